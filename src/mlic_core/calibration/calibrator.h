@@ -1,0 +1,19 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+
+#include "mlic_core/calibration/observer.h"
+#include "mlic_core/calibration/result.h"
+#include "mlic_core/common/progress.h"
+#include "mlic_core/sensors/measurements.h"
+#include "mlic_core/sensors/rig.h"
+
+namespace mlic {
+
+// Dataset and rig in, result out: the whole pipeline of SPEC section 4. Throws InputError for data that cannot be
+// used, Cancelled when the token is set; too little motion is not an error but a refused result.
+CalibrationResult Calibrate(const Rig& rig, const Dataset& dataset, const CancellationToken& cancellation,
+                            CalibrationObserver& observer);
+
+}  // namespace mlic

@@ -1,0 +1,106 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mlic_core/common/time.h"
+#include "mlic_core/sensors/rig.h"
+
+namespace mlic {
+
+// Standard deviations. translation: metres along the axes of the first frame (IMU, or a of T_a_b); rotation: a small
+// left rotation in that frame, radians; time_offset: seconds.
+struct PoseSigma {
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+  Eigen::Vector3d rotation = Eigen::Vector3d::Zero();
+  double time_offset = 0.0;
+};
+
+// A direction that the data do not show. It was held at the guess; sigma is what is then claimed along it (metres or
+// radians or seconds).
+struct UnobservableDirection {
+  enum class Quantity { kTranslation, kRotation, kTimeOffset };
+  Quantity quantity = Quantity::kTranslation;
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  // unit vector in the IMU frame; zero for a time offset
+  double sigma = 0.0;
+};
+
+struct CameraIntrinsics {
+  CameraModel model = CameraModel::kPlumbBob;
+  std::array<int, 2> image_size{0, 0};
+  std::vector<double> params;
+};
+
+struct SensorResult {
+  enum class Type { kLidar, kCamera };
+  std::string name;
+  Type type = Type::kLidar;
+  std::string frame_id;
+  SensorCalibration calibration;
+  PoseSigma sigma;
+  std::array<bool, 3> translation_observable{true, true, true};
+  std::array<bool, 3> rotation_observable{true, true, true};
+  bool time_offset_observable = true;
+  std::vector<UnobservableDirection> unobservable;
+  std::optional<CameraIntrinsics> intrinsics;
+  std::optional<double> rolling_shutter_readout;  // s
+};
+
+// T_a_b: points of sensor b into sensor a; time_offset of sigma: of the difference of the two offsets.
+struct PairResult {
+  std::string a, b;
+  RigidTransform T_a_b;
+  PoseSigma sigma;
+};
+
+struct StampedPose {
+  TimeNs time = 0;
+  RigidTransform pose;
+};
+
+// A point of the final map: metres in the map frame of its drive.
+struct MapPoint {
+  Eigen::Vector3f position;
+  float intensity = 0.0f;
+  int lidar = 0;   // index in CalibrationResult::sensors
+  int plane = -1;  // index of its plane in the map, -1 for none
+};
+
+// How one stage went, for the report.
+struct StageSummary {
+  std::string name;
+  double seconds = 0.0;
+  std::vector<std::string> lines;  // what was found, in plain words with numbers
+};
+
+// Residual statistics of one sensor for the report.
+struct ResidualSummary {
+  std::string sensor;    // name, or "gyroscope", "accelerometer"
+  std::string unit;      // "m", "rad/s", "m/s^2"
+  double sigma = 0.0;    // the noise level that the solve assumed
+  double inlier_share = 1.0;
+  std::vector<double> histogram;           // counts over [-5, 5] sigma, equal bins
+  std::vector<double> over_time_seconds;   // centre of each time bin
+  std::vector<double> over_time_rms;       // rms of each time bin, in units of `unit`
+};
+
+struct CalibrationResult {
+  bool trusted = false;
+  std::vector<std::string> reasons;   // why it is refused, each one line
+  std::vector<std::string> warnings;  // what to know though it is trusted
+  std::string imu_frame_id;
+  ImuCalibration imu;
+  Eigen::Vector3d gravity{0.0, 0.0, -9.81};
+  std::vector<SensorResult> sensors;  // when refused: only those whose link to the IMU was shown
+  std::vector<PairResult> pairs;
+  std::vector<std::vector<StampedPose>> trajectories;  // T_map_imu, one for each drive, IMU clock
+  std::vector<MapPoint> map;                           // of the first drive
+  std::vector<StageSummary> stages;
+  std::vector<ResidualSummary> residuals;
+  double peak_memory_megabytes = 0.0;
+};
+
+}  // namespace mlic

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "mlic_core/common/progress.h"
+#include "mlic_core/geometry/rigid_transform.h"
+#include "mlic_core/sensors/measurements.h"
+
+namespace mlic {
+
+// LiDAR odometry of one LiDAR alone, after KISS-ICP (Vizzo et al., RA-L 2023): constant-velocity de-skew, adaptive
+// threshold, voxel hash map, robust registration.
+
+// T_odom_lidar at time `time` (seconds since the drive's epoch, LiDAR clock): the middle of the scan.
+struct OdometryPose {
+  double time = 0.0;
+  RigidTransform pose;
+  double residual_rms = 0.0;   // of the last registration, inliers, m
+  double inlier_share = 0.0;   // matched share of the keypoints
+};
+
+// Rotation of the LiDAR between two times of its own clock, R_lidar(from)_lidar(to); when given, it replaces the
+// constant-velocity assumption for rotation in de-skew and prediction.
+using RotationBetween = std::function<Eigen::Quaterniond(double from, double to)>;
+
+struct OdometryResult {
+  std::vector<OdometryPose> poses;  // one for each scan, in order; the first is the identity
+};
+
+OdometryResult RunOdometry(const LidarRecording& recording, const RotationBetween& rotation_between,
+                           const CancellationToken& cancellation,
+                           const std::function<void(double fraction)>& on_progress);
+
+}  // namespace mlic

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mlic_core/geometry/rigid_transform.h"
+
+namespace mlic {
+
+// Continuous-time white-noise densities: rad/s/sqrt(Hz) and m/s^2/sqrt(Hz).
+struct ImuNoise {
+  double gyroscope = 0.0;
+  double accelerometer = 0.0;
+};
+
+enum class ImuIntrinsicsModel { kBias, kScaleMisalignment };
+
+// An initial guess of an extrinsic. Sigmas: along the IMU's axes, metres; small left rotation in the IMU frame, radians.
+struct ExtrinsicGuess {
+  RigidTransform T_imu_sensor;
+  Eigen::Vector3d sigma_translation = Eigen::Vector3d::Constant(0.1);
+  Eigen::Vector3d sigma_rotation = Eigen::Vector3d::Constant(5.0 * M_PI / 180.0);
+};
+
+struct ImuConfig {
+  std::string topic;
+  std::string frame_id;  // empty: the messages' own
+  std::optional<ImuNoise> noise;
+  ImuIntrinsicsModel intrinsics = ImuIntrinsicsModel::kBias;
+};
+
+struct LidarConfig {
+  std::string name;
+  std::string topic;
+  std::string frame_id;  // empty: the messages' own
+  std::optional<ExtrinsicGuess> guess;
+  std::optional<double> time_offset;  // s, an initial guess
+  bool fixed = false;                 // hold guess and time offset
+};
+
+enum class CameraModel { kPlumbBob, kRationalPolynomial, kEquidistant, kDoubleSphere };
+enum class Shutter { kGlobal, kRolling };
+
+struct CameraConfig {
+  std::string name;
+  std::string topic;
+  std::string frame_id;
+  CameraModel model = CameraModel::kPlumbBob;
+  std::optional<double> fov_deg;               // horizontal
+  std::optional<std::vector<double>> intrinsics;  // fx fy cx cy and the distortion
+  Shutter shutter = Shutter::kGlobal;
+  std::string mask;  // path, relative to the rig file
+  std::optional<ExtrinsicGuess> guess;
+  std::optional<double> time_offset;
+  bool fixed = false;
+};
+
+// How the sensors are arranged and where their data are: the rig file's content, enabled sensors only.
+struct Rig {
+  ImuConfig imu;
+  std::vector<LidarConfig> lidars;
+  std::vector<CameraConfig> cameras;
+};
+
+// measured = gyroscope_matrix * true + gyroscope_bias, likewise for the accelerometer.
+struct ImuCalibration {
+  Eigen::Vector3d gyroscope_bias = Eigen::Vector3d::Zero();
+  Eigen::Vector3d accelerometer_bias = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d gyroscope_matrix = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d accelerometer_matrix = Eigen::Matrix3d::Identity();
+};
+
+// Pose and clock of one sensor: p_imu = T_imu_sensor * p_sensor, t_imu = t_sensor + time_offset.
+struct SensorCalibration {
+  RigidTransform T_imu_sensor;
+  double time_offset = 0.0;
+};
+
+}  // namespace mlic
