@@ -1,0 +1,107 @@
+#include "mlic_sim/lidar_scanner.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mlic::sim {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kDegree = M_PI / 180.0;
+
+// Echoes nearer to each other than this merge into one range between them; farther apart, the receiver tells
+// them apart and reports the stronger one.
+constexpr double kPulseLength = 1.5;
+constexpr double kEdgeStep = 0.08;  // m: smaller steps than this are not edges but slanted surfaces
+
+struct Echo {
+  double range = 0.0;
+  double near_infrared = 0.0;
+  double cos_incidence = 0.0;
+};
+
+std::optional<Echo> Receive(const World& world, const LidarModel& model, const Vector3d& origin,
+                            const Vector3d& direction) {
+  const std::optional<RayHit> hit = world.Cast(origin, direction, model.max_range);
+  if (!hit || hit->range < model.min_range) return std::nullopt;
+  const Reflectance reflectance = ReflectanceOf(hit->material, hit->position, hit->normal, hit->object);
+  return Echo{hit->range, reflectance.near_infrared, std::abs(hit->normal.dot(direction))};
+}
+
+// A direction within the beam's cone: the beam's light is not all on its axis.
+Vector3d WithinBeam(const Vector3d& direction, double divergence, Random& random) {
+  const Vector3d side = direction.unitOrthogonal(), up = direction.cross(side);
+  const double angle = 2.0 * M_PI * random.Uniform(), radius = 0.5 * divergence * std::sqrt(random.Uniform());
+  return (direction + radius * (std::cos(angle) * side + std::sin(angle) * up)).normalized();
+}
+
+// The echo of the whole beam: the axis' own, blended with that of another part of the beam where the two
+// differ.
+Echo BlendEdge(const Echo& axis, const std::optional<Echo>& other, Random& random) {
+  const double share = random.Uniform();
+  if (!other || std::abs(other->range - axis.range) < kEdgeStep) return axis;
+  if (std::abs(other->range - axis.range) > kPulseLength) return share < 0.5 ? axis : *other;
+  return {axis.range + share * (other->range - axis.range),
+          axis.near_infrared + share * (other->near_infrared - axis.near_infrared),
+          axis.cos_incidence + share * (other->cos_incidence - axis.cos_incidence)};
+}
+
+// Chance that an echo is seen: logistic in the received power relative to what a perpendicular target of
+// reflectance 0.1 sends back from range_at_10_percent.
+double DetectionProbability(const LidarModel& model, const Echo& echo) {
+  const double ratio = model.range_at_10_percent / echo.range;
+  const double power = echo.near_infrared * echo.cos_incidence / 0.1 * ratio * ratio;
+  return 1.0 / (1.0 + std::pow(std::max(power, 1e-9), -4.0));
+}
+
+}  // namespace
+
+double IntensityOf(double near_infrared, double cos_incidence, double range) {
+  constexpr double kFalloffRange = 50.0;  // receivers compensate range in part
+  const double falloff = 1.0 / (1.0 + (range / kFalloffRange) * (range / kFalloffRange));
+  return std::clamp(255.0 * near_infrared * cos_incidence * falloff, 0.0, 255.0);
+}
+
+std::vector<SimulatedPoint> CastScan(const World& world, const Trajectory& trajectory,
+                                     const RigidTransform& T_imu_lidar, const LidarModel& model,
+                                     const std::vector<Firing>& firings, double start, bool with_noise,
+                                     Random random) {
+  std::vector<SimulatedPoint> points(firings.size());
+  const double divergence = model.beam_divergence_deg * kDegree;
+  RigidTransform T_map_lidar;
+  Eigen::Matrix3d R_map_lidar = Eigen::Matrix3d::Identity();
+  double pose_time = std::nan("");
+  for (std::size_t i = 0; i < firings.size(); ++i) {
+    const Firing& firing = firings[i];
+    SimulatedPoint& point = points[i];
+    point.time = firing.time;
+    point.ring = firing.ring;
+    if (firing.time != pose_time) {
+      T_map_lidar = trajectory.PoseAt(start + firing.time) * T_imu_lidar;
+      R_map_lidar = T_map_lidar.rotation.toRotationMatrix();
+      pose_time = firing.time;
+    }
+    const Vector3d direction = R_map_lidar * firing.direction;
+    std::optional<Echo> echo = Receive(world, model, T_map_lidar.translation, direction);
+    if (with_noise) {
+      const Vector3d other_direction = WithinBeam(direction, divergence, random);
+      const double chance = random.Uniform(), by_chance = random.Uniform(), noise = random.Normal();
+      const double speckle = random.Normal();
+      if (!echo) continue;
+      if (divergence > 0.0) {
+        echo = BlendEdge(*echo, Receive(world, model, T_map_lidar.translation, other_direction), random);
+      }
+      if (chance > DetectionProbability(model, *echo) || by_chance < model.random_dropouts) continue;
+      echo->range += model.range_noise * noise;
+      echo->near_infrared *= std::max(0.0, 1.0 + 0.04 * speckle);
+    }
+    if (!echo) continue;
+    point.position = (echo->range * firing.direction).cast<float>();
+    point.intensity = static_cast<float>(IntensityOf(echo->near_infrared, echo->cos_incidence, echo->range));
+    point.returned = true;
+  }
+  return points;
+}
+
+}  // namespace mlic::sim

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+
+namespace mlic::sim {
+
+// What a surface is made of. Its look is a procedural function of the place, so that there is detail at every
+// scale from a centimetre to metres without any image.
+enum class Material : std::uint8_t {
+  kYardGround,  // asphalt with repairs, parking stripes, zebra crossings and arrows
+  kKerb,
+  kBrick,
+  kPlaster,
+  kConcrete,
+  kGlass,
+  kWindowFrame,
+  kDoor,
+  kRoofTiles,
+  kMetal,
+  kCarPaint,
+  kRubber,
+  kBark,
+  kFoliage,
+  kHallFloor,
+  kHallWall,  // painted, with posters
+  kWood,
+  kCardboard,
+  kSignBoard
+};
+
+// Shares of light that a surface sends back, 0 to 1: visible red, green, blue, and near infrared at the
+// LiDARs' wavelength. The two are related (a stain or a joint shows in both) but not proportional: paint,
+// foliage and glass differ.
+struct Reflectance {
+  Eigen::Vector3f albedo = Eigen::Vector3f::Constant(0.5f);
+  float near_infrared = 0.5f;
+};
+
+// p: place in the map frame, m; normal: unit, either sign; object: tells objects of one material apart (the
+// colour of a car or a poster). A pure function.
+Reflectance ReflectanceOf(Material material, const Eigen::Vector3d& p, const Eigen::Vector3d& normal,
+                          std::uint32_t object);
+
+}  // namespace mlic::sim

@@ -1,0 +1,249 @@
+#include "mlic_sim/sensor_set.h"
+
+#include <yaml-cpp/yaml.h>
+
+#include <cmath>
+#include <initializer_list>
+#include <utility>
+
+#include "mlic_core/common/error.h"
+#include "mlic_core/geometry/so3.h"
+
+namespace mlic::sim {
+namespace {
+
+constexpr double kDegree = M_PI / 180.0;
+
+template <typename Value>
+using Names = std::initializer_list<std::pair<const char*, Value>>;
+
+// A mapping of the file whose every key must be used; what is wrong is said with file, line and key.
+class Section {
+ public:
+  Section(std::string file, std::string name, YAML::Node node)
+      : file_(std::move(file)), name_(std::move(name)), node_(std::move(node)) {
+    if (!node_.IsMap()) Fail(node_, "'" + name_ + "' must be a mapping");
+  }
+
+  [[noreturn]] void Fail(const YAML::Node& node, const std::string& what) const {
+    throw InputError(file_ + ":" + std::to_string(node.Mark().line + 1) + ": " + what);
+  }
+
+  bool Has(const std::string& key) const { return static_cast<bool>(node_[key]); }
+
+  YAML::Node Need(const std::string& key) const {
+    if (!Has(key)) Fail(node_, "'" + name_ + "' lacks the key '" + key + "'");
+    return node_[key];
+  }
+
+  Section Sub(const std::string& key) const { return Section(file_, name_ + "." + key, Need(key)); }
+
+  template <typename T>
+  void Read(const std::string& key, T& value) const {
+    if (!Has(key)) return;
+    try {
+      value = node_[key].as<T>();
+    } catch (const YAML::Exception&) {
+      Fail(node_[key], "'" + name_ + "." + key + "' has a value of the wrong type");
+    }
+  }
+
+  void ReadPositive(const std::string& key, double& value) const {
+    Read(key, value);
+    if (!(value > 0.0)) Fail(Need(key), "'" + name_ + "." + key + "' must be positive");
+  }
+
+  // Numbers of a sequence of exactly `count`.
+  void ReadNumbers(const std::string& key, double* values, std::size_t count) const {
+    if (!Has(key)) return;
+    std::vector<double> numbers;
+    Read(key, numbers);
+    if (numbers.size() != count) {
+      Fail(node_[key], "'" + name_ + "." + key + "' must have " + std::to_string(count) + " numbers");
+    }
+    std::copy(numbers.begin(), numbers.end(), values);
+  }
+
+  template <typename Value>
+  void ReadName(const std::string& key, Names<Value> names, Value& value) const {
+    if (!Has(key)) return;
+    std::string text, known;
+    Read(key, text);
+    for (const auto& [name, candidate] : names) {
+      if (text == name) {
+        value = candidate;
+        return;
+      }
+      known += (known.empty() ? "" : ", ") + std::string(name);
+    }
+    Fail(node_[key], "'" + name_ + "." + key + "' is '" + text + "', expected one of " + known);
+  }
+
+  void OnlyKeys(std::initializer_list<const char*> known) const {
+    for (const auto& entry : node_) {
+      const std::string key = entry.first.as<std::string>();
+      bool found = false;
+      for (const char* k : known) found = found || key == k;
+      if (!found) Fail(entry.first, "unknown key '" + key + "' in '" + name_ + "'");
+    }
+  }
+
+  const YAML::Node& node() const { return node_; }
+
+ private:
+  std::string file_, name_;
+  YAML::Node node_;
+};
+
+Eigen::Quaterniond FromDegrees(const double rpy_deg[3]) {
+  return FromRollPitchYaw(kDegree * Eigen::Vector3d(rpy_deg[0], rpy_deg[1], rpy_deg[2]));
+}
+
+void ReadTransform(const Section& parent, const std::string& key, RigidTransform& T) {
+  if (!parent.Has(key)) return;
+  const Section section = parent.Sub(key);
+  section.OnlyKeys({"xyz", "rpy_deg"});
+  double rpy_deg[3] = {0, 0, 0};
+  section.ReadNumbers("xyz", T.translation.data(), 3);
+  section.ReadNumbers("rpy_deg", rpy_deg, 3);
+  T.rotation = FromDegrees(rpy_deg);
+}
+
+void ReadMatrix(const Section& section, const std::string& key, Eigen::Matrix3d& matrix) {
+  Eigen::Matrix3d transposed = matrix.transpose();  // the file goes row by row, Eigen column by column
+  section.ReadNumbers(key, transposed.data(), 9);
+  matrix = transposed.transpose();
+}
+
+SimulatedImu ReadImu(const Section& s) {
+  s.OnlyKeys({"topic", "frame_id", "rate", "T_body_imu", "noise", "gyroscope_bias", "accelerometer_bias",
+              "gyroscope_matrix", "accelerometer_matrix", "intrinsics"});
+  SimulatedImu imu;
+  s.Read("topic", imu.topic);
+  s.Read("frame_id", imu.frame_id);
+  s.ReadPositive("rate", imu.rate);
+  ReadTransform(s, "T_body_imu", imu.T_body_imu);
+  if (s.Has("noise")) {
+    const Section noise = s.Sub("noise");
+    noise.OnlyKeys({"gyroscope", "accelerometer", "gyroscope_walk", "accelerometer_walk"});
+    noise.Read("gyroscope", imu.noise.gyroscope);
+    noise.Read("accelerometer", imu.noise.accelerometer);
+    noise.Read("gyroscope_walk", imu.gyroscope_walk);
+    noise.Read("accelerometer_walk", imu.accelerometer_walk);
+  }
+  s.ReadNumbers("gyroscope_bias", imu.calibration.gyroscope_bias.data(), 3);
+  s.ReadNumbers("accelerometer_bias", imu.calibration.accelerometer_bias.data(), 3);
+  ReadMatrix(s, "gyroscope_matrix", imu.calibration.gyroscope_matrix);
+  ReadMatrix(s, "accelerometer_matrix", imu.calibration.accelerometer_matrix);
+  s.ReadName<ImuIntrinsicsModel>(
+      "intrinsics",
+      {{"bias", ImuIntrinsicsModel::kBias}, {"scale_misalignment", ImuIntrinsicsModel::kScaleMisalignment}},
+      imu.intrinsics);
+  return imu;
+}
+
+void ReadPattern(const Section& lidar, LidarModel& m) {
+  const Section s = lidar.Sub("pattern");
+  s.Need("kind");
+  s.ReadName<ScanPatternKind>("kind",
+                              {{"spinning", ScanPatternKind::kSpinning},
+                               {"raster", ScanPatternKind::kRaster},
+                               {"rosette", ScanPatternKind::kRosette}},
+                              m.kind);
+  switch (m.kind) {
+    case ScanPatternKind::kSpinning:
+      s.OnlyKeys({"kind", "rpy_deg", "rings", "vertical_fov_deg", "azimuth_steps", "clockwise",
+                  "simultaneous_rings"});
+      break;
+    case ScanPatternKind::kRaster:
+      s.OnlyKeys({"kind", "rpy_deg", "fov_deg", "columns", "rows"});
+      break;
+    case ScanPatternKind::kRosette:
+      s.OnlyKeys({"kind", "rpy_deg", "cone_fov_deg", "points_per_scan", "prism_rates_hz"});
+      break;
+  }
+  s.Read("rings", m.rings);
+  s.ReadNumbers("vertical_fov_deg", m.vertical_fov_deg, 2);
+  s.Read("azimuth_steps", m.azimuth_steps);
+  s.Read("clockwise", m.clockwise);
+  s.Read("simultaneous_rings", m.simultaneous_rings);
+  s.ReadNumbers("fov_deg", m.fov_deg, 2);
+  s.Read("columns", m.columns);
+  s.Read("rows", m.rows);
+  s.Read("cone_fov_deg", m.cone_fov_deg);
+  s.Read("points_per_scan", m.points_per_scan);
+  s.ReadNumbers("prism_rates_hz", m.prism_rates_hz, 2);
+  if (m.rings < 1 || m.rings > 1024 || m.azimuth_steps < 1 || m.columns < 1 || m.rows < 1 ||
+      m.points_per_scan < 1) {
+    s.Fail(s.node(), "counts of rings, steps, columns, rows and points must be positive");
+  }
+  double rpy_deg[3] = {0, 0, 0};
+  s.ReadNumbers("rpy_deg", rpy_deg, 3);
+  m.R_sensor_pattern = FromDegrees(rpy_deg);
+}
+
+SimulatedLidar ReadLidar(const std::string& name, const Section& s) {
+  s.OnlyKeys({"topic", "frame_id", "T_imu_sensor", "time_offset", "layout", "stamp", "phase", "rate",
+              "pattern", "min_range", "max_range", "range_noise", "beam_divergence_deg",
+              "range_at_10_percent", "random_dropouts"});
+  SimulatedLidar lidar;
+  lidar.name = name;
+  lidar.topic = "/" + name + "/points";
+  lidar.frame_id = name;
+  s.Read("topic", lidar.topic);
+  s.Read("frame_id", lidar.frame_id);
+  s.Need("T_imu_sensor");
+  ReadTransform(s, "T_imu_sensor", lidar.calibration.T_imu_sensor);
+  s.Read("time_offset", lidar.calibration.time_offset);
+  s.ReadName<PointLayout>("layout",
+                          {{"velodyne", PointLayout::kVelodyne},
+                           {"ouster", PointLayout::kOuster},
+                           {"hesai", PointLayout::kHesai},
+                           {"robosense", PointLayout::kRobosense},
+                           {"livox", PointLayout::kLivox},
+                           {"none", PointLayout::kNoTime}},
+                          lidar.layout);
+  s.ReadName<bool>("stamp", {{"start", false}, {"end", true}}, lidar.stamp_at_end);
+  if (lidar.stamp_at_end && (lidar.layout == PointLayout::kOuster || lidar.layout == PointLayout::kLivox)) {
+    s.Fail(s.Need("stamp"), "'stamp: end' needs a layout with signed or absolute point times");
+  }
+  LidarModel& m = lidar.model;
+  s.Read("phase", lidar.phase);
+  s.ReadPositive("rate", m.rate);
+  ReadPattern(s, m);
+  s.Read("min_range", m.min_range);
+  s.ReadPositive("max_range", m.max_range);
+  s.Read("range_noise", m.range_noise);
+  s.Read("beam_divergence_deg", m.beam_divergence_deg);
+  s.ReadPositive("range_at_10_percent", m.range_at_10_percent);
+  s.Read("random_dropouts", m.random_dropouts);
+  return lidar;
+}
+
+}  // namespace
+
+SensorSet LoadSensorSet(const std::filesystem::path& path) {
+  YAML::Node file;
+  try {
+    file = YAML::LoadFile(path.string());
+  } catch (const YAML::BadFile&) {
+    throw InputError(path.string() +
+                     ": cannot be opened; give the path of a sensors file (config/simulation has some)");
+  } catch (const YAML::ParserException& error) {
+    throw InputError(path.string() + ":" + std::to_string(error.mark.line + 1) +
+                     ": not valid YAML: " + error.msg);
+  }
+  const Section root(path.string(), "file", file);
+  root.OnlyKeys({"imu", "lidars"});
+  SensorSet set;
+  set.imu = ReadImu(Section(path.string(), "imu", root.Need("imu")));
+  const Section lidars(path.string(), "lidars", root.Need("lidars"));
+  for (const auto& entry : lidars.node()) {
+    const std::string name = entry.first.as<std::string>();
+    set.lidars.push_back(ReadLidar(name, Section(path.string(), "lidars." + name, entry.second)));
+  }
+  if (set.lidars.empty()) root.Fail(root.Need("lidars"), "'lidars' is empty: at least one is needed");
+  return set;
+}
+
+}  // namespace mlic::sim

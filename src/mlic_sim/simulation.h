@@ -1,0 +1,80 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "mlic_core/common/progress.h"
+#include "mlic_core/sensors/measurements.h"
+#include "mlic_core/sensors/rig.h"
+#include "mlic_sim/lidar_scanner.h"
+#include "mlic_sim/sensor_set.h"
+#include "mlic_sim/trajectory.h"
+#include "mlic_sim/world.h"
+
+namespace mlic::sim {
+
+struct SimulationOptions {
+  Scenario scenario = Scenario::kFigureEight;
+  double duration = 60.0;  // s
+  std::uint64_t seed = 1;
+  // False: exact IMU samples and points (biases, matrices and clock offsets stay as the sensor set says).
+  bool with_noise = true;
+};
+
+// Absolute time of the drive's time 0.
+constexpr TimeNs kSimulationEpoch = 1700000000LL * 1000000000LL;
+
+struct SimulatedImuMessage {
+  TimeNs received;   // when a recorder would have got it; the order of delivery
+  TimeNs stamp;      // IMU clock
+  ImuSample sample;  // time: s since kSimulationEpoch
+};
+
+struct SimulatedScan {
+  TimeNs received;
+  std::size_t lidar;                   // index in SensorSet::lidars
+  TimeNs start;                        // LiDAR clock: time 0 of the points
+  TimeNs stamp;                        // of the header: start, or end of the scan
+  std::vector<SimulatedPoint> points;  // every beam in order of time, also those without return
+};
+
+// Receives a drive, message after message in order of `received`, in the calling thread.
+class DriveSink {
+ public:
+  virtual ~DriveSink() = default;
+  virtual void OnImu(const SimulatedImuMessage& message) = 0;
+  virtual void OnScan(SimulatedScan scan) = 0;
+};
+
+// The world and the motion of a scenario.
+std::unique_ptr<World> MakeWorld(Scenario scenario);
+std::unique_ptr<Trajectory> MakeTrajectory(const SensorSet& sensors, const SimulationOptions& options);
+
+// Simulates a drive. Scans are cast in parallel, a second of the drive at a time, so memory stays bounded;
+// the bytes do not depend on the number of threads. Throws InputError for a duration that is too short for a
+// scan.
+void Simulate(const SensorSet& sensors, const SimulationOptions& options, DriveSink& sink,
+              const CancellationToken& cancellation = {});
+
+// The same in memory, as a loader would give it, without beams that did not return. on_scan (optional) sees
+// every scan before it is stored, in order of time for each LiDAR: a place to filter it.
+Drive SimulateDrive(const SensorSet& sensors, const SimulationOptions& options,
+                    const std::function<void(LidarScan&)>& on_scan = nullptr);
+
+// The truth in the core's terms.
+std::vector<SensorCalibration> TrueCalibrations(const SensorSet& sensors);
+
+struct GuessOptions {
+  bool with_guess = true;
+  double rotation_error_deg = 4.81;  // about a random axis
+  double translation_error = 0.1;    // m, in a random direction
+  std::uint64_t seed = 1;
+};
+
+// The rig file's content for the set, with perturbed initial guesses or with none; time offsets are not
+// given.
+Rig RigFromSensorSet(const SensorSet& sensors, const GuessOptions& options);
+
+}  // namespace mlic::sim

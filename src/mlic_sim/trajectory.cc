@@ -1,0 +1,306 @@
+#include "mlic_sim/trajectory.h"
+
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "mlic_core/common/error.h"
+#include "mlic_core/common/random.h"
+#include "mlic_sim/ground.h"
+#include "mlic_sim/taylor.h"
+
+namespace mlic::sim {
+namespace {
+
+constexpr double kDegree = M_PI / 180.0;
+
+// Position and fixed-axis roll, pitch, yaw of the body, R = Rz(yaw) Ry(pitch) Rx(roll).
+template <typename Scalar>
+struct BodyPose {
+  Scalar x = 0.0, y = 0.0, z = 0.0, roll = 0.0, pitch = 0.0, yaw = 0.0;
+};
+
+struct Sine {
+  double amplitude;
+  double rate;  // rad/s
+  double phase;
+};
+
+// A sum of sines about a centre.
+struct Wave {
+  double center = 0.0;
+  std::vector<Sine> sines;
+
+  void Add(double amplitude, double frequency_hz, double phase) {
+    sines.push_back({amplitude, 2.0 * M_PI * frequency_hz, phase});
+  }
+  template <typename Scalar>
+  Scalar At(const Scalar& t) const {
+    using std::sin;
+    Scalar sum(center);
+    for (const Sine& s : sines) sum += Scalar(s.amplitude) * sin(Scalar(s.rate) * t + Scalar(s.phase));
+    return sum;
+  }
+};
+
+double RandomPhase(Random& random) { return random.Uniform(0.0, 2.0 * M_PI); }
+
+// Lemniscate of Gerono, x = A sin(phi), y = B/2 sin(2 phi): loops of radius B^2/A = 11 m at the far ends. The
+// phase rate is higher there than at the crossing, which evens out the speed: 4.3 to 6.5 m/s, yaw rate up to
+// about 0.5 rad/s.
+class FigureEight {
+ public:
+  FigureEight(std::uint64_t seed, bool with_suspension) : with_suspension_(with_suspension) {
+    Random random(seed);
+    phase_rate_ = random.Uniform(0.25, 0.27);
+    start_ = RandomPhase(random);
+    direction_ = random.Uniform() < 0.5 ? -1.0 : 1.0;
+    hurry_.Add(random.Uniform(0.02, 0.035), random.Uniform(0.11, 0.16), RandomPhase(random));
+    hurry_.Add(random.Uniform(0.005, 0.01), random.Uniform(0.25, 0.33), RandomPhase(random));
+    roll_.Add(random.Uniform(0.15, 0.25) * kDegree, random.Uniform(0.9, 1.15), RandomPhase(random));
+    roll_.Add(random.Uniform(0.08, 0.15) * kDegree, random.Uniform(1.25, 1.5), RandomPhase(random));
+    pitch_.Add(random.Uniform(0.15, 0.25) * kDegree, random.Uniform(1.0, 1.25), RandomPhase(random));
+    pitch_.Add(random.Uniform(0.08, 0.15) * kDegree, random.Uniform(1.3, 1.5), RandomPhase(random));
+    bounce_.Add(random.Uniform(0.003, 0.005), random.Uniform(1.1, 1.4), RandomPhase(random));
+  }
+
+  template <typename Scalar>
+  BodyPose<Scalar> At(const Scalar& t) const {
+    using std::atan2;
+    using std::cos;
+    using std::sin;
+    constexpr double kHalfLength = 24.0, kWidth = 16.2, kSlowdown = 0.12;
+    const Scalar even = Scalar(phase_rate_) * t + Scalar(start_);
+    const Scalar phi = Scalar(direction_) * (even - Scalar(kSlowdown) * sin(even + even) + hurry_.At(t));
+    BodyPose<Scalar> body;
+    body.x = Scalar(kHalfLength) * sin(phi);
+    body.y = Scalar(0.5 * kWidth) * sin(phi + phi);
+    body.yaw =
+        atan2(Scalar(direction_ * kWidth) * cos(phi + phi), Scalar(direction_ * kHalfLength) * cos(phi));
+    if (with_suspension_) {
+      // The right-hand loop (x > 0) is driven clockwise when direction is positive: the body leans outward.
+      constexpr double kCorneringRoll = 0.4 * kDegree;
+      body.roll = roll_.At(t) - Scalar(direction_ * kCorneringRoll) * sin(phi);
+      body.pitch = pitch_.At(t);
+      body.z = Scalar(0.8) * UnevenGroundHeight(body.x, body.y) + bounce_.At(t);
+    }
+    return body;
+  }
+
+ private:
+  bool with_suspension_;
+  double phase_rate_, start_, direction_;
+  Wave hurry_, roll_, pitch_, bounce_;
+};
+
+// A walk through the hall at chest height while the rig is swung about all axes.
+class Handheld {
+ public:
+  explicit Handheld(std::uint64_t seed) {
+    Random random(seed);
+    x_.Add(random.Uniform(4.5, 5.8), random.Uniform(0.016, 0.022), RandomPhase(random));
+    y_.Add(random.Uniform(1.8, 2.5), random.Uniform(0.03, 0.042), RandomPhase(random));
+    z_.center = 1.45;
+    AddSway(random, 1.0, x_);
+    AddSway(random, 1.0, y_);
+    AddSway(random, 0.6, z_);
+    AddSwing(random, roll_);
+    AddSwing(random, pitch_);
+    yaw_.center = RandomPhase(random);
+    yaw_.Add(random.Uniform(70.0, 110.0) * kDegree, random.Uniform(0.05, 0.075), RandomPhase(random));
+    AddSwing(random, yaw_);
+  }
+
+  template <typename Scalar>
+  BodyPose<Scalar> At(const Scalar& t) const {
+    return {x_.At(t), y_.At(t), z_.At(t), roll_.At(t), pitch_.At(t), yaw_.At(t)};
+  }
+
+ private:
+  static void AddSway(Random& random, double scale, Wave& wave) {
+    wave.Add(scale * random.Uniform(0.3, 0.45), random.Uniform(0.2, 0.32), RandomPhase(random));
+    wave.Add(scale * random.Uniform(0.1, 0.18), random.Uniform(0.4, 0.6), RandomPhase(random));
+    wave.Add(scale * random.Uniform(0.03, 0.06), random.Uniform(0.65, 0.9), RandomPhase(random));
+  }
+  static void AddSwing(Random& random, Wave& wave) {
+    wave.Add(random.Uniform(12.0, 18.0) * kDegree, random.Uniform(0.2, 0.35), RandomPhase(random));
+    wave.Add(random.Uniform(7.0, 12.0) * kDegree, random.Uniform(0.4, 0.6), RandomPhase(random));
+    wave.Add(random.Uniform(3.0, 5.0) * kDegree, random.Uniform(0.65, 0.9), RandomPhase(random));
+  }
+
+  Wave x_, y_, z_, roll_, pitch_, yaw_;
+};
+
+class Straight {
+ public:
+  explicit Straight(double duration)
+      : speed_(std::min(kFastest, kLength / std::max(duration, 1.0))), start_(-0.5 * speed_ * duration) {}
+
+  template <typename Scalar>
+  BodyPose<Scalar> At(const Scalar& t) const {
+    BodyPose<Scalar> body;
+    body.x = Scalar(start_) + Scalar(speed_) * t;
+    body.y = Scalar(-11.5);
+    return body;
+  }
+
+ private:
+  static constexpr double kFastest = 5.0;  // m/s
+  static constexpr double kLength = 56.0;  // m of free lane
+  double speed_, start_;
+};
+
+class Parked {
+ public:
+  explicit Parked(std::uint64_t seed) {
+    Random random(seed);
+    yaw_ = random.Uniform(-M_PI, M_PI);
+    x_ = random.Uniform(-4.0, 4.0);
+  }
+
+  template <typename Scalar>
+  BodyPose<Scalar> At(const Scalar&) const {
+    BodyPose<Scalar> body;
+    body.x = Scalar(x_);
+    body.yaw = Scalar(yaw_);
+    return body;
+  }
+
+ private:
+  double yaw_, x_;
+};
+
+// Counter-clockwise about one of the yard's islands.
+class Circle {
+ public:
+  explicit Circle(std::uint64_t seed) {
+    Random random(seed);
+    rate_ = random.Uniform(0.42, 0.48);
+    start_ = RandomPhase(random);
+  }
+
+  template <typename Scalar>
+  BodyPose<Scalar> At(const Scalar& t) const {
+    using std::cos;
+    using std::sin;
+    constexpr double kRadius = 8.0, kCenter = 15.0;
+    const Scalar angle = Scalar(rate_) * t + Scalar(start_);
+    BodyPose<Scalar> body;
+    body.x = Scalar(kCenter) + Scalar(kRadius) * cos(angle);
+    body.y = Scalar(kRadius) * sin(angle);
+    body.yaw = angle + Scalar(0.5 * M_PI);
+    return body;
+  }
+
+ private:
+  double rate_, start_;
+};
+
+// Rotation matrix Rz(yaw) Ry(pitch) Rx(roll), row by row.
+template <typename Scalar>
+void RotationOf(const BodyPose<Scalar>& body, Scalar R[3][3]) {
+  using std::cos;
+  using std::sin;
+  const Scalar sr = sin(body.roll), cr = cos(body.roll);
+  const Scalar sp = sin(body.pitch), cp = cos(body.pitch);
+  const Scalar sy = sin(body.yaw), cy = cos(body.yaw);
+  R[0][0] = cy * cp, R[0][1] = cy * sp * sr - sy * cr, R[0][2] = cy * sp * cr + sy * sr;
+  R[1][0] = sy * cp, R[1][1] = sy * sp * sr + cy * cr, R[1][2] = sy * sp * cr - cy * sr;
+  R[2][0] = -sp, R[2][1] = cp * sr, R[2][2] = cp * cr;
+}
+
+template <typename Motion>
+class AnalyticTrajectory : public Trajectory {
+ public:
+  AnalyticTrajectory(Motion motion, const RigidTransform& T_body_imu)
+      : motion_(std::move(motion)),
+        lever_(T_body_imu.translation),
+        R_body_imu_(T_body_imu.rotation.toRotationMatrix()) {}
+
+  RigidTransform PoseAt(double time) const override {
+    const BodyPose<double> body = motion_.At(time);
+    double R[3][3];
+    RotationOf(body, R);
+    Eigen::Matrix3d R_map_body;
+    R_map_body << R[0][0], R[0][1], R[0][2], R[1][0], R[1][1], R[1][2], R[2][0], R[2][1], R[2][2];
+    return {Eigen::Quaterniond(Eigen::Matrix3d(R_map_body * R_body_imu_)).normalized(),
+            Eigen::Vector3d(body.x, body.y, body.z) + R_map_body * lever_};
+  }
+
+  MotionState StateAt(double time) const override {
+    const BodyPose<Taylor> body = motion_.At(Taylor::Time(time));
+    Taylor R[3][3];
+    RotationOf(body, R);
+    Eigen::Matrix3d value, first, second;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) {
+        value(i, j) = R[i][j].value, first(i, j) = R[i][j].first, second(i, j) = R[i][j].second;
+      }
+    }
+    MotionState state;
+    state.T_map_imu = PoseAt(time);
+    state.velocity = Eigen::Vector3d(body.x.first, body.y.first, body.z.first) + first * lever_;
+    state.acceleration = Eigen::Vector3d(body.x.second, body.y.second, body.z.second) + second * lever_;
+    const Eigen::Matrix3d rate =
+        value.transpose() * first;  // cross-product matrix of the body's angular velocity
+    state.angular_velocity = R_body_imu_.transpose() * Eigen::Vector3d(rate(2, 1), rate(0, 2), rate(1, 0));
+    return state;
+  }
+
+ private:
+  Motion motion_;
+  Eigen::Vector3d lever_;
+  Eigen::Matrix3d R_body_imu_;
+};
+
+template <typename Motion>
+std::unique_ptr<Trajectory> Make(Motion motion, const RigidTransform& T_body_imu) {
+  return std::make_unique<AnalyticTrajectory<Motion>>(std::move(motion), T_body_imu);
+}
+
+constexpr std::pair<Scenario, const char*> kScenarios[] = {{Scenario::kFigureEight, "figure_eight"},
+                                                           {Scenario::kHandheld, "handheld"},
+                                                           {Scenario::kStraight, "straight"},
+                                                           {Scenario::kStatic, "static"},
+                                                           {Scenario::kPlanar, "planar"},
+                                                           {Scenario::kCircle, "circle"}};
+
+}  // namespace
+
+Scenario ScenarioFromName(const std::string& name) {
+  std::string known;
+  for (const auto& [scenario, scenario_name] : kScenarios) {
+    if (name == scenario_name) return scenario;
+    known += (known.empty() ? "" : ", ") + std::string(scenario_name);
+  }
+  throw InputError("unknown scenario '" + name + "': expected one of " + known);
+}
+
+std::string ScenarioName(Scenario scenario) {
+  for (const auto& [known, name] : kScenarios) {
+    if (known == scenario) return name;
+  }
+  throw InternalError("scenario without a name");
+}
+
+std::unique_ptr<Trajectory> MakeTrajectory(Scenario scenario, std::uint64_t seed, double duration,
+                                           const RigidTransform& T_body_imu) {
+  const std::uint64_t own_seed = Random(seed).Fork(1).Next();
+  switch (scenario) {
+    case Scenario::kFigureEight:
+      return Make(FigureEight(own_seed, true), T_body_imu);
+    case Scenario::kPlanar:
+      return Make(FigureEight(own_seed, false), T_body_imu);
+    case Scenario::kHandheld:
+      return Make(Handheld(own_seed), {T_body_imu.rotation, Eigen::Vector3d::Zero()});
+    case Scenario::kStraight:
+      return Make(Straight(duration), T_body_imu);
+    case Scenario::kStatic:
+      return Make(Parked(own_seed), T_body_imu);
+    case Scenario::kCircle:
+      return Make(Circle(own_seed), T_body_imu);
+  }
+  throw InternalError("scenario without a trajectory");
+}
+
+}  // namespace mlic::sim

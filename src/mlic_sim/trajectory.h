@@ -1,0 +1,49 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "mlic_core/geometry/rigid_transform.h"
+
+namespace mlic::sim {
+
+// How the rig is moved. Cars drive in the yard, with x of the body forward, y left, z up and the body's
+// origin on the ground; the hand-held rig is carried through the hall.
+enum class Scenario {
+  kFigureEight,  // a car, with suspension roll and pitch, on slightly uneven ground
+  kHandheld,     // all axes excited
+  kStraight,     // constant velocity
+  kStatic,       // parked
+  kPlanar,       // figure-eight without any roll, pitch or heave, on perfectly flat ground
+  kCircle        // constant rate, without any roll, pitch or heave
+};
+
+// Throws InputError for an unknown name.
+Scenario ScenarioFromName(const std::string& name);
+std::string ScenarioName(Scenario scenario);
+
+// The IMU's true motion at one instant of the IMU clock. Map frame: the world's own, z up.
+struct MotionState {
+  RigidTransform T_map_imu;
+  Eigen::Vector3d velocity;          // map frame, m/s
+  Eigen::Vector3d acceleration;      // map frame, m/s^2
+  Eigen::Vector3d angular_velocity;  // IMU frame, rad/s
+};
+
+// An analytic trajectory of the IMU, defined at all times. Thread-safe.
+class Trajectory {
+ public:
+  virtual ~Trajectory() = default;
+  virtual RigidTransform PoseAt(double time) const = 0;
+  virtual MotionState StateAt(double time) const = 0;
+};
+
+// Phases, frequencies and amplitudes follow from the seed. duration (s) matters for the straight drive only,
+// which has to stay inside the yard. T_body_imu mounts the IMU on the vehicle; in the hand-held scenario the
+// trajectory is the IMU's own, and only the rotation of T_body_imu counts.
+std::unique_ptr<Trajectory> MakeTrajectory(Scenario scenario, std::uint64_t seed, double duration,
+                                           const RigidTransform& T_body_imu);
+
+}  // namespace mlic::sim

@@ -1,0 +1,91 @@
+#include "mlic_sim/world.h"
+
+#if __has_include(<embree4/rtcore.h>) && defined(MLIC_EMBREE_4)
+#include <embree4/rtcore.h>
+#else
+#include <embree3/rtcore.h>
+#endif
+
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "mlic_core/common/error.h"
+
+namespace mlic::sim {
+
+using Eigen::Vector3d;
+
+struct World::Embree {
+  RTCDevice device = nullptr;
+  RTCScene scene = nullptr;
+
+  explicit Embree(const Mesh& mesh) {
+    device = rtcNewDevice(nullptr);
+    if (device == nullptr) throw InternalError("Embree: no device");
+    scene = rtcNewScene(device);
+    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+    const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
+        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.vertices().size()));
+    auto* indices = static_cast<std::uint32_t*>(
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                3 * sizeof(std::uint32_t), mesh.triangles().size()));
+    for (const Eigen::Vector3f& v : mesh.vertices()) {
+      for (int i = 0; i < 3; ++i) *vertices++ = v[i];
+    }
+    for (const Triangle& t : mesh.triangles()) {
+      for (std::uint32_t v : t.vertices) *indices++ = v;
+    }
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(scene, geometry);
+    rtcReleaseGeometry(geometry);
+    rtcCommitScene(scene);
+  }
+  ~Embree() {
+    rtcReleaseScene(scene);
+    rtcReleaseDevice(device);
+  }
+};
+
+World::World(Mesh mesh) : mesh_(std::move(mesh)), embree_(std::make_unique<Embree>(mesh_)) {}
+World::~World() = default;
+
+std::optional<RayHit> World::Cast(const Vector3d& origin, const Vector3d& direction, double max_range) const {
+  RTCRayHit ray{};
+  ray.ray.org_x = static_cast<float>(origin.x());
+  ray.ray.org_y = static_cast<float>(origin.y());
+  ray.ray.org_z = static_cast<float>(origin.z());
+  ray.ray.dir_x = static_cast<float>(direction.x());
+  ray.ray.dir_y = static_cast<float>(direction.y());
+  ray.ray.dir_z = static_cast<float>(direction.z());
+  ray.ray.tfar = static_cast<float>(max_range);
+  ray.ray.mask = std::numeric_limits<unsigned>::max();
+  ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+#if RTC_VERSION_MAJOR >= 4
+  rtcIntersect1(embree_->scene, &ray, nullptr);
+#else
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcIntersect1(embree_->scene, &context, &ray);
+#endif
+  if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+
+  const Triangle& triangle = mesh_.triangles()[ray.hit.primID];
+  const Vector3d a = mesh_.vertices()[triangle.vertices[0]].cast<double>();
+  const Vector3d b = mesh_.vertices()[triangle.vertices[1]].cast<double>();
+  const Vector3d c = mesh_.vertices()[triangle.vertices[2]].cast<double>();
+  Vector3d normal = (b - a).cross(c - a).normalized();
+  const double along = normal.dot(direction);
+  // A ray that runs within the plane has no point of its own there.
+  if (std::abs(along) < 1e-6) return std::nullopt;
+  RayHit hit;
+  hit.range = normal.dot(a - origin) / along;
+  hit.position = origin + hit.range * direction;
+  hit.normal = along > 0.0 ? Vector3d(-normal) : normal;
+  hit.material = triangle.material;
+  hit.object = triangle.object;
+  return hit;
+}
+
+}  // namespace mlic::sim

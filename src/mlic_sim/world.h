@@ -1,0 +1,50 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "mlic_sim/mesh.h"
+
+namespace mlic::sim {
+
+// Where a ray ends.
+struct RayHit {
+  double range;              // along the ray, m
+  Eigen::Vector3d position;  // map frame
+  Eigen::Vector3d normal;    // unit, towards the ray's origin
+  Material material;
+  std::uint32_t object;
+};
+
+// A world that can be ray-cast (Embree). Thread-safe once built.
+class World {
+ public:
+  explicit World(Mesh mesh);
+  ~World();
+  World(const World&) = delete;
+  World& operator=(const World&) = delete;
+
+  // The first surface along the ray, or nothing within max_range (m). direction: unit. Embree's single
+  // precision only picks the triangle: range and position come from the triangle's plane in double precision.
+  std::optional<RayHit> Cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                             double max_range) const;
+
+  const Mesh& mesh() const { return mesh_; }
+
+ private:
+  struct Embree;
+  Mesh mesh_;
+  std::unique_ptr<Embree> embree_;
+};
+
+// A yard of about 80 x 60 m: buildings, parked cars, poles, trees, kerbs, markings. The ground is slightly
+// uneven (UnevenGroundHeight) or perfectly flat.
+std::unique_ptr<World> MakeYard(bool flat_ground);
+
+// A hall of 24 x 16 x 6 m with pillars, shelves, tables, boxes and tilted boards; the middle (|x| < 7.5 m,
+// |y| < 4 m) holds nothing higher than 0.8 m.
+std::unique_ptr<World> MakeHall();
+
+}  // namespace mlic::sim
