@@ -21,12 +21,9 @@ struct Echo {
   double cos_incidence = 0.0;
 };
 
-std::optional<Echo> Receive(const World& world, const LidarModel& model, const Vector3d& origin,
-                            const Vector3d& direction) {
-  const std::optional<RayHit> hit = world.Cast(origin, direction, model.max_range);
-  if (!hit || hit->range < model.min_range) return std::nullopt;
-  const Reflectance reflectance = ReflectanceOf(hit->material, hit->position, hit->normal, hit->object);
-  return Echo{hit->range, reflectance.near_infrared, std::abs(hit->normal.dot(direction))};
+Echo EchoOf(const RayHit& hit, const Vector3d& direction) {
+  const Reflectance reflectance = ReflectanceOf(hit.material, hit.position, hit.normal, hit.object);
+  return {hit.range, reflectance.near_infrared, std::abs(hit.normal.dot(direction))};
 }
 
 // A direction within the beam's cone: the beam's light is not all on its axis.
@@ -38,13 +35,15 @@ Vector3d WithinBeam(const Vector3d& direction, double divergence, Random& random
 
 // The echo of the whole beam: the axis' own, blended with that of another part of the beam where the two
 // differ.
-Echo BlendEdge(const Echo& axis, const std::optional<Echo>& other, Random& random) {
+Echo BlendEdge(const Echo& axis, const std::optional<RayHit>& other_hit, const Vector3d& other_direction,
+               Random& random) {
   const double share = random.Uniform();
-  if (!other || std::abs(other->range - axis.range) < kEdgeStep) return axis;
-  if (std::abs(other->range - axis.range) > kPulseLength) return share < 0.5 ? axis : *other;
-  return {axis.range + share * (other->range - axis.range),
-          axis.near_infrared + share * (other->near_infrared - axis.near_infrared),
-          axis.cos_incidence + share * (other->cos_incidence - axis.cos_incidence)};
+  if (!other_hit || std::abs(other_hit->range - axis.range) < kEdgeStep) return axis;
+  const Echo other = EchoOf(*other_hit, other_direction);
+  if (std::abs(other.range - axis.range) > kPulseLength) return share < 0.5 ? axis : other;
+  return {axis.range + share * (other.range - axis.range),
+          axis.near_infrared + share * (other.near_infrared - axis.near_infrared),
+          axis.cos_incidence + share * (other.cos_incidence - axis.cos_incidence)};
 }
 
 // Chance that an echo is seen: logistic in the received power relative to what a perpendicular target of
@@ -83,22 +82,24 @@ std::vector<SimulatedPoint> CastScan(const World& world, const Trajectory& traje
       pose_time = firing.time;
     }
     const Vector3d direction = R_map_lidar * firing.direction;
-    std::optional<Echo> echo = Receive(world, model, T_map_lidar.translation, direction);
+    const Vector3d& origin = T_map_lidar.translation;
+    const Vector3d other_direction = with_noise ? WithinBeam(direction, divergence, random) : direction;
+    const double detection_draw = random.Uniform(), dropout_draw = random.Uniform();
+    const double range_draw = random.Normal(), speckle_draw = random.Normal();
+    const std::optional<RayHit> hit = world.Cast(origin, direction, model.max_range);
+    if (!hit || hit->range < model.min_range) continue;
+    Echo echo = EchoOf(*hit, direction);
     if (with_noise) {
-      const Vector3d other_direction = WithinBeam(direction, divergence, random);
-      const double chance = random.Uniform(), by_chance = random.Uniform(), noise = random.Normal();
-      const double speckle = random.Normal();
-      if (!echo) continue;
       if (divergence > 0.0) {
-        echo = BlendEdge(*echo, Receive(world, model, T_map_lidar.translation, other_direction), random);
+        echo = BlendEdge(echo, world.Cast(origin, other_direction, model.max_range), other_direction, random);
       }
-      if (chance > DetectionProbability(model, *echo) || by_chance < model.random_dropouts) continue;
-      echo->range += model.range_noise * noise;
-      echo->near_infrared *= std::max(0.0, 1.0 + 0.04 * speckle);
+      if (detection_draw > DetectionProbability(model, echo) || dropout_draw < model.random_dropouts)
+        continue;
+      echo.range += model.range_noise * range_draw;
+      echo.near_infrared *= std::max(0.0, 1.0 + 0.04 * speckle_draw);
     }
-    if (!echo) continue;
-    point.position = (echo->range * firing.direction).cast<float>();
-    point.intensity = static_cast<float>(IntensityOf(echo->near_infrared, echo->cos_incidence, echo->range));
+    point.position = (echo.range * firing.direction).cast<float>();
+    point.intensity = static_cast<float>(IntensityOf(echo.near_infrared, echo.cos_incidence, echo.range));
     point.returned = true;
   }
   return points;
