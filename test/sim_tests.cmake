@@ -1,1 +1,8 @@
-# Tests of this part; owned by it.
+if(TARGET mlic_sim)
+  mlic_add_test(sim_trajectory_test LIBRARIES mlic_sim)
+  mlic_add_test(sim_imu_test LIBRARIES mlic_sim)
+  mlic_add_test(sim_lidar_test LIBRARIES mlic_sim)
+  mlic_add_test(sim_drive_test LIBRARIES mlic_sim)
+  mlic_add_test(sim_sensor_set_test LIBRARIES mlic_sim)
+  target_compile_definitions(sim_sensor_set_test PRIVATE MLIC_SOURCE_DIRECTORY="${CMAKE_CURRENT_LIST_DIR}/..")
+endif()
