@@ -30,7 +30,7 @@ std::string ErrorOf(const std::string& text) {
 
 const char kGood[] =
     "imu:\n  rate: 100\n  gyroscope_matrix: [1, 2, 3, 4, 5, 6, 7, 8, 9]\nlidars:\n  top:\n"
-    "    T_imu_sensor: {xyz: [1, 2, 3], rpy_deg: [0, 0, 90]}\n    time_offset: 0.01\n    layout: ouster\n"
+    "    T_imu_sensor: {xyz: [1, 2, 3], rpy_deg: [0, 0, 90]}\n    time_offset: 0.01\n    layout: hesai\n"
     "    pattern: {kind: raster, columns: 10, rows: 5}\n";
 
 TEST(SensorSet, ReadsItsKeys) {
@@ -39,7 +39,7 @@ TEST(SensorSet, ReadsItsKeys) {
   EXPECT_EQ(set.imu.calibration.gyroscope_matrix(0, 1), 2.0);
   ASSERT_EQ(set.lidars.size(), 1u);
   EXPECT_EQ(set.lidars[0].topic, "/top/points");
-  EXPECT_EQ(set.lidars[0].layout, PointLayout::kOuster);
+  EXPECT_EQ(set.lidars[0].layout, PointLayout::kHesai);
   EXPECT_EQ(set.lidars[0].model.columns, 10);
   EXPECT_LT(
       (set.lidars[0].calibration.T_imu_sensor * Eigen::Vector3d(1, 0, 0) - Eigen::Vector3d(1, 3, 3)).norm(),
@@ -49,13 +49,16 @@ TEST(SensorSet, ReadsItsKeys) {
 TEST(SensorSet, ErrorsNameLineAndKey) {
   EXPECT_NE(ErrorOf(std::string(kGood) + "    colour: red\n").find(":10: unknown key 'colour'"),
             std::string::npos);
+  std::string organised = kGood;
+  organised.replace(organised.find("hesai"), 5, "ouster");
+  EXPECT_NE(ErrorOf(organised).find("needs a spinning pattern"), std::string::npos);
   EXPECT_NE(ErrorOf("imu: {}\n").find("'lidars'"), std::string::npos);
   EXPECT_NE(ErrorOf("imu: {rate: -1}\nlidars: {}\n").find("imu.rate"), std::string::npos);
   EXPECT_NE(ErrorOf("imu: {rate: fast}\nlidars: {}\n").find(":1: 'imu.rate'"), std::string::npos);
   EXPECT_NE(ErrorOf("imu: [\n").find("not valid YAML"), std::string::npos);
   EXPECT_THROW(LoadSensorSet("/no/such/file.yaml"), InputError);
   std::string wrong = kGood;
-  wrong.replace(wrong.find("ouster"), 6, "hexagon");
+  wrong.replace(wrong.find("hesai"), 5, "hexagon");
   EXPECT_NE(ErrorOf(wrong).find("expected one of velodyne"), std::string::npos);
 }
 

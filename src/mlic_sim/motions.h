@@ -1,0 +1,202 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "mlic_core/common/random.h"
+#include "mlic_sim/ground.h"
+#include "mlic_sim/taylor.h"
+
+namespace mlic::sim {
+
+// The motions of the scenarios, internal to trajectory.cc. Each gives the body's pose at a time, generic in
+// the scalar: with double the pose, with Taylor its derivatives as well.
+
+constexpr double kDegree = M_PI / 180.0;
+
+// Position and fixed-axis roll, pitch, yaw of the body, R = Rz(yaw) Ry(pitch) Rx(roll).
+template <typename Scalar>
+struct BodyPose {
+  Scalar x = 0.0, y = 0.0, z = 0.0, roll = 0.0, pitch = 0.0, yaw = 0.0;
+};
+
+struct Sine {
+  double amplitude;
+  double rate;  // rad/s
+  double phase;
+};
+
+// A sum of sines about a centre.
+struct Wave {
+  double center = 0.0;
+  std::vector<Sine> sines;
+
+  void Add(double amplitude, double frequency_hz, double phase) {
+    sines.push_back({amplitude, 2.0 * M_PI * frequency_hz, phase});
+  }
+  template <typename Scalar>
+  Scalar At(const Scalar& t) const {
+    using std::sin;
+    Scalar sum(center);
+    for (const Sine& s : sines) sum += Scalar(s.amplitude) * sin(Scalar(s.rate) * t + Scalar(s.phase));
+    return sum;
+  }
+};
+
+inline double RandomPhase(Random& random) { return random.Uniform(0.0, 2.0 * M_PI); }
+
+// x = a1 sin(phi) + a3 sin(3 phi), y = b2 sin(2 phi) + b4 sin(4 phi): a figure-eight of 47 x 19 m whose loops
+// are nearly circles of 9.5 m radius and whose path runs nearly evenly with phi (20.7 to 21.0 m/rad), found
+// by minimising the largest curvature. Speed 4 to 5 m/s, yaw rate up to about 0.5 rad/s.
+class FigureEight {
+ public:
+  FigureEight(std::uint64_t seed, bool with_suspension) : with_suspension_(with_suspension) {
+    Random random(seed);
+    phase_rate_ = random.Uniform(0.205, 0.22);
+    start_ = RandomPhase(random);
+    direction_ = random.Uniform() < 0.5 ? -1.0 : 1.0;
+    hurry_.Add(random.Uniform(0.015, 0.025), random.Uniform(0.11, 0.16), RandomPhase(random));
+    hurry_.Add(random.Uniform(0.005, 0.01), random.Uniform(0.25, 0.33), RandomPhase(random));
+    roll_.Add(random.Uniform(0.15, 0.25) * kDegree, random.Uniform(0.9, 1.15), RandomPhase(random));
+    roll_.Add(random.Uniform(0.08, 0.15) * kDegree, random.Uniform(1.25, 1.5), RandomPhase(random));
+    pitch_.Add(random.Uniform(0.15, 0.25) * kDegree, random.Uniform(1.0, 1.25), RandomPhase(random));
+    pitch_.Add(random.Uniform(0.08, 0.15) * kDegree, random.Uniform(1.3, 1.5), RandomPhase(random));
+    bounce_.Add(random.Uniform(0.003, 0.005), random.Uniform(1.1, 1.4), RandomPhase(random));
+  }
+
+  template <typename Scalar>
+  BodyPose<Scalar> At(const Scalar& t) const {
+    using std::atan2;
+    using std::cos;
+    using std::sin;
+    constexpr double kA1 = 20.656, kA3 = -2.852, kB2 = 9.552, kB4 = -0.479;
+    const Scalar phi = Scalar(direction_) * (Scalar(phase_rate_) * t + Scalar(start_) + hurry_.At(t));
+    const Scalar phi2 = phi + phi, phi3 = phi2 + phi, phi4 = phi2 + phi2;
+    BodyPose<Scalar> body;
+    body.x = Scalar(kA1) * sin(phi) + Scalar(kA3) * sin(phi3);
+    body.y = Scalar(kB2) * sin(phi2) + Scalar(kB4) * sin(phi4);
+    // Along the direction of travel, d(x, y)/dphi.
+    body.yaw = atan2(Scalar(2.0 * direction_ * kB2) * cos(phi2) + Scalar(4.0 * direction_ * kB4) * cos(phi4),
+                     Scalar(direction_ * kA1) * cos(phi) + Scalar(3.0 * direction_ * kA3) * cos(phi3));
+    if (with_suspension_) {
+      // The right-hand loop (x > 0) is driven clockwise when direction is positive: the body leans outward.
+      constexpr double kCorneringRoll = 0.4 * kDegree;
+      body.roll = roll_.At(t) - Scalar(direction_ * kCorneringRoll) * sin(phi);
+      body.pitch = pitch_.At(t);
+      body.z = Scalar(0.8) * UnevenGroundHeight(body.x, body.y) + bounce_.At(t);
+    }
+    return body;
+  }
+
+ private:
+  bool with_suspension_;
+  double phase_rate_, start_, direction_;
+  Wave hurry_, roll_, pitch_, bounce_;
+};
+
+// A walk through the hall at chest height while the rig is swung about all axes.
+class Handheld {
+ public:
+  explicit Handheld(std::uint64_t seed) {
+    Random random(seed);
+    x_.Add(random.Uniform(4.5, 5.8), random.Uniform(0.016, 0.022), RandomPhase(random));
+    y_.Add(random.Uniform(1.8, 2.5), random.Uniform(0.03, 0.042), RandomPhase(random));
+    z_.center = 1.45;
+    AddSway(random, 1.0, x_);
+    AddSway(random, 1.0, y_);
+    AddSway(random, 0.6, z_);
+    AddSwing(random, roll_);
+    AddSwing(random, pitch_);
+    yaw_.center = RandomPhase(random);
+    yaw_.Add(random.Uniform(70.0, 110.0) * kDegree, random.Uniform(0.05, 0.075), RandomPhase(random));
+    AddSwing(random, yaw_);
+  }
+
+  template <typename Scalar>
+  BodyPose<Scalar> At(const Scalar& t) const {
+    return {x_.At(t), y_.At(t), z_.At(t), roll_.At(t), pitch_.At(t), yaw_.At(t)};
+  }
+
+ private:
+  static void AddSway(Random& random, double scale, Wave& wave) {
+    wave.Add(scale * random.Uniform(0.3, 0.45), random.Uniform(0.2, 0.32), RandomPhase(random));
+    wave.Add(scale * random.Uniform(0.1, 0.18), random.Uniform(0.4, 0.6), RandomPhase(random));
+    wave.Add(scale * random.Uniform(0.03, 0.06), random.Uniform(0.65, 0.9), RandomPhase(random));
+  }
+  static void AddSwing(Random& random, Wave& wave) {
+    wave.Add(random.Uniform(11.0, 16.0) * kDegree, random.Uniform(0.2, 0.35), RandomPhase(random));
+    wave.Add(random.Uniform(6.0, 10.0) * kDegree, random.Uniform(0.4, 0.6), RandomPhase(random));
+    wave.Add(random.Uniform(3.0, 4.0) * kDegree, random.Uniform(0.65, 0.9), RandomPhase(random));
+  }
+
+  Wave x_, y_, z_, roll_, pitch_, yaw_;
+};
+
+class Straight {
+ public:
+  explicit Straight(double duration)
+      : speed_(std::min(kFastest, kLength / std::max(duration, 1.0))), start_(-0.5 * speed_ * duration) {}
+
+  template <typename Scalar>
+  BodyPose<Scalar> At(const Scalar& t) const {
+    BodyPose<Scalar> body;
+    body.x = Scalar(start_) + Scalar(speed_) * t;
+    body.y = Scalar(-11.5);
+    return body;
+  }
+
+ private:
+  static constexpr double kFastest = 5.0;  // m/s
+  static constexpr double kLength = 56.0;  // m of free lane
+  double speed_, start_;
+};
+
+class Parked {
+ public:
+  explicit Parked(std::uint64_t seed) {
+    Random random(seed);
+    yaw_ = random.Uniform(-M_PI, M_PI);
+    x_ = random.Uniform(-4.0, 4.0);
+  }
+
+  template <typename Scalar>
+  BodyPose<Scalar> At(const Scalar&) const {
+    BodyPose<Scalar> body;
+    body.x = Scalar(x_);
+    body.yaw = Scalar(yaw_);
+    return body;
+  }
+
+ private:
+  double yaw_, x_;
+};
+
+// Counter-clockwise about one of the yard's islands.
+class Circle {
+ public:
+  explicit Circle(std::uint64_t seed) {
+    Random random(seed);
+    rate_ = random.Uniform(0.42, 0.48);
+    start_ = RandomPhase(random);
+  }
+
+  template <typename Scalar>
+  BodyPose<Scalar> At(const Scalar& t) const {
+    using std::cos;
+    using std::sin;
+    constexpr double kRadius = 8.0, kCenter = 15.0;
+    const Scalar angle = Scalar(rate_) * t + Scalar(start_);
+    BodyPose<Scalar> body;
+    body.x = Scalar(kCenter) + Scalar(kRadius) * cos(angle);
+    body.y = Scalar(kRadius) * sin(angle);
+    body.yaw = angle + Scalar(0.5 * M_PI);
+    return body;
+  }
+
+ private:
+  double rate_, start_;
+};
+
+}  // namespace mlic::sim
