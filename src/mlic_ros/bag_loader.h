@@ -1,0 +1,38 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mlic_core/common/progress.h"
+#include "mlic_core/sensors/measurements.h"
+#include "mlic_core/sensors/rig.h"
+
+namespace mlic {
+
+struct LoadOptions {
+  double start = 0.0;              // s after the first message of the earliest bag
+  std::optional<double> duration;  // s; until the end when absent
+};
+
+// What was found and left out, in plain words for log and report; frames as the messages name them.
+struct LoadReport {
+  std::vector<std::string> lines;
+  std::vector<std::string> warnings;
+  std::string imu_frame_id;
+  std::vector<std::string> lidar_frame_ids;  // in the rig's order
+};
+
+// Reads IMU and LiDARs of the rig from the bags, in one pass and with bounded memory besides the result:
+// messages are read in turn while the ones before are decoded and thinned out in parallel. Bags that overlap
+// in time are one drive, disjoint ones are several. The result does not depend on the number of threads.
+// Throws InputError for all that cannot be used, Cancelled when the token is set.
+Dataset LoadDataset(const Rig& rig, const std::vector<std::filesystem::path>& bags,
+                    const LoadOptions& options, LoadReport& report, const CancellationToken& cancellation,
+                    ProgressSink& progress);
+
+// The rig with the frames that it leaves open taken from the messages.
+Rig WithMessageFrames(Rig rig, const LoadReport& report);
+
+}  // namespace mlic

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "mlic_core/sensors/measurements.h"
+#include "mlic_ros/imu_check.h"
+#include "mlic_ros/scan_reader.h"
+
+namespace mlic {
+
+// What was read of one drive, in order of recording: before sorting, checking and leaving out.
+struct DriveMessages {
+  std::vector<StampedImu> imu;
+  std::vector<std::vector<ReadScan>> lidars;  // one for each format
+};
+
+// Text for people about one topic: counts and what was left out; and what is odd.
+struct DriveNotes {
+  std::vector<std::string> lines;
+  std::vector<std::string> warnings;
+};
+
+// Sorts and cleans the messages, reports what was odd about them and puts all times on one epoch, the first
+// IMU stamp. Throws InputError when a topic has nothing usable, or IMU and a LiDAR do not overlap in time.
+Drive BuildDrive(DriveMessages messages, const std::string& imu_topic,
+                 const std::vector<LidarFormat>& formats, DriveNotes& notes);
+
+}  // namespace mlic
