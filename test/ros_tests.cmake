@@ -1,1 +1,2 @@
-# Tests of this part; owned by it.
+# Tests of the ROS layer, and of what bag loading rests on in the core.
+mlic_add_test(lidar_point_time_test LIBRARIES mlic_lidar)
