@@ -1,0 +1,21 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <string>
+
+namespace mlic {
+
+// Exit statuses that every program shares; see SPEC 6.
+enum ExitStatus { kTrusted = 0, kBadInput = 1, kRefused = 2, kFailure = 3, kInterrupted = 130 };
+
+// Runs the body and turns exceptions into exit statuses, each with one line on stderr that begins with the
+// program's name. failure_hint completes the line of an internal failure, such as where the log is.
+int RunProgram(const std::string& name, const std::function<int()>& body,
+               const std::function<std::string()>& failure_hint = {});
+
+// Parses the arguments. Returns true to go on; otherwise status is what to exit with (help: 0, wrong usage:
+// 1).
+bool ParseArguments(CLI::App& app, int argc, char** argv, int& status);
+
+}  // namespace mlic
