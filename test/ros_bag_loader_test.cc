@@ -1,0 +1,292 @@
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "mlic_core/common/error.h"
+#include "mlic_ros/bag_loader.h"
+#include "ros_test_bags.h"
+
+namespace mlic {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct NoProgress : ProgressSink {
+  void OnProgress(const std::string&, double) override {}
+};
+
+class BagLoader : public ::testing::Test {
+ protected:
+  BagLoader() : directory_(fs::temp_directory_path() / ("mlic_loader_" + std::to_string(getpid()))) {
+    fs::create_directories(directory_);
+    recipe_.path = Path("a.bag");
+    rig_.imu.topic = "/imu";
+    rig_.lidars.resize(1);
+    rig_.lidars[0].name = "lidar";
+    rig_.lidars[0].topic = "/points";
+  }
+  ~BagLoader() override { fs::remove_all(directory_); }
+
+  std::string Path(const std::string& name) const { return (directory_ / name).string(); }
+
+  Dataset Load(const std::vector<fs::path>& bags, const LoadOptions& options = {}) {
+    NoProgress progress;
+    report_ = {};
+    return LoadDataset(rig_, bags, options, report_, CancellationToken(), progress);
+  }
+  Dataset WriteAndLoad() {
+    WriteTestBag(recipe_);
+    return Load({recipe_.path});
+  }
+
+  // Loads and expects an InputError of one line with all the parts.
+  void ExpectError(const std::vector<fs::path>& bags, const std::vector<std::string>& parts,
+                   const LoadOptions& options = {}) {
+    try {
+      Load(bags, options);
+      FAIL() << "loaded without an error";
+    } catch (const InputError& error) {
+      const std::string text = error.what();
+      EXPECT_EQ(text.find('\n'), std::string::npos) << text;
+      for (const std::string& part : parts)
+        EXPECT_NE(text.find(part), std::string::npos) << part << " in: " << text;
+    }
+  }
+  void ExpectErrorOf(const TestBag& recipe, const std::vector<std::string>& parts) {
+    WriteTestBag(recipe);
+    ExpectError({recipe.path}, parts);
+  }
+
+  bool Reported(const std::vector<std::string>& lines, const std::string& part) const {
+    for (const std::string& line : lines) {
+      if (line.find(part) != std::string::npos) return true;
+    }
+    return false;
+  }
+
+  const fs::path directory_;
+  TestBag recipe_;
+  Rig rig_;
+  LoadReport report_;
+};
+
+// Every point has its own time again: intensity holds its column.
+void ExpectPointTimes(const Drive& drive, double scan_start, double tolerance) {
+  const LidarRecording& lidar = drive.lidars.at(0);
+  ASSERT_EQ(lidar.scans.size(), 30u);
+  EXPECT_NEAR(lidar.scan_period, kScanPeriod, 1e-9);
+  for (std::size_t k = 0; k < lidar.scans.size(); ++k) {
+    const LidarScan& scan = lidar.scans[k];
+    ASSERT_GT(scan.points.size(), 300u);
+    for (const LidarPoint& point : scan.points) {
+      const double expected = scan_start + kScanPeriod * static_cast<double>(k) + TestTime(point.intensity);
+      ASSERT_NEAR(scan.time + point.time, expected, tolerance) << "scan " << k;
+    }
+  }
+}
+
+TEST_F(BagLoader, ReadsEveryLayout) {
+  for (const Layout layout : {Layout::kSeconds, Layout::kNanoseconds, Layout::kAbsoluteSeconds,
+                              Layout::kAbsoluteNanoseconds, Layout::kBeforeStamp, Layout::kOtherClock}) {
+    SCOPED_TRACE(static_cast<int>(layout));
+    recipe_.layout = layout;
+    const Dataset dataset = WriteAndLoad();
+    ASSERT_EQ(dataset.drives.size(), 1u);
+    EXPECT_EQ(dataset.drives[0].epoch, kBagStart);
+    EXPECT_EQ(dataset.drives[0].imu.size(), 300u);
+    EXPECT_FALSE(dataset.drives[0].lidars[0].point_times_from_azimuth);
+    ExpectPointTimes(dataset.drives[0], 0.0, 1e-6);
+    EXPECT_EQ(!report_.warnings.empty(), layout == Layout::kOtherClock);
+  }
+}
+
+TEST_F(BagLoader, ReadsLivoxMessages) {
+  recipe_.livox = true;
+  const Dataset dataset = WriteAndLoad();
+  const LidarRecording& lidar = dataset.drives.at(0).lidars.at(0);
+  ASSERT_EQ(lidar.scans.size(), 30u);
+  EXPECT_NEAR(lidar.scans[4].time, 0.4, 1e-9);
+  EXPECT_NEAR(lidar.scans[4].points.back().time, TestTime(kColumns - 1), 1e-6);
+  EXPECT_EQ(lidar.scans[4].points[0].intensity, 77.0f);
+  EXPECT_EQ(WithMessageFrames(rig_, report_).lidars[0].frame_id, "livox_frame");
+}
+
+TEST_F(BagLoader, SpinningLidarWithoutTimesGetsThemFromAzimuth) {
+  for (const Layout layout : {Layout::kNoTimes, Layout::kZeroTimes}) {
+    recipe_.layout = layout;
+    const Dataset dataset = WriteAndLoad();
+    EXPECT_TRUE(dataset.drives[0].lidars[0].point_times_from_azimuth);
+    ExpectPointTimes(dataset.drives[0], 0.0, 1e-3);
+    EXPECT_TRUE(Reported(report_.warnings, "azimuth"));
+  }
+}
+
+TEST_F(BagLoader, OtherLidarWithoutTimesIsAnError) {
+  recipe_.layout = Layout::kNoTimes;
+  recipe_.horizontal_view = 2.1;
+  ExpectErrorOf(recipe_, {"/points", "no times", "set the driver"});
+}
+
+TEST_F(BagLoader, UnknownTimeUnitIsAnError) {
+  recipe_.layout = Layout::kTicks;
+  ExpectErrorOf(recipe_, {"/points", "'time'", "nanoseconds"});
+}
+
+TEST_F(BagLoader, MissingTopicListsThoseThereAre) {
+  WriteTestBag(recipe_);
+  rig_.lidars[0].topic = "/front/points";
+  ExpectError({recipe_.path},
+              {"/front/points", "/points (sensor_msgs/PointCloud2)", "/imu (sensor_msgs/Imu)"});
+  rig_.lidars[0].topic = "/imu";
+  ExpectError({recipe_.path}, {"/imu", "is of type sensor_msgs/Imu", "expected sensor_msgs/PointCloud2"});
+}
+
+TEST_F(BagLoader, FilesThatAreNoBagsAreErrors) {
+  ExpectError({Path("none.bag")}, {"none.bag", "no such file"});
+  std::ofstream(Path("empty.bag")).flush();
+  ExpectError({Path("empty.bag")}, {"empty.bag", "empty"});
+  std::ofstream(Path("text.bag")) << "topic,time,value\n1,2,3\n";
+  ExpectError({Path("text.bag")}, {"text.bag", "not a ROS 1 bag"});
+  rosbag::Bag(Path("hollow.bag"), rosbag::bagmode::Write).close();
+  ExpectError({Path("hollow.bag")}, {"hollow.bag", "no messages"});
+}
+
+TEST_F(BagLoader, TruncatedAndUnindexedBagsNameTheRepair) {
+  WriteTestBag(recipe_);
+  const auto size = fs::file_size(recipe_.path);
+  for (const double share : {0.001, 0.3, 0.99}) {
+    fs::copy_file(recipe_.path, Path("cut.bag"), fs::copy_options::overwrite_existing);
+    fs::resize_file(Path("cut.bag"), static_cast<std::uintmax_t>(share * static_cast<double>(size)) + 20);
+    ExpectError({Path("cut.bag")}, {"cut.bag", "rosbag reindex"});
+  }
+  // A recording that was killed: the header's index position was never filled in.
+  std::fstream file(recipe_.path, std::ios::in | std::ios::out | std::ios::binary);
+  std::string head(200, '\0');
+  file.read(head.data(), 200);
+  const std::size_t at = head.find("index_pos=");
+  ASSERT_NE(at, std::string::npos);
+  file.seekp(static_cast<std::streamoff>(at + 10));
+  file.write(std::string(8, '\0').data(), 8);
+  file.close();
+  ExpectError({recipe_.path}, {"a.bag", "rosbag reindex"});
+}
+
+TEST_F(BagLoader, TimeRangesThatDoNotOverlapAreAnError) {
+  recipe_.lidar_clock_ahead = -1000.0;
+  ExpectErrorOf(recipe_, {"/points", "/imu", "do not overlap", "1699999000.000", "1700000000.000"});
+}
+
+TEST_F(BagLoader, WrongImuUnitsAreErrors) {
+  recipe_.on_imu = [](int, sensor_msgs::Imu& imu) { return imu.linear_acceleration.z = 1.0, true; };
+  ExpectErrorOf(recipe_, {"/imu", "looks like g", "9.80665"});
+  recipe_.on_imu = [](int, sensor_msgs::Imu& imu) { return imu.linear_acceleration.z = 0.05, true; };
+  ExpectErrorOf(recipe_, {"/imu", "gravity had been removed"});
+  recipe_.on_imu = [](int, sensor_msgs::Imu& imu) { return imu.angular_velocity.y = 40.0, true; };
+  ExpectErrorOf(recipe_, {"/imu", "deg/s"});
+}
+
+TEST_F(BagLoader, NanImuSamplesAreDroppedAndCounted) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  recipe_.on_imu = [&](int i, sensor_msgs::Imu& imu) {
+    if (i % 10 == 0) imu.angular_velocity.x = nan;
+    return true;
+  };
+  EXPECT_EQ(WriteAndLoad().drives[0].imu.size(), 270u);
+  EXPECT_TRUE(Reported(report_.warnings, "30 IMU samples hold NaN"));
+  recipe_.on_imu = [&](int, sensor_msgs::Imu& imu) { return imu.linear_acceleration.x = nan, true; };
+  ExpectErrorOf(recipe_, {"/imu", "all 300 IMU samples hold NaN"});
+}
+
+TEST_F(BagLoader, OddMessagesAreHandledAndCounted) {
+  recipe_.on_cloud = [](int i, sensor_msgs::PointCloud2& cloud) {
+    if (i == 4) cloud.header.stamp -= ros::Duration(0.1);  // repeats the one before
+    if (i == 11) cloud.header.stamp += ros::Duration(0.1), cloud.header.seq = 1;
+    if (i == 12) cloud.header.stamp -= ros::Duration(0.1);  // swapped with the one before
+    for (std::size_t p = 0; p < 40; ++p) {
+      Put<float>(cloud.data, p * 32, p < 20 ? std::numeric_limits<float>::quiet_NaN() : 0.0f);
+      if (p >= 20) Put<float>(cloud.data, p * 32 + 4, 0.0f), Put<float>(cloud.data, p * 32 + 8, 0.0f);
+    }
+    if (i == 25) cloud.data.resize(100);
+    return i != 20 && i != 21;
+  };
+  const LidarRecording lidar = WriteAndLoad().drives[0].lidars[0];
+  EXPECT_EQ(lidar.scans.size(), 26u);
+  for (std::size_t k = 1; k < lidar.scans.size(); ++k)
+    EXPECT_GT(lidar.scans[k].time, lidar.scans[k - 1].time);
+  EXPECT_TRUE(Reported(report_.lines, "1 with a repeated stamp"));
+  EXPECT_TRUE(Reported(report_.lines, "out of order"));
+  EXPECT_TRUE(Reported(report_.lines, "4 missing"));  // 20, 21, 25 and the one that repeated another's stamp
+  EXPECT_TRUE(Reported(report_.lines, "1 malformed"));
+  for (const LidarScan& scan : lidar.scans) {
+    for (const LidarPoint& point : scan.points) EXPECT_NEAR(point.position.head<2>().norm(), 20.0, 1e-3);
+  }
+}
+
+TEST_F(BagLoader, ClockJumpIsReported) {
+  recipe_.on_imu = [](int i, sensor_msgs::Imu& imu) {
+    if (i >= 200) imu.header.stamp += ros::Duration(5.0);
+    return true;
+  };
+  WriteAndLoad();
+  EXPECT_TRUE(Reported(report_.warnings, "topic /imu: 1 clock jump(s)"));
+  recipe_.on_imu = nullptr;
+  WriteAndLoad();
+  EXPECT_TRUE(report_.warnings.empty());
+}
+
+TEST_F(BagLoader, ChangeOfScanPeriodIsReported) {
+  recipe_.seconds = 12.0;
+  recipe_.on_cloud = [](int i, sensor_msgs::PointCloud2&) { return i < 70 || i % 2 == 0; };
+  WriteAndLoad();
+  EXPECT_TRUE(Reported(report_.warnings, "topic /points: the period changes: 0.2 s"));
+}
+
+TEST_F(BagLoader, SplitBagsAreOneDriveAndDisjointOnesSeveral) {
+  TestBag lidar = recipe_;
+  recipe_.with_lidar = false;
+  lidar.path = Path("b.bag");
+  lidar.with_imu = false;
+  WriteTestBag(recipe_);
+  WriteTestBag(lidar);
+  const Dataset split = Load({recipe_.path, lidar.path});
+  ASSERT_EQ(split.drives.size(), 1u);
+  EXPECT_EQ(split.drives[0].lidars[0].scans.size(), 30u);
+
+  TestBag first = recipe_, second = recipe_;
+  first.with_lidar = second.with_lidar = true;
+  first.path = Path("c.bag");
+  second.path = Path("d.bag");
+  second.start = kBagStart + 100'000'000'000;
+  WriteTestBag(first);
+  WriteTestBag(second);
+  const Dataset disjoint = Load({second.path, first.path});
+  ASSERT_EQ(disjoint.drives.size(), 2u);
+  EXPECT_EQ(disjoint.drives[0].epoch, kBagStart);
+  EXPECT_EQ(disjoint.drives[1].epoch, second.start);
+  for (const Drive& drive : disjoint.drives) ExpectPointTimes(drive, 0.0, 1e-6);
+}
+
+TEST_F(BagLoader, StartAndDurationChooseAPart) {
+  WriteTestBag(recipe_);
+  LoadOptions options;
+  options.start = 1.0;
+  options.duration = 0.5;
+  const Dataset dataset = Load({recipe_.path}, options);
+  EXPECT_EQ(dataset.drives[0].epoch, kBagStart + 1'000'000'000);
+  EXPECT_EQ(dataset.drives[0].imu.size(), 51u);
+  EXPECT_EQ(dataset.drives[0].lidars[0].scans.size(), 6u);
+  options.start = 100.0;
+  ExpectError({recipe_.path}, {"--start 100"}, options);
+}
+
+TEST_F(BagLoader, CancellationStopsIt) {
+  WriteTestBag(recipe_);
+  CancellationToken token;
+  token.Cancel();
+  NoProgress progress;
+  EXPECT_THROW(LoadDataset(rig_, {recipe_.path}, {}, report_, token, progress), Cancelled);
+}
+
+}  // namespace
+}  // namespace mlic
