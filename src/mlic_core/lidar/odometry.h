@@ -9,19 +9,19 @@
 
 namespace mlic {
 
-// LiDAR odometry of one LiDAR alone, after KISS-ICP (Vizzo et al., RA-L 2023): constant-velocity de-skew, adaptive
-// threshold, voxel hash map, robust registration.
+// LiDAR odometry of one LiDAR alone, after KISS-ICP (Vizzo et al., RA-L 2023): constant-velocity de-skew,
+// adaptive threshold, voxel hash map, robust registration.
 
 // T_odom_lidar at time `time` (seconds since the drive's epoch, LiDAR clock): the middle of the scan.
 struct OdometryPose {
   double time = 0.0;
   RigidTransform pose;
-  double residual_rms = 0.0;   // of the last registration, inliers, m
-  double inlier_share = 0.0;   // matched share of the keypoints
+  double residual_rms = 0.0;  // of the last registration, inliers, m
+  double inlier_share = 0.0;  // matched share of the keypoints
 };
 
-// Rotation of the LiDAR between two times of its own clock, R_lidar(from)_lidar(to); when given, it replaces the
-// constant-velocity assumption for rotation in de-skew and prediction.
+// Rotation of the LiDAR between two times of its own clock, R_lidar(from)_lidar(to); when given, it replaces
+// the constant-velocity assumption for rotation in de-skew and prediction.
 using RotationBetween = std::function<Eigen::Quaterniond(double from, double to)>;
 
 struct OdometryResult {

@@ -1,0 +1,34 @@
+#include "mlic_core/lidar/deskew.h"
+
+#include "mlic_core/geometry/so3.h"
+
+namespace mlic {
+namespace {
+
+constexpr double kShortestHalfSpan = 1e-4;  // s: scans whose points all have one time
+
+}  // namespace
+
+ScanMotion::ScanMotion(const Twist& twist, double half_span)
+    : half_span_(std::max(half_span, kShortestHalfSpan)),
+      entries_per_second_((kEntries - 1) / (2.0 * half_span_)),
+      linear_(twist.linear) {
+  for (int i = 0; i < kEntries; ++i) rotations_[i] = ExpMatrix(TimeOf(i) * twist.angular);
+  FillDifferences();
+}
+
+ScanMotion::ScanMotion(const RotationBetween& rotation_between, double middle, double half_span)
+    : half_span_(std::max(half_span, kShortestHalfSpan)),
+      entries_per_second_((kEntries - 1) / (2.0 * half_span_)) {
+  for (int i = 0; i < kEntries; ++i) {
+    rotations_[i] = rotation_between(middle, middle + TimeOf(i)).toRotationMatrix();
+  }
+  FillDifferences();
+}
+
+void ScanMotion::FillDifferences() {
+  for (int i = 0; i + 1 < kEntries; ++i) differences_[i] = rotations_[i + 1] - rotations_[i];
+  differences_.back().setZero();
+}
+
+}  // namespace mlic

@@ -1,0 +1,190 @@
+#include "mlic_core/lidar/registration.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "mlic_core/geometry/so3.h"
+
+namespace mlic {
+namespace {
+
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+using Vector12d = Eigen::Matrix<double, 12, 1>;
+using Matrix12d = Eigen::Matrix<double, 12, 12>;
+
+constexpr int kMostIterations = 25;
+constexpr double kSmallRotation = 5e-5;     // rad
+constexpr double kSmallTranslation = 5e-4;  // m
+constexpr std::size_t kFewPoints = 1500;    // that are enough to get near
+
+// Normal equations over (rotation, translation, angular velocity, linear velocity) of small right
+// perturbations in the LiDAR's frame. The Jacobian to the velocity is s times that to the pose, so that three
+// moments in s make the whole.
+struct NormalEquations {
+  Matrix6d hessian[3];   // times s^0, s^1, s^2; lower triangle
+  Vector6d gradient[2];  // times s^0, s^1
+  double weighted_squares = 0.0;
+  double weights = 0.0;
+  std::size_t matched = 0;
+
+  NormalEquations() {
+    for (Matrix6d& m : hessian) m.setZero();
+    for (Vector6d& v : gradient) v.setZero();
+  }
+
+  // direction: of the residual, in the LiDAR's frame.
+  void Add(const Eigen::Vector3d& point, const Eigen::Vector3d& direction, double residual, double s,
+           double weight) {
+    Vector6d jacobian;
+    jacobian << point.cross(direction), direction;
+    const Vector6d weighted = weight * jacobian;
+    const double s_squared = s * s;
+    for (int column = 0; column < 6; ++column) {
+      for (int row = column; row < 6; ++row) {
+        const double product = weighted[row] * jacobian[column];
+        hessian[0](row, column) += product;
+        hessian[1](row, column) += s * product;
+        hessian[2](row, column) += s_squared * product;
+      }
+    }
+    gradient[0] += residual * weighted;
+    gradient[1] += (s * residual) * weighted;
+  }
+
+  void Expand(Matrix12d* full, Vector12d* right_side) const {
+    const Matrix6d cross = hessian[1].selfadjointView<Eigen::Lower>();
+    full->topLeftCorner<6, 6>() = hessian[0].selfadjointView<Eigen::Lower>();
+    full->topRightCorner<6, 6>() = cross;
+    full->bottomLeftCorner<6, 6>() = cross;
+    full->bottomRightCorner<6, 6>() = hessian[2].selfadjointView<Eigen::Lower>();
+    right_side->head<6>() = -gradient[0];
+    right_side->tail<6>() = -gradient[1];
+  }
+};
+
+double GemanMcClure(double squared_residual, double squared_width) {
+  const double w = squared_width / (squared_width + squared_residual);
+  return w * w;
+}
+
+NormalEquations MatchPoints(const std::vector<TimedPoint>& points, std::size_t stride,
+                            const VoxelHashMap& map, const RigidTransform& pose, const ScanMotion& motion,
+                            double width, double noise) {
+  NormalEquations equations;
+  const Eigen::Matrix3d rotation = pose.rotation.toRotationMatrix();
+  const double squared_width = width * width;
+  for (std::size_t i = 0; i < points.size(); i += stride) {
+    const double s = points[i].time;
+    const Eigen::Vector3d in_lidar = motion.ToMiddle(points[i].position, s);
+    const Eigen::Vector3d in_odom = rotation * in_lidar + pose.translation;
+    const Surface* surface = map.Find(in_odom);
+    if (surface == nullptr) continue;
+    const Eigen::Vector3d difference = in_odom - surface->mean;
+    const double variance = surface->variance + noise * noise;
+    if (surface->kind == Surface::Kind::kPlane) {
+      const double residual = surface->normal.dot(difference);
+      if (std::abs(residual) > 3.0 * width) continue;
+      const double kernel = GemanMcClure(residual * residual, squared_width);
+      equations.Add(in_lidar, rotation.transpose() * surface->normal, residual, s, kernel / variance);
+      if (std::abs(residual) <= width) ++equations.matched;
+      equations.weighted_squares += kernel * residual * residual;
+      equations.weights += kernel;
+    } else {
+      const double kernel = GemanMcClure(difference.squaredNorm(), squared_width + surface->variance);
+      for (int axis = 0; axis < 3; ++axis) {
+        equations.Add(in_lidar, rotation.row(axis).transpose(), difference[axis], s, kernel / variance);
+      }
+      ++equations.matched;
+    }
+  }
+  return equations;
+}
+
+// Adds |residual / sigma|^2 with the Jacobian `factor` to block `first` and, with -other_factor, to block
+// `second`.
+void AddPrior(const Eigen::Vector3d& residual, double sigma, int first, double factor, int second,
+              double second_factor, Matrix12d* hessian, Vector12d* right_side) {
+  const double information = 1.0 / (sigma * sigma);
+  hessian->block<3, 3>(first, first).diagonal().array() += information * factor * factor;
+  right_side->segment<3>(first) -= information * factor * residual;
+  if (second_factor == 0.0) return;
+  hessian->block<3, 3>(second, second).diagonal().array() += information * second_factor * second_factor;
+  hessian->block<3, 3>(first, second).diagonal().array() += information * factor * second_factor;
+  hessian->block<3, 3>(second, first).diagonal().array() += information * factor * second_factor;
+  right_side->segment<3>(second) -= information * second_factor * residual;
+}
+
+void AddMotionPrior(const MotionPrior& prior, const MotionState& state, Matrix12d* hessian,
+                    Vector12d* right_side) {
+  const Eigen::Quaterniond to_lidar = state.pose.rotation.conjugate();
+  const RigidTransform motion = prior.previous.pose.Inverse() * state.pose;
+  const double half = 0.5 * prior.interval;
+  if (prior.rotation != nullptr) {
+    AddPrior(Log(prior.predicted.pose.rotation.conjugate() * state.pose.rotation), prior.sigma_rotation, 0,
+             1.0, 0, 0.0, hessian, right_side);
+    AddPrior(state.twist.angular - prior.predicted.twist.angular, 1e-3, 6, 1.0, 0, 0.0, hessian, right_side);
+  } else {
+    AddPrior(Log(motion.rotation) - half * (prior.previous.twist.angular + state.twist.angular),
+             prior.sigma_rotation, 0, 1.0, 6, -half, hessian, right_side);
+    AddPrior(state.twist.angular - prior.predicted.twist.angular, prior.sigma_angular_velocity, 6, 1.0, 0,
+             0.0, hessian, right_side);
+  }
+  const Eigen::Vector3d previous_linear =
+      to_lidar * (prior.previous.pose.rotation * prior.previous.twist.linear);
+  const Eigen::Vector3d moved = to_lidar * (state.pose.translation - prior.previous.pose.translation);
+  AddPrior(moved - half * (previous_linear + state.twist.linear), prior.sigma_translation, 3, 1.0, 9, -half,
+           hessian, right_side);
+  AddPrior(state.twist.linear - prior.predicted.twist.linear, prior.sigma_linear_velocity, 9, 1.0, 0, 0.0,
+           hessian, right_side);
+}
+
+void Update(const Vector12d& step, MotionState* state) {
+  state->pose.translation += state->pose.rotation * step.segment<3>(3);
+  state->pose.rotation = (state->pose.rotation * ExpQuaternion(step.head<3>())).normalized();
+  state->twist.angular += step.segment<3>(6);
+  state->twist.linear += step.segment<3>(9);
+}
+
+}  // namespace
+
+RegistrationResult RegisterScan(const std::vector<TimedPoint>& points, double half_span,
+                                const VoxelHashMap& map, const MotionPrior& prior, double search_width,
+                                double noise) {
+  RegistrationResult result;
+  result.state = prior.predicted;
+  std::size_t stride = std::max<std::size_t>(1, points.size() / kFewPoints);
+  const double final_width = 3.0 * noise;
+  double width = std::max(search_width, final_width);
+  for (int iteration = 0; iteration < kMostIterations; ++iteration) {
+    ScanMotion motion =
+        prior.rotation != nullptr ? *prior.rotation : ScanMotion(result.state.twist, half_span);
+    motion.SetLinear(result.state.twist.linear);
+    const NormalEquations equations =
+        MatchPoints(points, stride, map, result.state.pose, motion, width, noise);
+    Matrix12d hessian;
+    Vector12d right_side;
+    equations.Expand(&hessian, &right_side);
+    AddMotionPrior(prior, result.state, &hessian, &right_side);
+    const Vector12d step = hessian.ldlt().solve(right_side);
+    if (!step.allFinite()) break;
+    Update(step, &result.state);
+    result.iterations = iteration + 1;
+
+    const std::size_t used = (points.size() + stride - 1) / stride;
+    result.inlier_share =
+        used == 0 ? 0.0 : static_cast<double>(equations.matched) / static_cast<double>(used);
+    result.residual_rms =
+        equations.weights > 0.0 ? std::sqrt(equations.weighted_squares / equations.weights) : 0.0;
+    const double scale = stride > 1 ? 10.0 : 1.0;
+    const bool settled = step.head<3>().norm() < scale * kSmallRotation &&
+                         step.segment<3>(3).norm() < scale * kSmallTranslation && width == final_width;
+    if (settled && stride == 1) break;
+    if (settled) stride = 1;
+    width = std::max(final_width, 0.5 * width);
+  }
+  return result;
+}
+
+}  // namespace mlic
