@@ -1,0 +1,34 @@
+// calibrate --rig RIG.yaml --bag FILE.bag [--bag MORE.bag] --output DIR: from recording to calibration,
+// without a ROS master. Exit statuses: see program.h.
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "mlic_ros/calibration_job.h"
+#include "mlic_ros/interrupt.h"
+#include "mlic_ros/program.h"
+
+int main(int argc, char** argv) {
+  mlic::JobOptions options;
+  CLI::App app("Calibrates the LiDARs and the IMU of a rig from one recorded drive", "calibrate");
+  app.add_option("--rig", options.rig, "rig file")->required();
+  app.add_option("--bag", options.bags, "ROS 1 bag; give it again for more")->required();
+  app.add_option("--output", options.output, "directory for the results, made if needed")->required();
+  app.add_option("--start", options.load.start, "leave out the first seconds");
+  app.add_option("--duration", options.load.duration, "use no more than this many seconds");
+  app.add_option("--threads", options.threads, "threads to use; by default all cores")
+      ->check(CLI::Range(0, 1024));
+  app.add_flag("--fresh", options.fresh, "start anew, whatever earlier runs left in DIR/stages");
+  int status = 0;
+  if (!mlic::ParseArguments(app, argc, argv, status)) return status;
+
+  const mlic::CancellationToken& cancellation = mlic::CancelOnSignals();
+  const auto body = [&] {
+    mlic::JobObserver no_display;
+    const mlic::CalibrationResult result = mlic::RunCalibrationJob(options, cancellation, no_display);
+    if (result.trusted) return mlic::kTrusted;
+    std::fprintf(stderr, "calibrate: %s\n", mlic::RefusalLine(result).c_str());
+    return mlic::kRefused;
+  };
+  return mlic::RunProgram("calibrate", body, [&] { return mlic::LogHint(options); });
+}

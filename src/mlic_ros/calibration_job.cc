@@ -1,0 +1,95 @@
+#include "mlic_ros/calibration_job.h"
+
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <utility>
+
+#include "mlic_core/calibration/calibrator.h"
+#include "mlic_core/common/error.h"
+#include "mlic_core/io/rig_file.h"
+#include "mlic_core/io/write_results.h"
+#include "mlic_ros/job_log.h"
+#include "mlic_ros/result_directory.h"
+
+extern "C" void openblas_set_num_threads(int threads);
+
+namespace mlic {
+namespace {
+
+// All parallel loops within its lifetime use this many threads.
+class ThreadLimit {
+ public:
+  explicit ThreadLimit(int threads) {
+    if (threads > 0) {
+      limit_ = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
+                                                     static_cast<std::size_t>(threads));
+    }
+    openblas_set_num_threads(threads > 0 ? threads : DefaultThreads());
+  }
+
+ private:
+  static int DefaultThreads() {
+    return static_cast<int>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
+  }
+  std::unique_ptr<tbb::global_control> limit_;
+};
+
+StageSummary LoadingSummary(const LoadReport& report, double seconds) {
+  StageSummary summary;
+  summary.name = "loading";
+  summary.seconds = seconds;
+  summary.lines = report.lines;
+  return summary;
+}
+
+CalibrationResult Run(const JobOptions& options, const CancellationToken& cancellation, JobLog& log) {
+  const auto start = std::chrono::steady_clock::now();
+  const Rig rig_file = LoadRigFile(options.rig);
+  LoadReport report;
+  const Dataset dataset = LoadDataset(rig_file, options.bags, options.load, report, cancellation, log);
+  const Rig rig = WithMessageFrames(rig_file, report);
+  for (const std::string& line : report.lines) log.Line(line);
+  for (const std::string& line : report.warnings) log.Warning("warning: " + line);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  log.OnRig(rig);
+
+  CalibrationResult result = Calibrate(rig, dataset, cancellation, log);
+  result.stages.insert(result.stages.begin(), LoadingSummary(report, seconds));
+  result.warnings.insert(result.warnings.begin(), report.warnings.begin(), report.warnings.end());
+  cancellation.ThrowIfCancelled();
+  ReplaceResults(options.output,
+                 [&](const std::filesystem::path& directory) { WriteResults(directory, result); });
+  log.OnResult(result);
+  return result;
+}
+
+}  // namespace
+
+CalibrationResult RunCalibrationJob(const JobOptions& options, const CancellationToken& cancellation,
+                                    JobObserver& display) {
+  JobLog log(options.output, display);
+  const ThreadLimit threads(options.threads);
+  try {
+    CalibrationResult result = Run(options, cancellation, log);
+    log.FileOnly(result.trusted ? "trusted" : RefusalLine(result));
+    return result;
+  } catch (const std::exception& error) {
+    log.FileOnly(error.what());
+    throw;
+  }
+}
+
+std::string RefusalLine(const CalibrationResult& result) {
+  std::string line = "refused: ";
+  for (std::size_t i = 0; i < result.reasons.size(); ++i) line += (i == 0 ? "" : "; ") + result.reasons[i];
+  if (result.reasons.empty()) line += "a check failed";
+  return line +
+         "; what was shown stands in calibration.yaml, record a drive with more turns or give T_imu_sensor";
+}
+
+std::string LogHint(const JobOptions& options) { return "; see " + (options.output / "log.txt").string(); }
+
+}  // namespace mlic

@@ -1,0 +1,10 @@
+#pragma once
+
+#include "mlic_core/common/progress.h"
+
+namespace mlic {
+
+// Lets SIGINT and SIGTERM set the returned token; a second signal ends the process at once with status 130.
+const CancellationToken& CancelOnSignals();
+
+}  // namespace mlic

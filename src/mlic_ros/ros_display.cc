@@ -1,0 +1,102 @@
+#include "mlic_ros/ros_display.h"
+
+#include <nav_msgs/Path.h>
+#include <sensor_msgs/PointCloud2.h>
+#include <visualization_msgs/MarkerArray.h>
+
+#include <algorithm>
+
+#include "mlic_ros/display_messages.h"
+
+namespace mlic {
+namespace {
+
+constexpr double kSecondsBetweenProgress = 0.1;
+
+}  // namespace
+
+RosDisplay::RosDisplay(ros::NodeHandle& node)
+    : voxel_map_(node.advertise<visualization_msgs::MarkerArray>("/mlic/voxel_map", 1, true)),
+      voxel_map_points_(node.advertise<sensor_msgs::PointCloud2>("/mlic/voxel_map_points", 1, true)),
+      trajectory_(node.advertise<nav_msgs::Path>("/mlic/trajectory", 1, true)),
+      status_publisher_(node.advertise<Status>("/mlic/status", 1, true)) {
+  status_.state = Status::RUNNING;
+  status_.stage = "starting";
+  PublishStatus();
+}
+
+void RosDisplay::PublishStatus() {
+  status_.header.stamp = ros::Time::now();
+  status_publisher_.publish(status_);
+}
+
+void RosDisplay::OnProgress(const std::string& stage, double fraction) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto now = std::chrono::steady_clock::now();
+  const bool due = std::chrono::duration<double>(now - last_progress_).count() >= kSecondsBetweenProgress;
+  if (stage == status_.stage && !due) return;
+  last_progress_ = now;
+  status_.stage = stage;
+  status_.progress = static_cast<float>(fraction);
+  PublishStatus();
+}
+
+void RosDisplay::OnMessage(const std::string& line) { ROS_DEBUG_STREAM(line); }
+
+void RosDisplay::OnRig(const Rig& rig) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!rig.imu.frame_id.empty()) imu_frame_ = FrameName(rig.imu.frame_id, "imu");
+}
+
+void RosDisplay::PublishFrames(const std::vector<SensorStatus>& sensors,
+                               const std::vector<StampedPose>& trajectory) {
+  const ros::Time now = ros::Time::now();
+  std::vector<geometry_msgs::TransformStamped> frames;
+  const RigidTransform T_map_imu = trajectory.empty() ? RigidTransform() : trajectory.back().pose;
+  frames.push_back(MakeFrame("map", imu_frame_, ToMessage(T_map_imu), now));
+  for (const SensorStatus& sensor : sensors) {
+    if (sensor.frame_id == imu_frame_) continue;
+    frames.push_back(MakeFrame(imu_frame_, sensor.frame_id, sensor.transform, now));
+  }
+  broadcaster_.sendTransform(frames);
+}
+
+void RosDisplay::OnSnapshot(const CalibrationSnapshot& snapshot) {
+  const ros::Time now = ros::Time::now();
+  if (!snapshot.planes.empty()) voxel_map_.publish(MakePlaneMarkers(snapshot.planes, now));
+  if (!snapshot.points.empty()) voxel_map_points_.publish(MakeMapCloud(snapshot.points, now));
+  if (!snapshot.trajectory.empty()) trajectory_.publish(MakePath(snapshot.trajectory, now));
+  const std::lock_guard<std::mutex> lock(mutex_);
+  status_.stage = snapshot.stage;
+  status_.iteration = snapshot.iteration;
+  status_.costs.push_back(snapshot.cost);
+  status_.sensors = MakeSensorStatus(snapshot);
+  PublishFrames(status_.sensors, snapshot.trajectory);
+  PublishStatus();
+}
+
+void RosDisplay::OnResult(const CalibrationResult& result) {
+  const ros::Time now = ros::Time::now();
+  static const std::vector<StampedPose> kNoPath;
+  const std::vector<StampedPose>& path = result.trajectories.empty() ? kNoPath : result.trajectories.front();
+  if (!result.map.empty()) voxel_map_points_.publish(MakeMapCloud(result.map, now));
+  if (!path.empty()) trajectory_.publish(MakePath(path, now));
+  const std::lock_guard<std::mutex> lock(mutex_);
+  status_.state = result.trusted ? Status::TRUSTED : Status::REFUSED;
+  status_.stage = "done";
+  status_.progress = 1.0f;
+  status_.messages = result.reasons;
+  status_.messages.insert(status_.messages.end(), result.warnings.begin(), result.warnings.end());
+  status_.sensors = MakeSensorStatus(result);
+  PublishFrames(status_.sensors, path);
+  PublishStatus();
+}
+
+void RosDisplay::OnFailure(const std::string& line) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  status_.state = Status::FAILED;
+  status_.messages = {line};
+  PublishStatus();
+}
+
+}  // namespace mlic

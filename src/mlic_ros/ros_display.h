@@ -1,0 +1,44 @@
+#pragma once
+
+#include <ros/ros.h>
+#include <tf2_ros/static_transform_broadcaster.h>
+
+#include <chrono>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "mlic/Status.h"
+#include "mlic_ros/calibration_job.h"
+
+namespace mlic {
+
+// Publishes the calibration as it converges, latched: /mlic/voxel_map (MarkerArray), /mlic/voxel_map_points
+// (PointCloud2), /mlic/trajectory (Path), /mlic/status (Status), and the frames map -> IMU (at the end of the
+// path)
+// -> sensors on /tf_static.
+class RosDisplay : public JobObserver {
+ public:
+  explicit RosDisplay(ros::NodeHandle& node);
+
+  void OnProgress(const std::string& stage, double fraction) override;
+  void OnSnapshot(const CalibrationSnapshot& snapshot) override;
+  void OnMessage(const std::string& line) override;
+  void OnRig(const Rig& rig) override;
+  void OnResult(const CalibrationResult& result) override;
+  // The work ended without a result: one line says why.
+  void OnFailure(const std::string& line);
+
+ private:
+  void PublishStatus();
+  void PublishFrames(const std::vector<SensorStatus>& sensors, const std::vector<StampedPose>& trajectory);
+
+  std::mutex mutex_;  // progress comes from any thread
+  ros::Publisher voxel_map_, voxel_map_points_, trajectory_, status_publisher_;
+  tf2_ros::StaticTransformBroadcaster broadcaster_;
+  Status status_;
+  std::string imu_frame_ = "imu";
+  std::chrono::steady_clock::time_point last_progress_;
+};
+
+}  // namespace mlic
