@@ -1,0 +1,253 @@
+#include "mlic_core/imu/angular_rate_alignment.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "mlic_core/geometry/so3.h"
+#include "mlic_core/imu/angular_rate_correlation.h"
+#include "mlic_core/imu/gyro_integration.h"
+#include "mlic_core/imu/pose_segments.h"
+#include "mlic_core/imu/robust.h"
+#include "mlic_core/imu/rotation_fit.h"
+
+namespace mlic {
+namespace {
+
+constexpr double kLargestOffset = 1.05;  // s
+constexpr double kSegmentLength = 2.0;   // s
+constexpr double kSmallestSigma = 2e-6;  // rad: below it robust weights would follow rounding
+constexpr double kBiasPriorSigma = 0.2;  // rad/s
+constexpr double kShownSigma = 0.5 * M_PI / 180.0;
+
+using Vector7d = Eigen::Matrix<double, 7, 1>;
+using Matrix7d = Eigen::Matrix<double, 7, 7>;
+using Matrix37d = Eigen::Matrix<double, 3, 7>;
+
+struct State {
+  double time_offset = 0.0;
+  Eigen::Quaterniond R_imu_lidar = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d bias = Eigen::Vector3d::Zero();
+};
+
+// Residual of one pose and its Jacobian to (rotation, offset, bias) and to its segment's orientation; the
+// residual falls by Jacobian * step.
+struct PoseResidual {
+  Eigen::Vector3d value;
+  Matrix37d jacobian;
+  Eigen::Matrix3d segment_jacobian;
+};
+
+// The system of one Gauss-Newton step, whitened: minimise |step|' H |step| / 2 - b . step, order rotation,
+// offset, bias.
+struct System {
+  Matrix7d H = Matrix7d::Zero();
+  Vector7d b = Vector7d::Zero();
+  double sigma = 0.0;  // of a component of an orientation
+  double rms = 0.0;
+  double inlier_share = 0.0;
+  int poses = 0;
+};
+
+class Problem {
+ public:
+  Problem(const std::vector<ImuSample>& imu, const std::vector<TimedPose>& poses)
+      : imu_(imu), poses_(poses) {}
+
+  System Linearize(const State& state, bool redescending) const {
+    const GyroIntegration gyro(imu_, state.bias);
+    const std::vector<PoseSegment> segments = CutSegments(poses_, gyro, state.time_offset, kSegmentLength);
+    std::vector<PoseResidual> residuals;
+    for (const PoseSegment& segment : segments) AddResiduals(gyro, state, segment, &residuals);
+    std::vector<double> norms;
+    for (const PoseResidual& residual : residuals) norms.push_back(residual.value.norm());
+
+    System system;
+    system.poses = static_cast<int>(residuals.size());
+    if (residuals.empty()) return system;
+    // Each segment's orientation takes three of its residuals' degrees of freedom.
+    const double freedom = 1.0 - static_cast<double>(segments.size()) / static_cast<double>(residuals.size());
+    system.sigma = std::max(kSmallestSigma, SigmaFromNorms(norms) / std::sqrt(freedom));
+    double correlated = 0.0, squares = 0.0, inliers = 0.0;
+    std::size_t next = 0;
+    for (const PoseSegment& segment : segments) {
+      const std::size_t count = static_cast<std::size_t>(segment.Count());
+      Eigen::Matrix3d H_ss = Eigen::Matrix3d::Identity() * 1e-12;
+      Matrix37d H_sg = Matrix37d::Zero();
+      Eigen::Vector3d b_s = Eigen::Vector3d::Zero();
+      for (std::size_t i = next; i < next + count; ++i) {
+        const PoseResidual& r = residuals[i];
+        const double weight =
+            redescending ? TukeyWeight(norms[i], system.sigma) : AbsoluteWeight(norms[i], system.sigma);
+        H_ss += weight * r.segment_jacobian.transpose() * r.segment_jacobian;
+        H_sg += weight * r.segment_jacobian.transpose() * r.jacobian;
+        b_s += weight * r.segment_jacobian.transpose() * r.value;
+        system.H += weight * r.jacobian.transpose() * r.jacobian;
+        system.b += weight * r.jacobian.transpose() * r.value;
+        if (TukeyWeight(norms[i], system.sigma) <= 0.0) continue;
+        squares += r.value.squaredNorm();
+        inliers += 1.0;
+        if (i > next && norms[i - 1] < 6.0 * system.sigma) correlated += r.value.dot(residuals[i - 1].value);
+      }
+      const Matrix37d eliminated = H_ss.ldlt().solve(H_sg);
+      system.H -= H_sg.transpose() * eliminated;
+      system.b -= eliminated.transpose() * b_s;
+      next += count;
+    }
+    system.inlier_share = inliers / static_cast<double>(residuals.size());
+    system.rms = std::sqrt(squares / std::max(1.0, 3.0 * inliers * freedom));
+    // Errors that neighbours share count less: first-order autoregressive residuals.
+    const double rho = std::min(0.9, std::max(0.0, correlated / std::max(squares, 1e-300)));
+    const double variance = system.sigma * system.sigma * (1.0 + rho) / (1.0 - rho);
+    system.H /= variance;
+    system.b /= variance;
+    return system;
+  }
+
+ private:
+  void AddResiduals(const GyroIntegration& gyro, const State& state, const PoseSegment& segment,
+                    std::vector<PoseResidual>* residuals) const {
+    const double center = poses_[segment.Center()].time + state.time_offset;
+    const Eigen::Matrix3d R_lidar_imu = state.R_imu_lidar.conjugate().toRotationMatrix();
+    const Eigen::Vector3d center_rate = gyro.AngularVelocity(center);
+    std::vector<Eigen::Quaterniond> turns;
+    std::vector<Eigen::Quaterniond> centers;
+    for (int k = segment.begin; k < segment.end; ++k) {
+      turns.push_back(gyro.RotationBetween(center, poses_[k].time + state.time_offset));
+      const Eigen::Quaterniond lidar_turn = state.R_imu_lidar.conjugate() * turns.back() * state.R_imu_lidar;
+      centers.push_back(poses_[k].pose.rotation * lidar_turn.conjugate());
+    }
+    const Eigen::Quaterniond mean = RobustMean(centers, kSmallestSigma);
+    for (int k = segment.begin; k < segment.end; ++k) {
+      const double time = poses_[k].time + state.time_offset;
+      const Eigen::Quaterniond& turn = turns[k - segment.begin];
+      const Eigen::Matrix3d turn_back = turn.conjugate().toRotationMatrix();
+      const Eigen::Quaterniond lidar_turn = state.R_imu_lidar.conjugate() * turn * state.R_imu_lidar;
+      PoseResidual residual;
+      residual.value = Log(Eigen::Quaterniond((mean * lidar_turn).conjugate() * poses_[k].pose.rotation));
+      const Eigen::Matrix3d outer = RightJacobianInverse(-residual.value);
+      residual.jacobian.leftCols<3>() = R_lidar_imu * (Eigen::Matrix3d::Identity() - turn_back);
+      residual.jacobian.col(3) = R_lidar_imu * (gyro.AngularVelocity(time) - turn_back * center_rate);
+      residual.jacobian.rightCols<3>() = R_lidar_imu * gyro.BiasJacobian(center, time);
+      residual.jacobian = (outer * residual.jacobian).eval();
+      residual.segment_jacobian = outer * lidar_turn.conjugate().toRotationMatrix();
+      residuals->push_back(residual);
+    }
+  }
+
+  const std::vector<ImuSample>& imu_;
+  const std::vector<TimedPose>& poses_;
+};
+
+struct Refined {
+  State state;
+  System system;
+};
+
+// The prior's information and gradient are added to the copy of the system that is solved.
+void AddPriors(const State& state, const std::optional<RotationGuess>& guess, System* system) {
+  system->H.diagonal() += Vector7d::Constant(1e-2);  // keeps steps finite where nothing is shown
+  system->H.bottomRightCorner<3, 3>().diagonal().array() += 1.0 / (kBiasPriorSigma * kBiasPriorSigma);
+  system->b.tail<3>() -= state.bias / (kBiasPriorSigma * kBiasPriorSigma);
+  if (!guess) return;
+  const Eigen::Vector3d from_guess =
+      Log(Eigen::Quaterniond(state.R_imu_lidar * guess->R_imu_lidar.conjugate()));
+  const Eigen::Vector3d information = guess->sigma.array().square().inverse();
+  const Eigen::Matrix3d jacobian = RightJacobianInverse(-from_guess);
+  system->H.topLeftCorner<3, 3>() += jacobian.transpose() * information.asDiagonal() * jacobian;
+  system->b.head<3>() -= jacobian.transpose() * information.asDiagonal() * from_guess;
+}
+
+Refined Refine(const Problem& problem, const State& start, const std::optional<RotationGuess>& guess) {
+  constexpr int kIterations = 25;
+  constexpr int kConvexIterations = 5;
+  Refined refined;
+  refined.state = start;
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    System system = problem.Linearize(refined.state, iteration >= kConvexIterations);
+    if (system.poses == 0) break;
+    AddPriors(refined.state, guess, &system);
+    Vector7d step = system.H.ldlt().solve(system.b);
+    // The linearisation holds for a part of a peak's width and of a radian.
+    step *= std::min(1.0, 0.05 / std::max(std::abs(step[3]), step.head<3>().norm() / 6.0 + 1e-300));
+    State& state = refined.state;
+    state.R_imu_lidar = (ExpQuaternion(step.head<3>()) * state.R_imu_lidar).normalized();
+    state.time_offset += step[3];
+    state.bias += step.tail<3>();
+    if (iteration > kConvexIterations && step.norm() < 1e-10) break;
+  }
+  refined.system = problem.Linearize(refined.state, true);
+  return refined;
+}
+
+void FillInformation(const Refined& refined, const std::optional<RotationGuess>& guess,
+                     AngularRateAlignment* result) {
+  System system = refined.system;
+  Matrix7d data = system.H;
+  data.diagonal().tail<4>().array() += 1e-6;
+  result->rotation_information =
+      data.topLeftCorner<3, 3>() - data.topRightCorner<3, 4>() * data.bottomRightCorner<4, 4>().ldlt().solve(
+                                                                     data.bottomLeftCorner<4, 3>());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(result->rotation_information);
+  result->information_values = eigen.eigenvalues().cwiseMax(0.0);
+  result->information_directions = eigen.eigenvectors();
+  for (int i = 0; i < 3; ++i) {
+    if (result->information_values[i] > 1.0 / (kShownSigma * kShownSigma))
+      ++result->rotation_directions_shown;
+  }
+  AddPriors(refined.state, guess, &system);
+  const Matrix7d covariance = system.H.ldlt().solve(Matrix7d::Identity());
+  result->rotation_covariance = covariance.topLeftCorner<3, 3>();
+  result->time_offset_sigma = std::sqrt(std::max(0.0, covariance(3, 3)));
+}
+
+}  // namespace
+
+AngularRateAlignment AlignAngularRates(const std::vector<ImuSample>& imu, const std::vector<TimedPose>& poses,
+                                       const std::optional<RotationGuess>& guess) {
+  AngularRateAlignment result;
+  const std::vector<TimedPose> ordered = OrderedFinitePoses(poses);
+  // A vague guess would only blur the peak.
+  std::optional<Eigen::Quaterniond> R_guess;
+  if (guess && guess->sigma.maxCoeff() < 0.3) R_guess = guess->R_imu_lidar;
+  const std::vector<CorrelationPeak> peaks =
+      CorrelateAngularRates(GyroIntegration(imu), ordered, R_guess, kLargestOffset);
+  if (peaks.empty()) {
+    result.failure =
+        "the odometry's and the IMU's angular rates have too little in common in time: fewer than 20 "
+        "intervals of the odometry, or no turning at all";
+    return result;
+  }
+  result.peak_correlation = peaks.front().correlation;
+  if (peaks.size() > 1) {
+    result.second_peak_ratio = peaks[1].correlation / peaks[0].correlation;
+    result.second_peak_offset = peaks[1].time_offset;
+  }
+
+  const Problem problem(imu, ordered);
+  std::optional<Refined> best;
+  for (std::size_t i = 0; i < std::min<std::size_t>(3, peaks.size()); ++i) {
+    if (peaks[i].correlation < 0.9 * peaks[0].correlation) break;
+    State start{peaks[i].time_offset, peaks[i].R_imu_lidar, Eigen::Vector3d::Zero()};
+    if (guess && !R_guess) start.R_imu_lidar = guess->R_imu_lidar;
+    const Refined refined = Refine(problem, start, guess);
+    if (refined.system.poses == 0) continue;
+    if (!best || refined.system.sigma < best->system.sigma) best = refined;
+  }
+  if (!best) {
+    result.failure = "no part of the odometry of 2 s is covered by the IMU without gaps";
+    return result;
+  }
+  result.valid = true;
+  result.time_offset = best->state.time_offset;
+  result.R_imu_lidar = best->state.R_imu_lidar;
+  result.gyroscope_bias = best->state.bias;
+  result.residual_rms = best->system.rms;
+  result.inlier_share = best->system.inlier_share;
+  FillInformation(*best, guess, &result);
+  return result;
+}
+
+}  // namespace mlic

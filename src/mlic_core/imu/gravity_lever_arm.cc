@@ -1,0 +1,277 @@
+#include "mlic_core/imu/gravity_lever_arm.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "mlic_core/geometry/so3.h"
+#include "mlic_core/imu/pose_segments.h"
+#include "mlic_core/imu/robust.h"
+#include "mlic_core/imu/rotation_fit.h"
+#include "mlic_core/imu/specific_force_integration.h"
+
+namespace mlic {
+namespace {
+
+constexpr double kGravity = 9.81;        // m/s^2
+constexpr double kSegmentLength = 2.0;   // s
+constexpr double kSmallestSigma = 1e-6;  // m: below it robust weights would follow rounding
+constexpr double kSmallestTilt = 1e-7;   // rad
+constexpr double kBiasPriorSigma = 0.2;  // m/s^2
+constexpr double kNoGuessSigma = 10.0;   // m
+
+using Vector9d = Eigen::Matrix<double, 9, 1>;
+using Matrix9d = Eigen::Matrix<double, 9, 9>;
+using Matrix39d = Eigen::Matrix<double, 3, 9>;
+
+// gravity, accelerometer bias, lever arm.
+using State = Vector9d;
+
+// What the IMU and the poses say of one pose of one segment; all that does not depend on the state.
+struct Observation {
+  double elapsed = 0.0;           // T, s
+  Eigen::Vector3d position;       // of the LiDAR from that of the segment's middle, odometry frame, m
+  Eigen::Matrix3d turn;           // D_k
+  Eigen::Vector3d moved;          // beta_k
+  Eigen::Matrix3d bias_jacobian;  // B_k
+};
+
+struct Segment {
+  Eigen::Matrix3d orientation;  // R_c, of the IMU in the odometry frame
+  double tilt_sigma = 0.0;      // of delta, rad
+  std::vector<Observation> observations;
+};
+
+// The residual with p_0, v_0 and delta zero; it falls by global * step and local * (p_0, v_0, delta).
+struct Row {
+  Eigen::Vector3d value;
+  Matrix39d global;
+  Matrix39d local;
+};
+
+Row RowOf(const Segment& segment, const Observation& o, const State& x) {
+  const Eigen::Matrix3d& R = segment.orientation;
+  const Eigen::Vector3d q = o.turn * x.tail<3>() + o.moved - o.bias_jacobian * x.segment<3>(3);
+  const double half_square = 0.5 * o.elapsed * o.elapsed;
+  Row row;
+  row.value = o.position - R * q - half_square * x.head<3>();
+  row.global << half_square * Eigen::Matrix3d::Identity(), -R * o.bias_jacobian, R * o.turn;
+  row.local << Eigen::Matrix3d::Identity(), o.elapsed * Eigen::Matrix3d::Identity(), -R * Hat(q);
+  return row;
+}
+
+// Whitened normal equations of a step: H * step = b.
+struct System {
+  Matrix9d H = Matrix9d::Zero();
+  Vector9d b = Vector9d::Zero();
+  double sigma = kSmallestSigma;
+  double rms = 0.0;
+  double inlier_share = 0.0;
+};
+
+std::vector<Segment> MakeSegments(const SpecificForceIntegration& integration,
+                                  const std::vector<TimedPose>& poses, const Eigen::Quaterniond& R_imu_lidar,
+                                  double time_offset) {
+  std::vector<Segment> segments;
+  std::vector<double> deviations;
+  const GyroIntegration& gyro = integration.gyro();
+  for (const PoseSegment& cut : CutSegments(poses, gyro, time_offset, kSegmentLength)) {
+    const TimedPose& middle = poses[cut.Center()];
+    const double center = middle.time + time_offset;
+    Segment segment;
+    std::vector<Eigen::Quaterniond> orientations;
+    for (int k = cut.begin; k < cut.end; ++k) {
+      const double time = poses[k].time + time_offset;
+      const Eigen::Quaterniond turn = gyro.RotationBetween(center, time);
+      orientations.push_back(poses[k].pose.rotation * R_imu_lidar.conjugate() * turn.conjugate());
+      Observation o;
+      o.elapsed = time - center;
+      o.position = poses[k].pose.translation - middle.pose.translation;
+      o.turn = turn.toRotationMatrix();
+      o.moved = integration.Position(center, time);
+      o.bias_jacobian = integration.PositionBiasJacobian(center, time);
+      segment.observations.push_back(o);
+    }
+    const Eigen::Quaterniond mean = RobustMean(orientations, kSmallestTilt);
+    for (const Eigen::Quaterniond& orientation : orientations)
+      deviations.push_back(AngleBetween(mean, orientation));
+    segment.orientation = mean.toRotationMatrix();
+    segments.push_back(std::move(segment));
+  }
+  // The mean's own error, with half as much again for what neighbouring poses have in common.
+  const double sigma = 1.5 * SigmaFromNorms(deviations);
+  for (Segment& segment : segments) {
+    const double count = static_cast<double>(segment.observations.size());
+    segment.tilt_sigma = std::max(kSmallestTilt, sigma / std::sqrt(count));
+  }
+  return segments;
+}
+
+class Solver {
+ public:
+  explicit Solver(const std::vector<Segment>& segments) : segments_(segments) {
+    for (const Segment& segment : segments_) weights_.emplace_back(segment.observations.size(), 1.0);
+  }
+
+  // Re-weights by the residuals at x, then linearises there.
+  System Linearize(const State& x, bool redescending) {
+    System system;
+    std::vector<std::vector<Row>> rows(segments_.size());
+    std::vector<double> norms;
+    for (std::size_t s = 0; s < segments_.size(); ++s) {
+      for (const Observation& o : segments_[s].observations) rows[s].push_back(RowOf(segments_[s], o, x));
+      const Vector9d local = LocalSystem(rows[s], s).solve(LocalGradient(rows[s], s));
+      for (Row& row : rows[s]) norms.push_back((row.value - row.local * local).norm());
+    }
+    // Position and velocity take six of each segment's degrees of freedom.
+    const double count = static_cast<double>(norms.size());
+    const double freedom = std::max(0.2, 1.0 - 2.0 * static_cast<double>(segments_.size()) / count);
+    sigma_ = system.sigma = std::max(kSmallestSigma, SigmaFromNorms(norms) / std::sqrt(freedom));
+    double squares = 0.0, inliers = 0.0, correlated = 0.0;
+    std::size_t next = 0;
+    for (std::size_t s = 0; s < segments_.size(); ++s) {
+      for (std::size_t k = 0; k < rows[s].size(); ++k, ++next) {
+        weights_[s][k] =
+            redescending ? TukeyWeight(norms[next], sigma_) : AbsoluteWeight(norms[next], sigma_);
+      }
+      const auto local_system = LocalSystem(rows[s], s);
+      const Vector9d local_gradient = LocalGradient(rows[s], s);
+      const Vector9d local = local_system.solve(local_gradient);
+      Matrix9d mixed = Matrix9d::Zero();
+      for (std::size_t k = 0; k < rows[s].size(); ++k) {
+        const Row& row = rows[s][k];
+        const double weight = weights_[s][k];
+        mixed += weight * row.local.transpose() * row.global;
+        system.H += weight * row.global.transpose() * row.global;
+        system.b += weight * row.global.transpose() * row.value;
+        const Eigen::Vector3d residual = row.value - row.local * local;
+        if (residual.norm() > 6.0 * sigma_) continue;
+        squares += residual.squaredNorm();
+        inliers += 1.0;
+        if (k > 0)
+          correlated +=
+              residual.dot(rows[s][k - 1].value - rows[s][k - 1].local * local) * weights_[s][k - 1];
+      }
+      system.H -= mixed.transpose() * local_system.solve(mixed);
+      system.b -= mixed.transpose() * local;
+    }
+    system.inlier_share = inliers / count;
+    system.rms = std::sqrt(squares / std::max(1.0, 3.0 * inliers * freedom));
+    // Errors that neighbours share count less: first-order autoregressive residuals.
+    const double rho = std::min(0.9, std::max(0.0, correlated / std::max(squares, 1e-300)));
+    const double variance = sigma_ * sigma_ * (1.0 + rho) / (1.0 - rho);
+    system.H /= variance;
+    system.b /= variance;
+    return system;
+  }
+
+ private:
+  Eigen::LDLT<Matrix9d> LocalSystem(const std::vector<Row>& rows, std::size_t s) const {
+    Matrix9d H = Matrix9d::Identity() * 1e-9;
+    const double tilt = std::max(sigma_, kSmallestSigma) / segments_[s].tilt_sigma;
+    H.diagonal().tail<3>().array() += tilt * tilt;
+    for (std::size_t k = 0; k < rows.size(); ++k)
+      H += weights_[s][k] * rows[k].local.transpose() * rows[k].local;
+    return H.ldlt();
+  }
+  Vector9d LocalGradient(const std::vector<Row>& rows, std::size_t s) const {
+    Vector9d b = Vector9d::Zero();
+    for (std::size_t k = 0; k < rows.size(); ++k)
+      b += weights_[s][k] * rows[k].local.transpose() * rows[k].value;
+    return b;
+  }
+
+  const std::vector<Segment>& segments_;
+  std::vector<std::vector<double>> weights_;
+  double sigma_ = 0.01;  // m; a first guess of the odometry's noise
+};
+
+// Columns: the steps that keep the length of gravity to first order, then bias and lever arm.
+Eigen::Matrix<double, 9, 8> KeepingGravityLength(const Eigen::Vector3d& gravity) {
+  Eigen::Matrix<double, 9, 8> basis = Eigen::Matrix<double, 9, 8>::Zero();
+  basis.block<3, 1>(0, 0) = gravity.unitOrthogonal();
+  basis.block<3, 1>(0, 1) = gravity.normalized().cross(gravity.unitOrthogonal());
+  basis.bottomRightCorner<6, 6>().setIdentity();
+  return basis;
+}
+
+void AddBiasPrior(const State& x, System* system) {
+  const double information = 1.0 / (kBiasPriorSigma * kBiasPriorSigma);
+  system->H.diagonal().segment<3>(3).array() += information;
+  system->b.segment<3>(3) -= information * x.segment<3>(3);
+}
+
+void AddLeverArmPrior(const State& x, const LeverArmGuess& prior, System* system) {
+  const Eigen::Vector3d information = prior.sigma.array().square().inverse();
+  system->H.diagonal().tail<3>() += information;
+  system->b.tail<3>() -= information.cwiseProduct(x.tail<3>() - prior.p_imu_lidar);
+}
+
+void FillResult(const State& x, const System& data, const LeverArmGuess& prior, GravityLeverArm* result) {
+  result->valid = true;
+  result->gravity = x.head<3>();
+  result->accelerometer_bias = x.segment<3>(3);
+  result->p_imu_lidar = x.tail<3>();
+  result->residual_rms = data.rms;
+  result->inlier_share = data.inlier_share;
+  System system = data;
+  AddBiasPrior(x, &system);
+  const Eigen::Matrix<double, 9, 8> basis = KeepingGravityLength(x.head<3>());
+  const Eigen::Matrix<double, 8, 8> H = basis.transpose() * system.H * basis;
+  result->lever_arm_information =
+      H.bottomRightCorner<3, 3>() -
+      H.bottomLeftCorner<3, 5>() * H.topLeftCorner<5, 5>().ldlt().solve(H.topRightCorner<5, 3>());
+  AddLeverArmPrior(x, prior, &system);
+  const Eigen::Matrix<double, 8, 8> posterior = basis.transpose() * system.H * basis;
+  const Eigen::Matrix<double, 8, 8> covariance =
+      posterior.ldlt().solve(Eigen::Matrix<double, 8, 8>::Identity());
+  result->lever_arm_covariance = covariance.bottomRightCorner<3, 3>();
+  result->accelerometer_bias_covariance = covariance.block<3, 3>(2, 2);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> gravity(
+      Eigen::Matrix2d(covariance.topLeftCorner<2, 2>()));
+  result->gravity_direction_sigma = std::sqrt(std::max(0.0, gravity.eigenvalues()[1])) / kGravity;
+}
+
+}  // namespace
+
+GravityLeverArm SolveGravityLeverArm(const std::vector<ImuSample>& imu, const std::vector<TimedPose>& poses,
+                                     const Eigen::Quaterniond& R_imu_lidar, double time_offset,
+                                     const Eigen::Vector3d& gyroscope_bias,
+                                     const std::optional<LeverArmGuess>& guess) {
+  GravityLeverArm result;
+  const SpecificForceIntegration integration(imu, gyroscope_bias);
+  const std::vector<Segment> segments =
+      MakeSegments(integration, OrderedFinitePoses(poses), R_imu_lidar, time_offset);
+  if (segments.empty()) {
+    result.failure = "no part of the odometry of 2 s is covered by the IMU without gaps";
+    return result;
+  }
+  const LeverArmGuess prior =
+      guess ? *guess : LeverArmGuess{Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(kNoGuessSigma)};
+  constexpr int kFreeGravityIterations = 6;
+  constexpr int kIterations = 30;
+  Solver solver(segments);
+  State x = State::Zero();
+  x.tail<3>() = prior.p_imu_lidar;
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    System system = solver.Linearize(x, iteration >= kFreeGravityIterations);
+    AddBiasPrior(x, &system);
+    AddLeverArmPrior(x, prior, &system);
+    Vector9d step;
+    if (iteration < kFreeGravityIterations) {
+      step = system.H.ldlt().solve(system.b);
+    } else {
+      const Eigen::Matrix<double, 9, 8> basis = KeepingGravityLength(x.head<3>());
+      const Eigen::Matrix<double, 8, 8> H = basis.transpose() * system.H * basis;
+      step = basis * H.ldlt().solve(basis.transpose() * system.b);
+    }
+    x += step;
+    if (iteration + 1 >= kFreeGravityIterations) x.head<3>() *= kGravity / std::max(x.head<3>().norm(), 1e-9);
+    if (iteration > kFreeGravityIterations + 2 && step.norm() < 1e-10) break;
+  }
+  FillResult(x, solver.Linearize(x, true), prior, &result);
+  return result;
+}
+
+}  // namespace mlic
