@@ -3,3 +3,18 @@ mlic_add_test(lidar_point_time_test LIBRARIES mlic_lidar)
 if(MLIC_WITH_ROS)
   mlic_add_test(ros_bag_loader_test LIBRARIES mlic_bag)
 endif()
+
+if(BUILD_TESTING AND TARGET calibrate_node AND TARGET simulate)
+  set(drive ${PROJECT_BINARY_DIR}/test/rostest_drive)
+  file(MAKE_DIRECTORY ${drive})
+  add_test(NAME ros_simulate_short_drive
+           COMMAND simulate --sensors ${PROJECT_SOURCE_DIR}/config/simulation/handheld.yaml --scenario handheld
+                   --duration 15 --seed 3 --output ${drive}/drive.bag)
+  set_tests_properties(ros_simulate_short_drive PROPERTIES FIXTURES_SETUP short_drive LABELS slow)
+  # catkin's environment finds the messages and programs of the build; the logs stay in the build directory.
+  add_test(NAME ros_calibrate_launch_test
+           COMMAND ${CMAKE_COMMAND} -E env ROS_HOME=${drive}/ros_home ${CATKIN_ENV} rostest
+                   ${PROJECT_SOURCE_DIR}/test/calibrate.test rig:=${drive}/drive_rig.yaml bag:=${drive}/drive.bag
+                   output:=${drive}/calibration status_file:=${drive}/status)
+  set_tests_properties(ros_calibrate_launch_test PROPERTIES FIXTURES_REQUIRED short_drive LABELS slow TIMEOUT 1200)
+endif()

@@ -5,6 +5,8 @@
 
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
+#include <fstream>
 #include <sstream>
 #include <string>
 #include <thread>
@@ -48,6 +50,11 @@ void WaitUntilClosed(const CancellationToken& cancellation) {
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
 }
 
+void WriteStatusFile(int status) {
+  const char* path = std::getenv("MLIC_STATUS_FILE");
+  if (path != nullptr) std::ofstream(path) << status << "\n";
+}
+
 int Run(const CancellationToken& cancellation, RosDisplay& display) {
   std::string log_hint;
   const auto body = [&]() -> int {
@@ -77,6 +84,7 @@ int main(int argc, char** argv) {
   spinner.start();
   mlic::RosDisplay display(node);
   const int status = mlic::Run(cancellation, display);
+  mlic::WriteStatusFile(status);
   ros::NodeHandle parameters("~");
   if (parameters.param("keep_open", false)) {
     mlic::WaitUntilClosed(cancellation);

@@ -1,0 +1,106 @@
+#!/usr/bin/python3
+"""Waits for the end of a calibration that runs in calibrate_node and checks its topics, frames, files and status."""
+import math
+import os
+import threading
+import time
+import unittest
+
+import rospy
+import yaml
+from mlic.msg import Status
+from nav_msgs.msg import Path
+from sensor_msgs.msg import PointCloud2
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import MarkerArray
+
+FILES = ["calibration.yaml", "static_transforms.launch", "sensors.urdf.xacro", "trajectory.tum", "map.pcd", "log.txt"]
+
+
+class CheckCalibration(unittest.TestCase):
+    """One run for all the checks: a calibration takes long."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.statuses, cls.frames = [], {}
+        cls.done = threading.Event()
+        rospy.Subscriber("/mlic/status", Status, cls.on_status)
+        rospy.Subscriber("/tf_static", TFMessage, cls.on_frames)
+        cls.finished = cls.done.wait(800.0)
+        cls.output = rospy.get_param("~output")
+        with open(rospy.get_param("~rig")) as rig:
+            cls.rig = yaml.safe_load(rig)
+        path = os.path.join(cls.output, "calibration.yaml")
+        cls.calibration = yaml.safe_load(open(path)) if os.path.exists(path) else {}
+
+    @classmethod
+    def on_status(cls, status):
+        cls.statuses.append(status)
+        if status.state != Status.RUNNING:
+            cls.done.set()
+
+    @classmethod
+    def on_frames(cls, message):
+        for transform in message.transforms:
+            cls.frames[transform.child_frame_id] = transform
+
+    def latched(self, topic, kind):
+        return rospy.wait_for_message(topic, kind, 20.0)
+
+    def test_status(self):
+        self.assertTrue(self.finished, "no result within the time")
+        last = self.statuses[-1]
+        self.assertEqual(last.state, Status.TRUSTED, last.messages)
+        self.assertGreater(len(last.costs), 0)
+        self.assertGreater(len({status.stage for status in self.statuses}), 1)
+        self.assertEqual(sorted(sensor.name for sensor in last.sensors), sorted(self.rig["lidars"]))
+        for sensor in last.sensors:
+            self.assertTrue(sensor.has_sigma)
+            self.assertTrue(all(0.0 < sigma < 0.5 for sigma in sensor.sigma_translation), sensor)
+
+    def test_exit_status(self):
+        path = rospy.get_param("~status_file")
+        end = time.time() + 20.0
+        while not (os.path.exists(path) and open(path).read().strip()) and time.time() < end:
+            rospy.sleep(0.1)
+        self.assertEqual(open(path).read().strip(), "0")
+
+    def test_map(self):
+        cloud = self.latched("/mlic/voxel_map_points", PointCloud2)
+        self.assertEqual(cloud.header.frame_id, "map")
+        self.assertGreater(cloud.width, 1000)
+        names = {field.name for field in cloud.fields}
+        self.assertLessEqual({"x", "y", "z", "rgb", "intensity", "lidar", "plane"}, names)
+        markers = self.latched("/mlic/voxel_map", MarkerArray).markers
+        self.assertGreater(len(markers[0].points), 6 * 10)
+        self.assertEqual(len(markers[0].points), len(markers[0].colors))
+
+    def test_trajectory(self):
+        path = self.latched("/mlic/trajectory", Path)
+        self.assertEqual(path.header.frame_id, "map")
+        self.assertGreater(len(path.poses), 50)
+
+    def test_frames_agree_with_the_file(self):
+        imu = self.calibration["imu"]["frame_id"]
+        self.assertEqual(self.frames[imu].header.frame_id, "map")
+        for sensor in self.calibration["sensors"].values():
+            frame = self.frames[sensor["frame_id"]]
+            self.assertEqual(frame.header.frame_id, imu)
+            shown = frame.transform.translation
+            for a, b in zip((shown.x, shown.y, shown.z), sensor["T_imu_sensor"]["translation"]):
+                self.assertLess(math.fabs(a - b), 1e-5)
+
+    def test_files(self):
+        self.assertEqual(self.calibration["format"], "mlic_calibration/1")
+        self.assertEqual(self.calibration["verdict"], "trusted")
+        for name in FILES:
+            path = os.path.join(self.output, name)
+            self.assertTrue(os.path.exists(path) and os.path.getsize(path) > 0, name)
+        self.assertFalse(os.path.exists(os.path.join(self.output, ".partial")))
+
+
+if __name__ == "__main__":
+    import rostest
+
+    rospy.init_node("check_calibration")
+    rostest.rosrun("mlic", "check_calibration", CheckCalibration)
