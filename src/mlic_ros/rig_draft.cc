@@ -37,12 +37,26 @@ std::string CameraNamespace(const std::string& topic) {
   return name.substr(0, name.find_last_of('/'));
 }
 
-// A name for files from a topic: its last namespace ("/front_lidar/points": front_lidar), else the topic
-// itself.
+// A name for files from a topic: its last part that says which sensor it is, as front_lidar of
+// "/front_lidar/points", forward of "/livox/forward", velodyne of "/velodyne_points".
 std::string NameFromTopic(const std::string& topic, std::set<std::string>& taken) {
+  static const std::set<std::string> kCommonParts{"points", "points_raw", "point_cloud", "pointcloud",
+                                                  "cloud",  "lidar",      "image",       "raw"};
   std::string name = topic.substr(topic.front() == '/' ? 1 : 0);
-  const std::size_t slash = name.find_last_of('/');
-  if (slash != std::string::npos) name = name.substr(0, slash);
+  for (std::size_t slash = name.find_last_of('/'); slash != std::string::npos;
+       slash = name.find_last_of('/')) {
+    const std::string last = name.substr(slash + 1);
+    if (kCommonParts.count(last) == 0) {
+      name = last;
+      break;
+    }
+    name.resize(slash);
+  }
+  const std::string suffix = "_points";
+  if (name.size() > suffix.size() &&
+      name.compare(name.size() - suffix.size(), std::string::npos, suffix) == 0) {
+    name.resize(name.size() - suffix.size());
+  }
   for (char& c : name) {
     if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
   }
