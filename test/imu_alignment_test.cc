@@ -129,6 +129,19 @@ TEST(AngularRateAlignment, WithoutOverlapItSaysSo) {
   EXPECT_FALSE(result.failure.empty());
 }
 
+TEST(AngularRateAlignment, RestAndConstantTurningShowNothing) {
+  test::Motion circle;
+  circle.rpy[2].slope = 0.4;
+  for (const auto& motion : {test::Motion(), circle}) {
+    const auto recording = Record(motion, {}, kOrdinaryNoise, 200.0, 30.0, 4);
+    const auto result = AlignAngularRates(recording.imu, recording.poses, std::nullopt);
+    if (!result.valid) continue;
+    EXPECT_GT(result.time_offset_sigma, 1.0);
+    EXPECT_LT(result.rotation_directions_shown, 3);
+    EXPECT_LT(result.peak_correlation, 0.3);
+  }
+}
+
 TEST(GravityLeverArm, RecoversTruthWithoutNoise) {
   test::Rig rig;
   rig.time_offset = 0.05;
@@ -201,6 +214,23 @@ TEST(GravityLeverArm, OnAPlaneHeightIsLeftToTheGuess) {
   EXPECT_LT(std::abs(error.x()), 4.0 * std::sqrt(result.lever_arm_covariance(0, 0)));
   EXPECT_LT(std::abs(error.y()), 4.0 * std::sqrt(result.lever_arm_covariance(1, 1)));
   EXPECT_LT(std::sqrt(result.lever_arm_covariance(0, 0)), 0.09);
+}
+
+TEST(GravityLeverArm, OnAPlaneAccelerationsShowTheHeading) {
+  const test::Rig rig;
+  const auto recording = Record(Planar(), rig, kOrdinaryNoise, 200.0, 60.0, 5);
+  LeverArmGuess guess;
+  guess.p_imu_lidar = rig.T_imu_lidar.translation + Eigen::Vector3d(0.06, -0.05, 0.08);
+  const double heading_error = 0.3;
+  const Eigen::Quaterniond R_start = ExpQuaternion({0.0, 0.0, heading_error}) * rig.T_imu_lidar.rotation;
+  const Eigen::Matrix3d covariance = Eigen::Vector3d(1e-8, 1e-8, 0.1).asDiagonal();
+  const auto result = SolveGravityLeverArm(recording.imu, recording.poses, R_start, 0.0, rig.gyroscope_bias,
+                                           guess, covariance);
+  const double error = RotationError(result.R_imu_lidar, rig).z();
+  std::printf("planar: heading from accelerations %.1e rad, sigma %.1e\n", error,
+              std::sqrt(result.rotation_covariance(2, 2)));
+  EXPECT_LT(std::abs(error), 4.0 * std::sqrt(result.rotation_covariance(2, 2)));
+  EXPECT_LT(std::abs(error), 0.02);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/imu/angular_rate_correlation.h"
+#include "mlic_core/imu/excitation.h"
 #include "mlic_core/imu/gyro_integration.h"
 #include "mlic_core/imu/pose_segments.h"
 #include "mlic_core/imu/robust.h"
@@ -19,6 +20,7 @@ namespace {
 constexpr double kLargestOffset = 1.05;  // s
 constexpr double kSegmentLength = 2.0;   // s
 constexpr double kSmallestSigma = 2e-6;  // rad: below it robust weights would follow rounding
+constexpr double kRateHalfWidth = 0.05;  // s: the offset's Jacobian takes mean rates, which are less noisy
 constexpr double kBiasPriorSigma = 0.2;  // rad/s
 constexpr double kShownSigma = 0.5 * M_PI / 180.0;
 
@@ -49,12 +51,39 @@ struct System {
   double rms = 0.0;
   double inlier_share = 0.0;
   int poses = 0;
+  // What the gyroscope's noise looks like as information on the rotation, about any axis, 1/rad^2.
+  double noise_information = 0.0;
+  double noise_information_offset = 0.0;  // likewise on the offset, 1/s^2
 };
+
+// Noise of the gyroscope turns the IMU about all axes, so that in the Jacobian even motion about one axis
+// seems to show the rotation about it, and rest the offset. Directions that show hardly more than that are
+// taken out of the data: only a prior may decide there.
+void DropWhatNoiseShows(System* system) {
+  const Matrix7d H = system->H + Matrix7d::Identity() * 1e-9;
+  const Eigen::Matrix3d marginal =
+      H.topLeftCorner<3, 3>() -
+      H.topRightCorner<3, 4>() * H.bottomRightCorner<4, 4>().ldlt().solve(H.bottomLeftCorner<4, 3>());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(marginal);
+  Matrix7d kept = Matrix7d::Identity();
+  for (int i = 0; i < 3; ++i) {
+    if (eigen.eigenvalues()[i] > 4.0 * system->noise_information) continue;
+    const Eigen::Vector3d direction = eigen.eigenvectors().col(i);
+    kept.topLeftCorner<3, 3>() -= direction * direction.transpose();
+  }
+  if (H(3, 3) < 4.0 * system->noise_information_offset) kept(3, 3) = 0.0;
+  system->H = (kept * system->H * kept).eval();
+  system->b = (kept * system->b).eval();
+}
+
+Eigen::Vector3d MeanRate(const GyroIntegration& gyro, double time) {
+  return Log(gyro.RotationBetween(time - kRateHalfWidth, time + kRateHalfWidth)) / (2.0 * kRateHalfWidth);
+}
 
 class Problem {
  public:
   Problem(const std::vector<ImuSample>& imu, const std::vector<TimedPose>& poses)
-      : imu_(imu), poses_(poses) {}
+      : imu_(imu), poses_(poses), gyroscope_noise_(EstimateImuNoise(imu).gyroscope) {}
 
   System Linearize(const State& state, bool redescending) const {
     const GyroIntegration gyro(imu_, state.bias);
@@ -70,7 +99,7 @@ class Problem {
     // Each segment's orientation takes three of its residuals' degrees of freedom.
     const double freedom = 1.0 - static_cast<double>(segments.size()) / static_cast<double>(residuals.size());
     system.sigma = std::max(kSmallestSigma, SigmaFromNorms(norms) / std::sqrt(freedom));
-    double correlated = 0.0, squares = 0.0, inliers = 0.0;
+    double correlated = 0.0, squares = 0.0, inliers = 0.0, weights = 0.0;
     std::size_t next = 0;
     for (const PoseSegment& segment : segments) {
       const std::size_t count = static_cast<std::size_t>(segment.Count());
@@ -81,6 +110,7 @@ class Problem {
         const PoseResidual& r = residuals[i];
         const double weight =
             redescending ? TukeyWeight(norms[i], system.sigma) : AbsoluteWeight(norms[i], system.sigma);
+        weights += weight;
         H_ss += weight * r.segment_jacobian.transpose() * r.segment_jacobian;
         H_sg += weight * r.segment_jacobian.transpose() * r.jacobian;
         b_s += weight * r.segment_jacobian.transpose() * r.value;
@@ -103,6 +133,12 @@ class Problem {
     const double variance = system.sigma * system.sigma * (1.0 + rho) / (1.0 - rho);
     system.H /= variance;
     system.b /= variance;
+    // A random walk about its mean over a segment has the variance density^2 * length / 6, on two axes.
+    const double walk = gyroscope_noise_ * gyroscope_noise_ * kSegmentLength / 6.0;
+    system.noise_information = 2.0 * walk * weights / variance;
+    const double rate_variance = gyroscope_noise_ * gyroscope_noise_ / (2.0 * kRateHalfWidth);
+    system.noise_information_offset = 3.0 * rate_variance * weights / variance;
+    DropWhatNoiseShows(&system);
     return system;
   }
 
@@ -111,7 +147,7 @@ class Problem {
                     std::vector<PoseResidual>* residuals) const {
     const double center = poses_[segment.Center()].time + state.time_offset;
     const Eigen::Matrix3d R_lidar_imu = state.R_imu_lidar.conjugate().toRotationMatrix();
-    const Eigen::Vector3d center_rate = gyro.AngularVelocity(center);
+    const Eigen::Vector3d center_rate = MeanRate(gyro, center);
     std::vector<Eigen::Quaterniond> turns;
     std::vector<Eigen::Quaterniond> centers;
     for (int k = segment.begin; k < segment.end; ++k) {
@@ -129,7 +165,7 @@ class Problem {
       residual.value = Log(Eigen::Quaterniond((mean * lidar_turn).conjugate() * poses_[k].pose.rotation));
       const Eigen::Matrix3d outer = RightJacobianInverse(-residual.value);
       residual.jacobian.leftCols<3>() = R_lidar_imu * (Eigen::Matrix3d::Identity() - turn_back);
-      residual.jacobian.col(3) = R_lidar_imu * (gyro.AngularVelocity(time) - turn_back * center_rate);
+      residual.jacobian.col(3) = R_lidar_imu * (MeanRate(gyro, time) - turn_back * center_rate);
       residual.jacobian.rightCols<3>() = R_lidar_imu * gyro.BiasJacobian(center, time);
       residual.jacobian = (outer * residual.jacobian).eval();
       residual.segment_jacobian = outer * lidar_turn.conjugate().toRotationMatrix();
@@ -139,6 +175,7 @@ class Problem {
 
   const std::vector<ImuSample>& imu_;
   const std::vector<TimedPose>& poses_;
+  double gyroscope_noise_;
 };
 
 struct Refined {

@@ -39,7 +39,8 @@ struct AngularRateAlignment {
   // How many of the directions the data show to 0.5 deg (SPEC section 5). Below 3 without a guess,
   // R_imu_lidar is arbitrary about the others.
   int rotation_directions_shown = 0;
-  double time_offset_sigma = 0.0;  // s
+  double time_offset_sigma =
+      0.0;  // s; about 10 where the motion shows no offset (rest, straight, constant turning)
 
   double residual_rms = 0.0;  // of inlier poses' orientations, per component, radians
   double inlier_share = 0.0;

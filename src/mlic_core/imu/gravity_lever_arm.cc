@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -24,9 +25,15 @@ constexpr double kNoGuessSigma = 10.0;   // m
 using Vector9d = Eigen::Matrix<double, 9, 1>;
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
 using Matrix39d = Eigen::Matrix<double, 3, 9>;
+using Vector12d = Eigen::Matrix<double, 12, 1>;
+using Matrix12d = Eigen::Matrix<double, 12, 12>;
 
-// gravity, accelerometer bias, lever arm.
-using State = Vector9d;
+struct State {
+  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();
+  Eigen::Vector3d bias = Eigen::Vector3d::Zero();
+  Eigen::Vector3d lever_arm = Eigen::Vector3d::Zero();
+  Eigen::Quaterniond R_imu_lidar = Eigen::Quaterniond::Identity();
+};
 
 // What the IMU and the poses say of one pose of one segment; all that does not depend on the state.
 struct Observation {
@@ -40,31 +47,33 @@ struct Observation {
 struct Segment {
   Eigen::Matrix3d orientation;  // R_c, of the IMU in the odometry frame
   double tilt_sigma = 0.0;      // of delta, rad
+  Eigen::Matrix3d mean_turn;    // of D_k: Exp(rho) * R_imu_lidar turns R_c by Exp(-mean_turn * rho)
   std::vector<Observation> observations;
 };
 
 // The residual with p_0, v_0 and delta zero; it falls by global * step and local * (p_0, v_0, delta).
 struct Row {
   Eigen::Vector3d value;
-  Matrix39d global;
+  Eigen::Matrix<double, 3, 12> global;
   Matrix39d local;
 };
 
 Row RowOf(const Segment& segment, const Observation& o, const State& x) {
   const Eigen::Matrix3d& R = segment.orientation;
-  const Eigen::Vector3d q = o.turn * x.tail<3>() + o.moved - o.bias_jacobian * x.segment<3>(3);
+  const Eigen::Vector3d q = o.turn * x.lever_arm + o.moved - o.bias_jacobian * x.bias;
   const double half_square = 0.5 * o.elapsed * o.elapsed;
   Row row;
-  row.value = o.position - R * q - half_square * x.head<3>();
-  row.global << half_square * Eigen::Matrix3d::Identity(), -R * o.bias_jacobian, R * o.turn;
+  row.value = o.position - R * q - half_square * x.gravity;
+  row.global << half_square * Eigen::Matrix3d::Identity(), -R * o.bias_jacobian, R * o.turn,
+      R * Hat(q) * segment.mean_turn;
   row.local << Eigen::Matrix3d::Identity(), o.elapsed * Eigen::Matrix3d::Identity(), -R * Hat(q);
   return row;
 }
 
 // Whitened normal equations of a step: H * step = b.
 struct System {
-  Matrix9d H = Matrix9d::Zero();
-  Vector9d b = Vector9d::Zero();
+  Matrix12d H = Matrix12d::Zero();  // order: gravity, bias, lever arm, rotation
+  Vector12d b = Vector12d::Zero();
   double sigma = kSmallestSigma;
   double rms = 0.0;
   double inlier_share = 0.0;
@@ -97,6 +106,10 @@ std::vector<Segment> MakeSegments(const SpecificForceIntegration& integration,
     for (const Eigen::Quaterniond& orientation : orientations)
       deviations.push_back(AngleBetween(mean, orientation));
     segment.orientation = mean.toRotationMatrix();
+    segment.mean_turn.setZero();
+    for (const Observation& o : segment.observations) {
+      segment.mean_turn += o.turn / static_cast<double>(segment.observations.size());
+    }
     segments.push_back(std::move(segment));
   }
   // The mean's own error, with half as much again for what neighbouring poses have in common.
@@ -110,7 +123,10 @@ std::vector<Segment> MakeSegments(const SpecificForceIntegration& integration,
 
 class Solver {
  public:
-  explicit Solver(const std::vector<Segment>& segments) : segments_(segments) {
+  // A later call with the same cuts keeps the weights.
+  void SetSegments(std::vector<Segment> segments) {
+    segments_ = std::move(segments);
+    if (!weights_.empty()) return;
     for (const Segment& segment : segments_) weights_.emplace_back(segment.observations.size(), 1.0);
   }
 
@@ -138,7 +154,7 @@ class Solver {
       const auto local_system = LocalSystem(rows[s], s);
       const Vector9d local_gradient = LocalGradient(rows[s], s);
       const Vector9d local = local_system.solve(local_gradient);
-      Matrix9d mixed = Matrix9d::Zero();
+      Eigen::Matrix<double, 9, 12> mixed = Eigen::Matrix<double, 9, 12>::Zero();
       for (std::size_t k = 0; k < rows[s].size(); ++k) {
         const Row& row = rows[s][k];
         const double weight = weights_[s][k];
@@ -182,52 +198,75 @@ class Solver {
     return b;
   }
 
-  const std::vector<Segment>& segments_;
+  std::vector<Segment> segments_;
   std::vector<std::vector<double>> weights_;
   double sigma_ = 0.01;  // m; a first guess of the odometry's noise
 };
 
-// Columns: the steps that keep the length of gravity to first order, then bias and lever arm.
-Eigen::Matrix<double, 9, 8> KeepingGravityLength(const Eigen::Vector3d& gravity) {
-  Eigen::Matrix<double, 9, 8> basis = Eigen::Matrix<double, 9, 8>::Zero();
+// Columns: the steps that keep the length of gravity to first order, then bias, lever arm and rotation.
+Eigen::Matrix<double, 12, 11> KeepingGravityLength(const Eigen::Vector3d& gravity) {
+  Eigen::Matrix<double, 12, 11> basis = Eigen::Matrix<double, 12, 11>::Zero();
   basis.block<3, 1>(0, 0) = gravity.unitOrthogonal();
   basis.block<3, 1>(0, 1) = gravity.normalized().cross(gravity.unitOrthogonal());
-  basis.bottomRightCorner<6, 6>().setIdentity();
+  basis.bottomRightCorner<9, 9>().setIdentity();
   return basis;
 }
 
-void AddBiasPrior(const State& x, System* system) {
-  const double information = 1.0 / (kBiasPriorSigma * kBiasPriorSigma);
-  system->H.diagonal().segment<3>(3).array() += information;
-  system->b.segment<3>(3) -= information * x.segment<3>(3);
+struct Priors {
+  LeverArmGuess lever_arm;
+  Eigen::Quaterniond R_imu_lidar;
+  Eigen::Matrix3d rotation_information;
+
+  // The lever arm's own prior is left out where what the data alone show is asked for.
+  void AddTo(const State& x, bool with_lever_arm, System* system) const {
+    const double bias_information = 1.0 / (kBiasPriorSigma * kBiasPriorSigma);
+    system->H.diagonal().segment<3>(3).array() += bias_information;
+    system->b.segment<3>(3) -= bias_information * x.bias;
+    system->H.bottomRightCorner<3, 3>() += rotation_information;
+    system->b.tail<3>() -=
+        rotation_information * Log(Eigen::Quaterniond(x.R_imu_lidar * R_imu_lidar.conjugate()));
+    if (!with_lever_arm) return;
+    const Eigen::Vector3d information = lever_arm.sigma.array().square().inverse();
+    system->H.diagonal().segment<3>(6) += information;
+    system->b.segment<3>(6) -= information.cwiseProduct(x.lever_arm - lever_arm.p_imu_lidar);
+  }
+};
+
+void Step(const Vector12d& step, State* x) {
+  x->gravity += step.head<3>();
+  x->bias += step.segment<3>(3);
+  x->lever_arm += step.segment<3>(6);
+  x->R_imu_lidar = (ExpQuaternion(step.tail<3>()) * x->R_imu_lidar).normalized();
 }
 
-void AddLeverArmPrior(const State& x, const LeverArmGuess& prior, System* system) {
-  const Eigen::Vector3d information = prior.sigma.array().square().inverse();
-  system->H.diagonal().tail<3>() += information;
-  system->b.tail<3>() -= information.cwiseProduct(x.tail<3>() - prior.p_imu_lidar);
-}
-
-void FillResult(const State& x, const System& data, const LeverArmGuess& prior, GravityLeverArm* result) {
+void FillResult(const State& x, const System& data, const Priors& priors, GravityLeverArm* result) {
   result->valid = true;
-  result->gravity = x.head<3>();
-  result->accelerometer_bias = x.segment<3>(3);
-  result->p_imu_lidar = x.tail<3>();
+  result->gravity = x.gravity;
+  result->accelerometer_bias = x.bias;
+  result->p_imu_lidar = x.lever_arm;
+  result->R_imu_lidar = x.R_imu_lidar;
   result->residual_rms = data.rms;
   result->inlier_share = data.inlier_share;
+  const Eigen::Matrix<double, 12, 11> basis = KeepingGravityLength(x.gravity);
   System system = data;
-  AddBiasPrior(x, &system);
-  const Eigen::Matrix<double, 9, 8> basis = KeepingGravityLength(x.head<3>());
-  const Eigen::Matrix<double, 8, 8> H = basis.transpose() * system.H * basis;
-  result->lever_arm_information =
-      H.bottomRightCorner<3, 3>() -
-      H.bottomLeftCorner<3, 5>() * H.topLeftCorner<5, 5>().ldlt().solve(H.topRightCorner<5, 3>());
-  AddLeverArmPrior(x, prior, &system);
-  const Eigen::Matrix<double, 8, 8> posterior = basis.transpose() * system.H * basis;
-  const Eigen::Matrix<double, 8, 8> covariance =
-      posterior.ldlt().solve(Eigen::Matrix<double, 8, 8>::Identity());
-  result->lever_arm_covariance = covariance.bottomRightCorner<3, 3>();
+  priors.AddTo(x, false, &system);
+  // All but the lever arm is eliminated.
+  const Eigen::Matrix<double, 11, 11> H = basis.transpose() * system.H * basis;
+  Eigen::Matrix<double, 8, 8> rest;
+  rest << H.topLeftCorner<5, 5>(), H.topRightCorner<5, 3>(), H.bottomLeftCorner<3, 5>(),
+      H.bottomRightCorner<3, 3>();
+  Eigen::Matrix<double, 8, 3> mixed;
+  mixed << H.block<5, 3>(0, 5), H.block<3, 3>(8, 5);
+  result->lever_arm_information = H.block<3, 3>(5, 5) - mixed.transpose() * rest.ldlt().solve(mixed);
+
+  system = data;
+  priors.AddTo(x, true, &system);
+  const Eigen::Matrix<double, 11, 11> posterior = basis.transpose() * system.H * basis;
+  const Eigen::Matrix<double, 11, 11> covariance =
+      posterior.ldlt().solve(Eigen::Matrix<double, 11, 11>::Identity());
   result->accelerometer_bias_covariance = covariance.block<3, 3>(2, 2);
+  result->lever_arm_covariance = covariance.block<3, 3>(5, 5);
+  result->rotation_covariance = covariance.block<3, 3>(8, 8);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> gravity(
       Eigen::Matrix2d(covariance.topLeftCorner<2, 2>()));
   result->gravity_direction_sigma = std::sqrt(std::max(0.0, gravity.eigenvalues()[1])) / kGravity;
@@ -238,39 +277,51 @@ void FillResult(const State& x, const System& data, const LeverArmGuess& prior, 
 GravityLeverArm SolveGravityLeverArm(const std::vector<ImuSample>& imu, const std::vector<TimedPose>& poses,
                                      const Eigen::Quaterniond& R_imu_lidar, double time_offset,
                                      const Eigen::Vector3d& gyroscope_bias,
-                                     const std::optional<LeverArmGuess>& guess) {
+                                     const std::optional<LeverArmGuess>& guess,
+                                     const Eigen::Matrix3d& rotation_covariance) {
+  constexpr int kFreeGravityIterations = 6;
+  constexpr int kFixedRotationIterations = 3;
+  constexpr int kIterations = 40;
   GravityLeverArm result;
   const SpecificForceIntegration integration(imu, gyroscope_bias);
-  const std::vector<Segment> segments =
-      MakeSegments(integration, OrderedFinitePoses(poses), R_imu_lidar, time_offset);
+  const std::vector<TimedPose> ordered = OrderedFinitePoses(poses);
+  std::vector<Segment> segments = MakeSegments(integration, ordered, R_imu_lidar, time_offset);
   if (segments.empty()) {
     result.failure = "no part of the odometry of 2 s is covered by the IMU without gaps";
     return result;
   }
-  const LeverArmGuess prior =
+  Priors priors;
+  priors.lever_arm =
       guess ? *guess : LeverArmGuess{Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(kNoGuessSigma)};
-  constexpr int kFreeGravityIterations = 6;
-  constexpr int kIterations = 30;
-  Solver solver(segments);
-  State x = State::Zero();
-  x.tail<3>() = prior.p_imu_lidar;
+  priors.R_imu_lidar = R_imu_lidar;
+  priors.rotation_information = (rotation_covariance + Eigen::Matrix3d::Identity() * 1e-14).inverse();
+  State x;
+  x.lever_arm = priors.lever_arm.p_imu_lidar;
+  x.R_imu_lidar = R_imu_lidar;
+  Solver solver;
+  solver.SetSegments(std::move(segments));
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     System system = solver.Linearize(x, iteration >= kFreeGravityIterations);
-    AddBiasPrior(x, &system);
-    AddLeverArmPrior(x, prior, &system);
-    Vector9d step;
+    priors.AddTo(x, true, &system);
+    // The rotation waits until gravity is there: its Jacobian stands on it.
+    const int size = iteration < kFixedRotationIterations ? 9 : 12;
+    Vector12d step = Vector12d::Zero();
     if (iteration < kFreeGravityIterations) {
-      step = system.H.ldlt().solve(system.b);
+      step.head(size) = system.H.topLeftCorner(size, size).ldlt().solve(system.b.head(size));
     } else {
-      const Eigen::Matrix<double, 9, 8> basis = KeepingGravityLength(x.head<3>());
-      const Eigen::Matrix<double, 8, 8> H = basis.transpose() * system.H * basis;
+      const Eigen::Matrix<double, 12, 11> basis = KeepingGravityLength(x.gravity);
+      const Eigen::Matrix<double, 11, 11> H = basis.transpose() * system.H * basis;
       step = basis * H.ldlt().solve(basis.transpose() * system.b);
     }
-    x += step;
-    if (iteration + 1 >= kFreeGravityIterations) x.head<3>() *= kGravity / std::max(x.head<3>().norm(), 1e-9);
-    if (iteration > kFreeGravityIterations + 2 && step.norm() < 1e-10) break;
+    step.tail<3>() *= std::min(1.0, 0.3 / (step.tail<3>().norm() + 1e-300));
+    Step(step, &x);
+    if (iteration + 1 >= kFreeGravityIterations) x.gravity *= kGravity / std::max(x.gravity.norm(), 1e-9);
+    if (step.tail<3>().norm() > 1e-9) {
+      solver.SetSegments(MakeSegments(integration, ordered, x.R_imu_lidar, time_offset));
+    }
+    if (iteration > kFreeGravityIterations + 2 && step.norm() < 1e-9) break;
   }
-  FillResult(x, solver.Linearize(x, true), prior, &result);
+  FillResult(x, solver.Linearize(x, true), priors, &result);
   return result;
 }
 

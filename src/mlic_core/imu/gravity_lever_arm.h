@@ -27,7 +27,12 @@ struct GravityLeverArm {
   Eigen::Vector3d accelerometer_bias = Eigen::Vector3d::Zero();  // m/s^2
   Eigen::Vector3d p_imu_lidar = Eigen::Vector3d::Zero();         // m
 
-  // Of p_imu_lidar from the data alone, gravity and bias left free (the bias has its weak prior), 1/m^2. A
+  // The rotation given, corrected within its covariance: on a plane, accelerations show the heading that
+  // turning does not. Small left rotations in the IMU frame, rad^2.
+  Eigen::Quaterniond R_imu_lidar = Eigen::Quaterniond::Identity();
+  Eigen::Matrix3d rotation_covariance = Eigen::Matrix3d::Zero();
+
+  // Of p_imu_lidar from the data alone, gravity, bias and rotation left free within their priors, 1/m^2. A
   // direction with hardly any information is one that the motion does not show (z on a plane).
   Eigen::Matrix3d lever_arm_information = Eigen::Matrix3d::Zero();
   // With the guess; without one the prior is zero with 10 m.
@@ -40,7 +45,9 @@ struct GravityLeverArm {
 };
 
 // Gravity, accelerometer bias and lever arm from a LiDAR's odometry (T_odom_lidar on the LiDAR's clock) and
-// the IMU, when rotation, offset (t_imu = t_lidar + time_offset) and gyroscope bias are known.
+// the IMU, when offset (t_imu = t_lidar + time_offset) and gyroscope bias are known, and the rotation up to
+// rotation_covariance (small left rotations in the IMU frame, rad^2, as AngularRateAlignment gives it; zero
+// holds the rotation). Errors of offset and bias are not in the covariances.
 //
 // Positions, never their second derivatives: poses are cut into segments of 2 s with a free position p_0 and
 // velocity v_0 of the IMU and a small tilt delta of the segment's orientation R_c (within what the odometry's
@@ -52,6 +59,7 @@ struct GravityLeverArm {
 GravityLeverArm SolveGravityLeverArm(const std::vector<ImuSample>& imu, const std::vector<TimedPose>& poses,
                                      const Eigen::Quaterniond& R_imu_lidar, double time_offset,
                                      const Eigen::Vector3d& gyroscope_bias,
-                                     const std::optional<LeverArmGuess>& guess);
+                                     const std::optional<LeverArmGuess>& guess,
+                                     const Eigen::Matrix3d& rotation_covariance = Eigen::Matrix3d::Zero());
 
 }  // namespace mlic
