@@ -11,6 +11,9 @@ if(BUILD_TESTING AND TARGET calibrate_node AND TARGET simulate)
            COMMAND simulate --sensors ${PROJECT_SOURCE_DIR}/config/simulation/handheld.yaml --scenario handheld
                    --duration 15 --seed 3 --output ${drive}/drive.bag)
   set_tests_properties(ros_simulate_short_drive PROPERTIES FIXTURES_SETUP short_drive LABELS slow)
+  add_test(NAME ros_programs_test COMMAND ${PYTHON_EXECUTABLE} ${PROJECT_SOURCE_DIR}/test/ros_programs_test.py
+           ${MLIC_PROGRAM_DIRECTORY} ${drive}/drive.bag ${drive}/drive_rig.yaml)
+  set_tests_properties(ros_programs_test PROPERTIES FIXTURES_REQUIRED short_drive LABELS slow)
   # catkin's environment finds the messages and programs of the build; the logs stay in the build directory.
   add_test(NAME ros_calibrate_launch_test
            COMMAND ${CMAKE_COMMAND} -E env ROS_HOME=${drive}/ros_home ${CATKIN_ENV} rostest

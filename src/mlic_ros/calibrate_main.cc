@@ -11,9 +11,11 @@
 int main(int argc, char** argv) {
   mlic::JobOptions options;
   CLI::App app("Calibrates the LiDARs and the IMU of a rig from one recorded drive", "calibrate");
-  app.add_option("--rig", options.rig, "rig file")->required();
-  app.add_option("--bag", options.bags, "ROS 1 bag; give it again for more")->required();
-  app.add_option("--output", options.output, "directory for the results, made if needed")->required();
+  std::string rig, output;
+  std::vector<std::string> bags;
+  app.add_option("--rig", rig, "rig file")->required();
+  app.add_option("--bag", bags, "ROS 1 bag; give it again for more")->required();
+  app.add_option("--output", output, "directory for the results, made if needed")->required();
   app.add_option("--start", options.load.start, "leave out the first seconds");
   app.add_option("--duration", options.load.duration, "use no more than this many seconds");
   app.add_option("--threads", options.threads, "threads to use; by default all cores")
@@ -21,6 +23,9 @@ int main(int argc, char** argv) {
   app.add_flag("--fresh", options.fresh, "start anew, whatever earlier runs left in DIR/stages");
   int status = 0;
   if (!mlic::ParseArguments(app, argc, argv, status)) return status;
+  options.rig = rig;
+  options.output = output;
+  options.bags.assign(bags.begin(), bags.end());
 
   const mlic::CancellationToken& cancellation = mlic::CancelOnSignals();
   const auto body = [&] {

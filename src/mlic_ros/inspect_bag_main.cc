@@ -101,7 +101,7 @@ int Inspect(const std::filesystem::path& file, const std::filesystem::path& rig_
 
 int main(int argc, char** argv) {
   CLI::App app("What a bag holds, and a rig file drafted from it", "inspect_bag");
-  std::filesystem::path bag, rig;
+  std::string bag, rig;
   app.add_option("bag", bag, "ROS 1 bag")->required();
   app.add_option("--write-rig", rig, "rig file to write");
   int status = 0;

@@ -1,5 +1,6 @@
 #include "mlic_ros/job_log.h"
 
+#include <spdlog/fmt/fmt.h>
 #include <spdlog/sinks/basic_file_sink.h>
 #include <spdlog/sinks/stdout_sinks.h>
 

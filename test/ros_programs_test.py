@@ -1,0 +1,91 @@
+#!/usr/bin/python3
+"""Exit statuses and messages of the installed programs: ros_programs_test.py PROGRAM_DIRECTORY [DRIVE.bag RIG.yaml]."""
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+RIG = "imu: {topic: /imu/data}\nlidars:\n  one: {topic: /velodyne_points}\n"
+
+
+class Programs(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+        self.output = self.path("out")
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def write(self, name, text):
+        with open(self.path(name), "w") as file:
+            file.write(text)
+        return self.path(name)
+
+    def run_program(self, name, *arguments):
+        return subprocess.run([os.path.join(PROGRAMS, name), *arguments], stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE, universal_newlines=True, timeout=120)
+
+    def expect_error(self, done, *parts):
+        """Status 1, and the last line on stderr holds all the parts."""
+        self.assertEqual(done.returncode, 1, done.stderr)
+        lines = [line for line in done.stderr.splitlines() if not line.startswith("[loading]")]
+        self.assertEqual(len(lines), 1, done.stderr)
+        for part in parts:
+            self.assertIn(part, lines[0])
+
+    def calibrate(self, rig, bag, *more):
+        return self.run_program("calibrate", "--rig", rig, "--bag", bag, "--output", self.output, *more)
+
+    def expect_nothing_but_the_log(self):
+        self.assertLessEqual(set(os.listdir(self.output)), {"log.txt", "stages"})
+
+    def test_usage(self):
+        self.expect_error(self.run_program("calibrate"), "calibrate", "required")
+        self.expect_error(self.run_program("calibrate", "--frobnicate"), "calibrate")
+        self.expect_error(self.run_program("inspect_bag"), "inspect_bag")
+        self.assertEqual(self.run_program("calibrate", "--help").returncode, 0)
+
+    def test_missing_files(self):
+        rig = self.write("rig.yaml", RIG)
+        self.expect_error(self.calibrate(rig, self.path("none.bag")), "none.bag", "no such file")
+        self.expect_nothing_but_the_log()
+        self.expect_error(self.calibrate(self.path("none.yaml"), self.path("none.bag")), "none.yaml")
+        self.expect_error(self.run_program("inspect_bag", self.path("none.bag")), "none.bag", "no such file")
+
+    def test_unknown_key_names_the_line(self):
+        rig = self.write("rig.yaml", RIG + "  two: {topic: /x, range: 5}\n")
+        self.expect_error(self.calibrate(rig, self.path("none.bag")), "rig.yaml:4", "range")
+        self.expect_nothing_but_the_log()
+
+    def test_output_that_cannot_be_made(self):
+        rig = self.write("rig.yaml", RIG)
+        self.output = os.path.join(self.write("file", ""), "out")
+        self.expect_error(self.calibrate(rig, self.path("none.bag")), "--output")
+
+    def test_interruption(self):
+        if not DRIVE:
+            self.skipTest("no drive given")
+        process = subprocess.Popen([os.path.join(PROGRAMS, "calibrate"), "--rig", DRIVE[1], "--bag", DRIVE[0],
+                                    "--output", self.output, "--fresh"], stderr=subprocess.PIPE,
+                                   universal_newlines=True)
+        for line in process.stderr:
+            # Interrupted once it has begun to calibrate: well after loading.
+            if line.startswith("[") and not line.startswith("[loading]"):
+                break
+        process.send_signal(signal.SIGINT)
+        begin = time.monotonic()
+        _, rest = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 130, rest)
+        self.assertLess(time.monotonic() - begin, 5.0)
+        self.assertIn("interrupted", rest)
+        self.expect_nothing_but_the_log()
+
+
+if __name__ == "__main__":
+    PROGRAMS, DRIVE = sys.argv[1], sys.argv[2:4]
+    unittest.main(argv=sys.argv[:1])
