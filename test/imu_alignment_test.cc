@@ -129,6 +129,21 @@ TEST(AngularRateAlignment, WithoutOverlapItSaysSo) {
   EXPECT_FALSE(result.failure.empty());
 }
 
+TEST(AngularRateAlignment, ANavigationSystemAt10HzWillDo) {
+  test::Rig rig;
+  rig.time_offset = 0.0687;
+  const Noise noise{1e-4, 1e-3, 0.01, 3e-4};
+  const auto recording = Record(Planar(), rig, noise, 10.0, 60.0, 2);
+  RotationGuess guess;
+  guess.R_imu_lidar = ExpQuaternion({0.03, 0.05, 0.0}) * rig.T_imu_lidar.rotation;
+  const auto result = AlignAngularRates(recording.imu, recording.poses, guess);
+  ASSERT_TRUE(result.valid);
+  std::printf("10 Hz: offset %.1e s (sigma %.1e)\n", result.time_offset - rig.time_offset,
+              result.time_offset_sigma);
+  EXPECT_NEAR(result.time_offset, rig.time_offset, 2e-3);
+  EXPECT_LT(RotationError(result.R_imu_lidar, rig).head<2>().norm(), 2e-3);
+}
+
 TEST(AngularRateAlignment, RestAndConstantTurningShowNothing) {
   test::Motion circle;
   circle.rpy[2].slope = 0.4;

@@ -98,6 +98,34 @@ TEST(HandEye, OnAPlaneTheTranslationsShowTheHeadingAndHeightIsLeftToTheGuess) {
   EXPECT_NEAR(std::sqrt(with.covariance(5, 5)), 0.1, 1e-3);
 }
 
+TEST(RelativeMotions, PairPosesAcrossTheClockOffset) {
+  // A constant-rate turn, which the spline represents exactly.
+  const UniformKnots knots = UniformKnots::Covering(0.0, 10.0, 0.5);
+  const Eigen::Vector3d rate(0.1, -0.2, 0.3), velocity(1.0, 0.5, -0.2);
+  std::vector<Eigen::Quaterniond> rotations;
+  std::vector<Eigen::Vector3d> positions;
+  for (int j = 0; j < knots.count; ++j) {
+    rotations.push_back(ExpQuaternion(rate * knots.ControlPointTime(j)));
+    positions.push_back(velocity * knots.ControlPointTime(j));
+  }
+  const SplitSpline spline{So3Spline(knots, rotations), PositionSpline(knots, positions)};
+  const test::Rig rig;
+  std::vector<TimedPose> poses;
+  for (double t = -0.5; t < 12.0; t += 0.1) {
+    const double imu_time = t + 0.3;
+    poses.push_back(
+        {t, RigidTransform{ExpQuaternion(rate * imu_time), velocity * imu_time} * rig.T_imu_lidar});
+  }
+  const auto motions = RelativeMotions(spline, poses, 0.3, 0.5);
+  EXPECT_NEAR(static_cast<double>(motions.size()), 95.0, 2.0);
+  for (const RelativeMotion& m : motions) {
+    const RigidTransform predicted = rig.T_imu_lidar.Inverse() * m.imu * rig.T_imu_lidar;
+    EXPECT_LT(AngleBetween(predicted.rotation, m.lidar.rotation), 1e-9);
+    EXPECT_LT((predicted.translation - m.lidar.translation).norm(), 1e-9);
+    EXPECT_NEAR(Log(m.imu.rotation).norm(), 0.5 * rate.norm(), 1e-9);
+  }
+}
+
 TEST(HandEye, TooFewMotionsAreAFailureThatSaysSo) {
   const auto result = SolveHandEye({}, std::nullopt);
   EXPECT_FALSE(result.valid);
