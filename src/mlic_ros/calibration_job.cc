@@ -51,6 +51,11 @@ CalibrationResult Run(const JobOptions& options, const CancellationToken& cancel
   LoadReport report;
   const Dataset dataset = LoadDataset(rig_file, options.bags, options.load, report, cancellation, log);
   const Rig rig = WithMessageFrames(rig_file, report);
+  if (!rig.cameras.empty()) {
+    report.warnings.push_back(
+        std::to_string(rig.cameras.size()) +
+        " camera(s) of the rig file are left out: only LiDARs and the IMU are calibrated");
+  }
   for (const std::string& line : report.lines) log.Line(line);
   for (const std::string& line : report.warnings) log.Warning("warning: " + line);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
