@@ -12,11 +12,12 @@
 namespace mlic {
 namespace {
 
-constexpr std::size_t kStartScans = 5;   // registered twice, for the velocity in the first scan
-constexpr double kForgetting = 0.9;      // of the running errors, for one scan
-constexpr double kLeastNoise = 0.01;     // m
-constexpr double kMostNoise = 0.1;       // m
-constexpr std::size_t kPruneEvery = 50;  // scans
+constexpr std::size_t kStartScans = 5;    // registered twice, for the velocity in the first scan
+constexpr double kForgetting = 0.9;       // of the running errors, for one scan
+constexpr double kLeastNoise = 0.01;      // m
+constexpr double kMostNoise = 0.1;        // m
+constexpr double kGyroscopeSigma = 3e-3;  // rad, over one scan period
+constexpr std::size_t kPruneEvery = 50;   // scans
 
 // The points of a scan with times after its middle.
 struct PreparedScan {
@@ -74,7 +75,6 @@ class Odometry {
 
   // twist: a first guess of the velocity in the next scan.
   void SetTwist(const Twist& twist) { state_.twist = twist; }
-  const Twist& twist() const { return state_.twist; }
 
   OdometryPose Register(const LidarScan& raw) {
     const PreparedScan scan = Prepare(raw);
@@ -103,7 +103,7 @@ class Odometry {
  private:
   MotionPrior Predict(const PreparedScan& scan, const ScanMotion* rotation) const {
     MotionPrior prior;
-    prior.previous = state_;
+    prior.previous = state_.pose;
     prior.interval = std::max(1e-3, scan.middle - last_middle_);
     prior.rotation = rotation;
     const Eigen::Quaterniond turned = rotation != nullptr
@@ -112,21 +112,28 @@ class Odometry {
     prior.predicted.pose.rotation = (state_.pose.rotation * turned).normalized();
     prior.predicted.pose.translation =
         state_.pose.translation + prior.interval * (state_.pose.rotation * state_.twist.linear);
-    prior.predicted.twist.angular = state_.twist.angular;
-    prior.predicted.twist.linear = turned.conjugate() * state_.twist.linear;
-    prior.sigma_angular_velocity = 2.0 * angular_velocity_change_.Value();
-    prior.sigma_linear_velocity = 2.0 * linear_velocity_change_.Value();
-    // Over an interval in which the velocity changes by c, its mean is wrong by about c / 12 (constant jerk).
-    prior.sigma_rotation = rotation != nullptr ? 5e-3 : prior.interval * prior.sigma_angular_velocity / 6.0;
-    prior.sigma_translation = prior.interval * prior.sigma_linear_velocity / 6.0;
+    prior.predicted.twist = {state_.twist.angular, turned.conjugate() * state_.twist.linear};
+    prior.velocity_before = velocity_;
+    prior.extrapolation = scans_ > 1 ? prior.interval / (prior.interval + last_interval_) : 0.0;
+    // Of a velocity with constant second difference c, linear extrapolation by half a step misses 3/8 c.
+    prior.sigma_angular_velocity = angular_jerk_.Value();
+    prior.sigma_linear_velocity = linear_jerk_.Value();
+    prior.sigma_rotation = rotation != nullptr ? kGyroscopeSigma : 3.0 * rotation_error_.Value();
+    prior.sigma_translation = 3.0 * translation_error_.Value();
     return prior;
   }
 
   void Learn(const MotionPrior& prior, const RegistrationResult& result) {
     state_ = result.state;
-    angular_velocity_change_.Add((state_.twist.angular - prior.predicted.twist.angular).norm() /
-                                 std::sqrt(3.0));
-    linear_velocity_change_.Add((state_.twist.linear - prior.predicted.twist.linear).norm() / std::sqrt(3.0));
+    const MeanVelocity velocity = VelocityBetween(prior.previous, state_.pose, prior.interval);
+    const MeanVelocity change{velocity.angular - velocity_.angular, velocity.linear - velocity_.linear};
+    if (scans_ > 2) {
+      angular_jerk_.Add((change.angular - change_.angular).norm());
+      linear_jerk_.Add((change.linear - change_.linear).norm());
+    }
+    velocity_ = velocity;
+    change_ = change;
+    last_interval_ = prior.interval;
     rotation_error_.Add(AngleBetween(prior.predicted.pose.rotation, state_.pose.rotation));
     translation_error_.Add((prior.predicted.pose.translation - state_.pose.translation).norm());
     if (result.residual_rms > 0.0) {
@@ -154,13 +161,32 @@ class Odometry {
   VoxelHashMap map_;
   MotionState state_;
   double last_middle_ = 0.0;
+  double last_interval_ = 0.1;
   std::size_t scans_ = 0;
   double noise_ = 0.05;
-  RunningError rotation_error_{0.05, 2e-3};          // rad, of the prediction
-  RunningError translation_error_{0.3, 0.02};        // m, of the prediction
-  RunningError angular_velocity_change_{1.0, 0.05};  // rad/s, from scan to scan
-  RunningError linear_velocity_change_{2.0, 0.1};    // m/s
+  RunningError rotation_error_{0.05, 2e-3};    // rad, of the prediction
+  RunningError translation_error_{0.3, 0.02};  // m, of the prediction
+  MeanVelocity velocity_;                      // since the scan before
+  MeanVelocity change_;                        // of velocity_ from the one before
+  RunningError angular_jerk_{0.5, 0.01};       // rad/s, change of change_
+  RunningError linear_jerk_{1.0, 0.02};        // m/s
 };
+
+// The velocity in the first scan, extrapolated from a trial of the first few. Without it the first scan would
+// enter the map distorted.
+Twist FirstTwist(const LidarRecording& recording, double usual_range,
+                 const RotationBetween& rotation_between) {
+  if (recording.scans.size() < kStartScans) return {};
+  Odometry trial(usual_range, rotation_between);
+  std::vector<OdometryPose> poses;
+  for (std::size_t i = 0; i < kStartScans; ++i) poses.push_back(trial.Register(recording.scans[i]));
+  const auto velocity = [&](std::size_t i) {
+    return VelocityBetween(poses[i].pose, poses[i + 1].pose,
+                           std::max(1e-3, poses[i + 1].time - poses[i].time));
+  };
+  const MeanVelocity first = velocity(0), second = velocity(1);
+  return {1.5 * first.angular - 0.5 * second.angular, 1.5 * first.linear - 0.5 * second.linear};
+}
 
 }  // namespace
 
@@ -170,17 +196,8 @@ OdometryResult RunOdometry(const LidarRecording& recording, const RotationBetwee
   OdometryResult result;
   result.poses.reserve(recording.scans.size());
   const double usual_range = UsualRange(recording);
-  Twist first_twist;
-  {
-    // The first scan is taken with the velocity of the next ones, or it would enter the map distorted.
-    Odometry trial(usual_range, rotation_between);
-    for (std::size_t i = 0; i < std::min(kStartScans, recording.scans.size()); ++i) {
-      trial.Register(recording.scans[i]);
-      if (i == 1) first_twist = trial.twist();
-    }
-  }
   Odometry odometry(usual_range, rotation_between);
-  odometry.SetTwist(first_twist);
+  odometry.SetTwist(FirstTwist(recording, usual_range, rotation_between));
   for (std::size_t i = 0; i < recording.scans.size(); ++i) {
     cancellation.ThrowIfCancelled();
     result.poses.push_back(odometry.Register(recording.scans[i]));

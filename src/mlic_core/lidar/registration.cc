@@ -14,6 +14,13 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector12d = Eigen::Matrix<double, 12, 1>;
 using Matrix12d = Eigen::Matrix<double, 12, 12>;
 
+// Where the parameters stand.
+constexpr int kRotation = 0, kTranslation = 3, kAngularVelocity = 6, kLinearVelocity = 9;
+
+// Errors of neighbouring points are alike (the plane's, the motion model's): so many count as one independent
+// point against the prior. Without it the velocity gives way to them and the scan is bent.
+constexpr double kCorrelatedPoints = 200.0;
+
 constexpr int kMostIterations = 25;
 constexpr double kSmallRotation = 5e-5;     // rad
 constexpr double kSmallTranslation = 5e-4;  // m
@@ -82,7 +89,7 @@ NormalEquations MatchPoints(const std::vector<TimedPoint>& points, std::size_t s
     const Surface* surface = map.Find(in_odom);
     if (surface == nullptr) continue;
     const Eigen::Vector3d difference = in_odom - surface->mean;
-    const double variance = surface->variance + noise * noise;
+    const double variance = kCorrelatedPoints * (surface->variance + noise * noise);
     if (surface->kind == Surface::Kind::kPlane) {
       const double residual = surface->normal.dot(difference);
       if (std::abs(residual) > 3.0 * width) continue;
@@ -94,7 +101,8 @@ NormalEquations MatchPoints(const std::vector<TimedPoint>& points, std::size_t s
     } else {
       const double kernel = GemanMcClure(difference.squaredNorm(), squared_width + surface->variance);
       for (int axis = 0; axis < 3; ++axis) {
-        equations.Add(in_lidar, rotation.row(axis).transpose(), difference[axis], s, kernel / variance);
+        equations.Add(in_lidar, rotation.row(axis).transpose(), difference[axis], s,
+                      kernel / (3.0 * variance));
       }
       ++equations.matched;
     }
@@ -102,52 +110,55 @@ NormalEquations MatchPoints(const std::vector<TimedPoint>& points, std::size_t s
   return equations;
 }
 
-// Adds |residual / sigma|^2 with the Jacobian `factor` to block `first` and, with -other_factor, to block
-// `second`.
-void AddPrior(const Eigen::Vector3d& residual, double sigma, int first, double factor, int second,
+// Adds |residual / sigma|^2, the residual's Jacobian being first_factor * I to the block at `first` and
+// second_factor * I to the block at `second`.
+void AddPrior(const Eigen::Vector3d& residual, double sigma, int first, double first_factor, int second,
               double second_factor, Matrix12d* hessian, Vector12d* right_side) {
+  const int blocks[2] = {first, second};
+  const double factors[2] = {first_factor, second_factor};
   const double information = 1.0 / (sigma * sigma);
-  hessian->block<3, 3>(first, first).diagonal().array() += information * factor * factor;
-  right_side->segment<3>(first) -= information * factor * residual;
-  if (second_factor == 0.0) return;
-  hessian->block<3, 3>(second, second).diagonal().array() += information * second_factor * second_factor;
-  hessian->block<3, 3>(first, second).diagonal().array() += information * factor * second_factor;
-  hessian->block<3, 3>(second, first).diagonal().array() += information * factor * second_factor;
-  right_side->segment<3>(second) -= information * second_factor * residual;
+  for (int i = 0; i < 2; ++i) {
+    right_side->segment<3>(blocks[i]) -= information * factors[i] * residual;
+    for (int k = 0; k < 2; ++k) {
+      hessian->block<3, 3>(blocks[i], blocks[k]).diagonal().array() += information * factors[i] * factors[k];
+    }
+  }
 }
 
 void AddMotionPrior(const MotionPrior& prior, const MotionState& state, Matrix12d* hessian,
                     Vector12d* right_side) {
-  const Eigen::Quaterniond to_lidar = state.pose.rotation.conjugate();
-  const RigidTransform motion = prior.previous.pose.Inverse() * state.pose;
-  const double half = 0.5 * prior.interval;
-  if (prior.rotation != nullptr) {
-    AddPrior(Log(prior.predicted.pose.rotation.conjugate() * state.pose.rotation), prior.sigma_rotation, 0,
-             1.0, 0, 0.0, hessian, right_side);
-    AddPrior(state.twist.angular - prior.predicted.twist.angular, 1e-3, 6, 1.0, 0, 0.0, hessian, right_side);
-  } else {
-    AddPrior(Log(motion.rotation) - half * (prior.previous.twist.angular + state.twist.angular),
-             prior.sigma_rotation, 0, 1.0, 6, -half, hessian, right_side);
-    AddPrior(state.twist.angular - prior.predicted.twist.angular, prior.sigma_angular_velocity, 6, 1.0, 0,
-             0.0, hessian, right_side);
-  }
-  const Eigen::Vector3d previous_linear =
-      to_lidar * (prior.previous.pose.rotation * prior.previous.twist.linear);
-  const Eigen::Vector3d moved = to_lidar * (state.pose.translation - prior.previous.pose.translation);
-  AddPrior(moved - half * (previous_linear + state.twist.linear), prior.sigma_translation, 3, 1.0, 9, -half,
-           hessian, right_side);
-  AddPrior(state.twist.linear - prior.predicted.twist.linear, prior.sigma_linear_velocity, 9, 1.0, 0, 0.0,
-           hessian, right_side);
+  const RigidTransform& pose = state.pose;
+  const Eigen::Quaterniond to_lidar = pose.rotation.conjugate();
+  const MeanVelocity mean = VelocityBetween(prior.previous, pose, prior.interval);
+  const double gain = (1.0 + prior.extrapolation) / prior.interval;
+
+  AddPrior(Log(prior.predicted.pose.rotation.conjugate() * pose.rotation), prior.sigma_rotation, kRotation,
+           1.0, kAngularVelocity, 0.0, hessian, right_side);
+  AddPrior(to_lidar * (pose.translation - prior.predicted.pose.translation), prior.sigma_translation,
+           kTranslation, 1.0, kLinearVelocity, 0.0, hessian, right_side);
+  const Eigen::Vector3d angular =
+      mean.angular + prior.extrapolation * (mean.angular - prior.velocity_before.angular);
+  AddPrior(state.twist.angular - angular, prior.sigma_angular_velocity, kRotation, -gain, kAngularVelocity,
+           1.0, hessian, right_side);
+  const Eigen::Vector3d linear =
+      mean.linear + prior.extrapolation * (mean.linear - prior.velocity_before.linear);
+  AddPrior(state.twist.linear - to_lidar * linear, prior.sigma_linear_velocity, kTranslation, -gain,
+           kLinearVelocity, 1.0, hessian, right_side);
 }
 
 void Update(const Vector12d& step, MotionState* state) {
-  state->pose.translation += state->pose.rotation * step.segment<3>(3);
-  state->pose.rotation = (state->pose.rotation * ExpQuaternion(step.head<3>())).normalized();
-  state->twist.angular += step.segment<3>(6);
-  state->twist.linear += step.segment<3>(9);
+  state->pose.translation += state->pose.rotation * step.segment<3>(kTranslation);
+  state->pose.rotation = (state->pose.rotation * ExpQuaternion(step.segment<3>(kRotation))).normalized();
+  state->twist.angular += step.segment<3>(kAngularVelocity);
+  state->twist.linear += step.segment<3>(kLinearVelocity);
 }
 
 }  // namespace
+
+MeanVelocity VelocityBetween(const RigidTransform& from, const RigidTransform& to, double interval) {
+  return {Log(from.rotation.conjugate() * to.rotation) / interval,
+          (to.translation - from.translation) / interval};
+}
 
 RegistrationResult RegisterScan(const std::vector<TimedPoint>& points, double half_span,
                                 const VoxelHashMap& map, const MotionPrior& prior, double search_width,

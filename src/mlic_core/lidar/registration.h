@@ -21,21 +21,32 @@ struct MotionState {
   Twist twist;
 };
 
+// Mean velocity between the middles of two scans: angular in the LiDAR's frame, linear in the odometry's.
+struct MeanVelocity {
+  Eigen::Vector3d angular = Eigen::Vector3d::Zero();
+  Eigen::Vector3d linear = Eigen::Vector3d::Zero();
+};
+
 // What is known of the motion before the scan is looked at. Sigmas of one axis each.
 struct MotionPrior {
-  MotionState previous;   // of the scan before
-  MotionState predicted;  // start of the search
-  double interval = 0.1;  // s, from the previous scan's middle to this one's
-  // The twist: this scan's minus the predicted one.
+  RigidTransform previous;  // pose of the scan before
+  MotionState predicted;    // start of the search
+  double interval = 0.1;    // s, from the previous scan's middle to this one's
+  // The velocity at this scan's middle is a + extrapolation * (a - velocity_before), with the mean velocity a
+  // since the scan before; it is tied to the pose, or pose and velocity would swing against each other from
+  // scan to scan.
+  MeanVelocity velocity_before;
+  double extrapolation = 0.5;
   double sigma_angular_velocity = 1.0;  // rad/s
   double sigma_linear_velocity = 1.0;   // m/s
-  // The pose: motion since the previous scan minus interval times the mean of the two velocities.
-  double sigma_rotation = 0.1;     // rad
-  double sigma_translation = 0.1;  // m
-  // From the gyroscope, linear velocity zero; nullptr without one. Then the angular velocity is not
-  // estimated, and sigma_rotation is that of the predicted pose.
+  double sigma_rotation = 0.1;          // rad, of the predicted pose
+  double sigma_translation = 0.1;       // m
+  // From the gyroscope, with linear velocity zero; nullptr without one. Then the angular velocity is not
+  // estimated.
   const ScanMotion* rotation = nullptr;
 };
+
+MeanVelocity VelocityBetween(const RigidTransform& from, const RigidTransform& to, double interval);
 
 struct RegistrationResult {
   MotionState state;

@@ -7,18 +7,20 @@
 namespace mlic {
 namespace {
 
-constexpr float kVoxel = 0.2f;    // m
+constexpr float kVoxels[] = {0.2f, 0.1f, 0.05f};  // m, the first that leaves enough points
+constexpr std::size_t kEnough = 5000;
 constexpr float kNearest = 0.3f;  // m: nearer ones are the housing or the blind zone
 constexpr float kFarthest =
     300.0f;  // m: no LiDAR in use measures farther; far enough for 20-bit voxel numbers
 
 constexpr std::uint32_t kEmpty = 0xFFFFFFFFu;
 
-std::uint64_t VoxelKey(const Eigen::Vector3f& p) {
+std::uint64_t VoxelKey(const Eigen::Vector3f& p, float inverse_voxel) {
   // Shifted to positive numbers, where truncation is the floor.
-  constexpr float kInverse = 1.0f / kVoxel;
   constexpr float kShift = 524288.0f;
-  const auto number = [](float x) { return static_cast<std::uint64_t>(std::floor(x * kInverse) + kShift); };
+  const auto number = [&](float x) {
+    return static_cast<std::uint64_t>(std::floor(x * inverse_voxel) + kShift);
+  };
   return number(p.x()) | (number(p.y()) << 20) | (number(p.z()) << 40);
 }
 
@@ -42,6 +44,8 @@ class EarliestInVoxel {
       entry.index = index;
     }
   }
+
+  std::size_t size() const { return used_.size(); }
 
   std::vector<LidarPoint> Take(const std::vector<LidarPoint>& points) const {
     struct Order {
@@ -85,7 +89,8 @@ ScanFilterCounts& ScanFilterCounts::operator+=(const ScanFilterCounts& other) {
 
 ScanFilterCounts FilterScan(LidarScan& scan) {
   ScanFilterCounts counts;
-  EarliestInVoxel voxels(scan.points.size());
+  std::vector<std::uint32_t> valid;
+  valid.reserve(scan.points.size());
   for (std::size_t i = 0; i < scan.points.size(); ++i) {
     const LidarPoint& point = scan.points[i];
     const float squared_range = point.position.squaredNorm();
@@ -96,13 +101,23 @@ ScanFilterCounts FilterScan(LidarScan& scan) {
     } else if (squared_range > kFarthest * kFarthest) {
       ++counts.too_far;
     } else {
-      voxels.Enter(VoxelKey(point.position), static_cast<std::uint32_t>(i), scan.points);
-      ++counts.duplicates;
+      valid.push_back(static_cast<std::uint32_t>(i));
     }
   }
-  scan.points = voxels.Take(scan.points);
+  std::vector<LidarPoint> kept;
+  for (const float voxel : kVoxels) {
+    EarliestInVoxel voxels(valid.size());
+    for (const std::uint32_t i : valid) {
+      voxels.Enter(VoxelKey(scan.points[i].position, 1.0f / voxel), i, scan.points);
+    }
+    if (voxels.size() >= kEnough || voxels.size() == valid.size() || voxel == kVoxels[2]) {
+      kept = voxels.Take(scan.points);
+      break;
+    }
+  }
+  scan.points = std::move(kept);
   counts.kept = scan.points.size();
-  counts.duplicates -= counts.kept;
+  counts.duplicates = valid.size() - counts.kept;
   return counts;
 }
 
