@@ -28,7 +28,7 @@ class Programs(unittest.TestCase):
 
     def run_program(self, name, *arguments):
         return subprocess.run([os.path.join(PROGRAMS, name), *arguments], stdout=subprocess.PIPE,
-                              stderr=subprocess.PIPE, universal_newlines=True, timeout=120)
+                              stderr=subprocess.PIPE, universal_newlines=True, timeout=600)
 
     def expect_error(self, done, *parts):
         """Status 1, and the last line on stderr holds all the parts."""
@@ -66,6 +66,18 @@ class Programs(unittest.TestCase):
         rig = self.write("rig.yaml", RIG)
         self.output = os.path.join(self.write("file", ""), "out")
         self.expect_error(self.calibrate(rig, self.path("none.bag")), "--output")
+
+    def test_finished_results_are_reused(self):
+        if not DRIVE:
+            self.skipTest("no drive given")
+        first = self.calibrate(DRIVE[1], DRIVE[0])
+        before = os.stat(self.path("out/calibration.yaml")).st_mtime_ns
+        again = self.calibrate(DRIVE[1], DRIVE[0])
+        self.assertEqual((first.returncode, again.returncode), (0, 0), first.stderr + again.stderr)
+        self.assertIn("reused", again.stderr)
+        self.assertEqual(os.stat(self.path("out/calibration.yaml")).st_mtime_ns, before)
+        os.remove(self.path("out/calibration.yaml"))
+        self.assertNotIn("reused", self.calibrate(DRIVE[1], DRIVE[0], "--duration", "14").stderr)
 
     def test_interruption(self):
         if not DRIVE:

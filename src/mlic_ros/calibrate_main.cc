@@ -20,7 +20,7 @@ int main(int argc, char** argv) {
   app.add_option("--duration", options.load.duration, "use no more than this many seconds");
   app.add_option("--threads", options.threads, "threads to use; by default all cores")
       ->check(CLI::Range(0, 1024));
-  app.add_flag("--fresh", options.fresh, "start anew, whatever earlier runs left in DIR/stages");
+  app.add_flag("--fresh", options.fresh, "do the work even where DIR holds the results of the same inputs");
   int status = 0;
   if (!mlic::ParseArguments(app, argc, argv, status)) return status;
   options.rig = rig;
@@ -30,9 +30,9 @@ int main(int argc, char** argv) {
   const mlic::CancellationToken& cancellation = mlic::CancelOnSignals();
   const auto body = [&] {
     mlic::JobObserver no_display;
-    const mlic::CalibrationResult result = mlic::RunCalibrationJob(options, cancellation, no_display);
-    if (result.trusted) return mlic::kTrusted;
-    std::fprintf(stderr, "calibrate: %s\n", mlic::RefusalLine(result).c_str());
+    const mlic::JobOutcome outcome = mlic::RunCalibrationJob(options, cancellation, no_display);
+    if (outcome.trusted) return mlic::kTrusted;
+    std::fprintf(stderr, "calibrate: %s\n", outcome.refusal.c_str());
     return mlic::kRefused;
   };
   return mlic::RunProgram("calibrate", body, [&] { return mlic::LogHint(options); });

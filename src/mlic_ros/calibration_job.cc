@@ -11,6 +11,7 @@
 #include "mlic_core/common/error.h"
 #include "mlic_core/io/rig_file.h"
 #include "mlic_core/io/write_results.h"
+#include "mlic_ros/finished_run.h"
 #include "mlic_ros/job_log.h"
 #include "mlic_ros/result_directory.h"
 
@@ -45,9 +46,17 @@ StageSummary LoadingSummary(const LoadReport& report, double seconds) {
   return summary;
 }
 
-CalibrationResult Run(const JobOptions& options, const CancellationToken& cancellation, JobLog& log) {
+std::string RefusalLine(const CalibrationResult& result) {
+  std::string line = "refused: ";
+  for (std::size_t i = 0; i < result.reasons.size(); ++i) line += (i == 0 ? "" : "; ") + result.reasons[i];
+  if (result.reasons.empty()) line += "a check failed";
+  return line +
+         "; what was shown stands in calibration.yaml, record a drive with more turns or give T_imu_sensor";
+}
+
+JobOutcome Run(const JobOptions& options, const Rig& rig_file, const CancellationToken& cancellation,
+               JobLog& log) {
   const auto start = std::chrono::steady_clock::now();
-  const Rig rig_file = LoadRigFile(options.rig);
   LoadReport report;
   const Dataset dataset = LoadDataset(rig_file, options.bags, options.load, report, cancellation, log);
   const Rig rig = WithMessageFrames(rig_file, report);
@@ -68,31 +77,38 @@ CalibrationResult Run(const JobOptions& options, const CancellationToken& cancel
   ReplaceResults(options.output,
                  [&](const std::filesystem::path& directory) { WriteResults(directory, result); });
   log.OnResult(result);
-  return result;
+  return {result.trusted, result.trusted ? "" : RefusalLine(result)};
+}
+
+JobOutcome RunOrReuse(const JobOptions& options, const CancellationToken& cancellation, JobLog& log) {
+  const Rig rig = LoadRigFile(options.rig);
+  const std::string key = InputKey(options);
+  if (!options.fresh) {
+    const auto finished = FindFinishedRun(options.output, key);
+    if (finished) {
+      log.Line("the results of an earlier run of the same inputs are reused; --fresh starts anew");
+      return *finished;
+    }
+  }
+  const JobOutcome outcome = Run(options, rig, cancellation, log);
+  NoteFinishedRun(options.output, key, outcome);
+  return outcome;
 }
 
 }  // namespace
 
-CalibrationResult RunCalibrationJob(const JobOptions& options, const CancellationToken& cancellation,
-                                    JobObserver& display) {
+JobOutcome RunCalibrationJob(const JobOptions& options, const CancellationToken& cancellation,
+                             JobObserver& display) {
   JobLog log(options.output, display);
   const ThreadLimit threads(options.threads);
   try {
-    CalibrationResult result = Run(options, cancellation, log);
-    log.FileOnly(result.trusted ? "trusted" : RefusalLine(result));
-    return result;
+    const JobOutcome outcome = RunOrReuse(options, cancellation, log);
+    log.FileOnly(outcome.trusted ? "trusted" : outcome.refusal);
+    return outcome;
   } catch (const std::exception& error) {
     log.FileOnly(error.what());
     throw;
   }
-}
-
-std::string RefusalLine(const CalibrationResult& result) {
-  std::string line = "refused: ";
-  for (std::size_t i = 0; i < result.reasons.size(); ++i) line += (i == 0 ? "" : "; ") + result.reasons[i];
-  if (result.reasons.empty()) line += "a check failed";
-  return line +
-         "; what was shown stands in calibration.yaml, record a drive with more turns or give T_imu_sensor";
 }
 
 std::string LogHint(const JobOptions& options) { return "; see " + (options.output / "log.txt").string(); }

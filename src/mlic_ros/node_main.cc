@@ -41,7 +41,7 @@ JobOptions OptionsFromParameters() {
   const double duration = parameters.param("duration", 0.0);
   if (duration > 0.0) options.load.duration = duration;
   options.threads = parameters.param("threads", 0);
-  options.fresh = parameters.param("fresh", false);
+  options.fresh = true;  // results that lie there already would leave nothing to show
   return options;
 }
 
@@ -61,9 +61,9 @@ int Run(const CancellationToken& cancellation, RosDisplay& display) {
     try {
       const JobOptions options = OptionsFromParameters();
       log_hint = LogHint(options);
-      const CalibrationResult result = RunCalibrationJob(options, cancellation, display);
-      if (result.trusted) return kTrusted;
-      std::fprintf(stderr, "calibrate_node: %s\n", RefusalLine(result).c_str());
+      const JobOutcome outcome = RunCalibrationJob(options, cancellation, display);
+      if (outcome.trusted) return kTrusted;
+      std::fprintf(stderr, "calibrate_node: %s\n", outcome.refusal.c_str());
       return kRefused;
     } catch (const std::exception& error) {
       display.OnFailure(error.what());
