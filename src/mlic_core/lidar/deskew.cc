@@ -9,11 +9,14 @@ constexpr double kShortestHalfSpan = 1e-4;  // s: scans whose points all have on
 
 }  // namespace
 
-ScanMotion::ScanMotion(const Twist& twist, double half_span)
+ScanMotion::ScanMotion(const Twist& twist, const Eigen::Vector3d& angular_acceleration, double half_span)
     : half_span_(std::max(half_span, kShortestHalfSpan)),
       entries_per_second_((kEntries - 1) / (2.0 * half_span_)),
       linear_(twist.linear) {
-  for (int i = 0; i < kEntries; ++i) rotations_[i] = ExpMatrix(TimeOf(i) * twist.angular);
+  for (int i = 0; i < kEntries; ++i) {
+    const double s = TimeOf(i);
+    rotations_[i] = ExpMatrix(s * twist.angular + 0.5 * s * s * angular_acceleration);
+  }
   FillDifferences();
 }
 

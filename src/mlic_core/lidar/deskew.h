@@ -8,7 +8,7 @@
 
 namespace mlic {
 
-// Velocity of the LiDAR in its own frame at the middle of a scan: rad/s and m/s.
+// Velocity of the LiDAR in its own frame at the middle of a scan, rad/s and m/s.
 struct Twist {
   Eigen::Vector3d angular = Eigen::Vector3d::Zero();
   Eigen::Vector3d linear = Eigen::Vector3d::Zero();
@@ -17,13 +17,13 @@ struct Twist {
 // How the LiDAR moved during one scan: a point p measured s seconds after the middle of the scan is at
 // Rotation(s) * p + s * linear in the LiDAR's frame at the middle.
 //
-// Rotation(s) is Exp(s * angular), or the gyroscope's R(middle, middle + s). It is tabulated, and
-// interpolated linearly between entries: the error is (angle between entries)^2 / 8, below 1e-4 rad at 500
-// deg/s.
+// Rotation(s) is Exp(s * angular + s^2 / 2 * angular_acceleration), or the gyroscope's R(middle, middle + s).
+// It is tabulated, and interpolated linearly between entries: the error is (angle between entries)^2 / 8,
+// below 1e-4 rad at 500 deg/s.
 class ScanMotion {
  public:
   // half_span: the largest |s|.
-  ScanMotion(const Twist& twist, double half_span);
+  ScanMotion(const Twist& twist, const Eigen::Vector3d& angular_acceleration, double half_span);
   ScanMotion(const RotationBetween& rotation_between, double middle, double half_span);
 
   void SetLinear(const Eigen::Vector3d& linear) { linear_ = linear; }

@@ -17,6 +17,7 @@ constexpr double kForgetting = 0.9;       // of the running errors, for one scan
 constexpr double kLeastNoise = 0.01;      // m
 constexpr double kMostNoise = 0.1;        // m
 constexpr double kGyroscopeSigma = 3e-3;  // rad, over one scan period
+constexpr double kFarthestSearch = 2.0;   // m
 constexpr std::size_t kPruneEvery = 50;   // scans
 
 // The points of a scan with times after its middle.
@@ -82,20 +83,24 @@ class Odometry {
     pose.time = scan.middle;
     std::optional<ScanMotion> rotation;
     if (rotation_between_) rotation.emplace(rotation_between_, scan.middle, scan.half_span);
-    if (scans_ > 0) {
+    if (scans_ == 0) {
+      pose.inlier_share = scan.points.empty() ? 0.0 : 1.0;
+      ScanMotion motion =
+          rotation ? *rotation : ScanMotion(state_.twist, Eigen::Vector3d::Zero(), scan.half_span);
+      motion.SetLinear(state_.twist.linear);
+      AddToMap(scan, motion);
+    } else {
       const MotionPrior prior = Predict(scan, rotation ? &*rotation : nullptr);
       const double reach = 3.0 * (translation_error_.Value() + 0.5 * usual_range_ * rotation_error_.Value());
       const RegistrationResult result =
-          RegisterScan(scan.points, scan.half_span, map_, prior, std::min(reach, 2.0), noise_);
+          RegisterScan(scan.points, scan.half_span, map_, prior, std::min(reach, kFarthestSearch), noise_);
       pose.residual_rms = result.residual_rms;
       pose.inlier_share = result.inlier_share;
       Learn(prior, result);
-    } else {
-      pose.inlier_share = scan.points.empty() ? 0.0 : 1.0;
+      AddToMap(scan, MotionDuring(state_, prior, scan.half_span));
     }
     pose.pose = state_.pose;
     last_middle_ = scan.middle;
-    AddToMap(scan, rotation ? &*rotation : nullptr);
     ++scans_;
     return pose;
   }
@@ -142,9 +147,7 @@ class Odometry {
     }
   }
 
-  void AddToMap(const PreparedScan& scan, const ScanMotion* rotation) {
-    ScanMotion motion = rotation != nullptr ? *rotation : ScanMotion(state_.twist, scan.half_span);
-    motion.SetLinear(state_.twist.linear);
+  void AddToMap(const PreparedScan& scan, const ScanMotion& motion) {
     std::vector<Eigen::Vector3d> in_odom;
     in_odom.reserve(scan.points.size());
     const Eigen::Matrix3d matrix = state_.pose.rotation.toRotationMatrix();

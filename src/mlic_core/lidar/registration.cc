@@ -21,6 +21,10 @@ constexpr int kRotation = 0, kTranslation = 3, kAngularVelocity = 6, kLinearVelo
 // point against the prior. Without it the velocity gives way to them and the scan is bent.
 constexpr double kCorrelatedPoints = 200.0;
 
+// rad/s: of the change of the mean rate from scan to scan. Much smaller changes are not believed, or their
+// noise would bend the scans.
+constexpr double kRateNoise = 0.05;
+
 constexpr int kMostIterations = 25;
 constexpr double kSmallRotation = 5e-5;     // rad
 constexpr double kSmallTranslation = 5e-4;  // m
@@ -160,6 +164,20 @@ MeanVelocity VelocityBetween(const RigidTransform& from, const RigidTransform& t
           (to.translation - from.translation) / interval};
 }
 
+ScanMotion MotionDuring(const MotionState& state, const MotionPrior& prior, double half_span) {
+  const MeanVelocity mean = VelocityBetween(prior.previous, state.pose, prior.interval);
+  Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
+  if (prior.extrapolation > 0.0) {
+    const Eigen::Vector3d change = 2.0 * prior.extrapolation * (mean.angular - prior.velocity_before.angular);
+    const double square = change.squaredNorm();
+    acceleration = square / (square + kRateNoise * kRateNoise) / prior.interval * change;
+  }
+  ScanMotion motion =
+      prior.rotation != nullptr ? *prior.rotation : ScanMotion(state.twist, acceleration, half_span);
+  motion.SetLinear(state.twist.linear);
+  return motion;
+}
+
 RegistrationResult RegisterScan(const std::vector<TimedPoint>& points, double half_span,
                                 const VoxelHashMap& map, const MotionPrior& prior, double search_width,
                                 double noise) {
@@ -169,9 +187,7 @@ RegistrationResult RegisterScan(const std::vector<TimedPoint>& points, double ha
   const double final_width = 3.0 * noise;
   double width = std::max(search_width, final_width);
   for (int iteration = 0; iteration < kMostIterations; ++iteration) {
-    ScanMotion motion =
-        prior.rotation != nullptr ? *prior.rotation : ScanMotion(result.state.twist, half_span);
-    motion.SetLinear(result.state.twist.linear);
+    const ScanMotion motion = MotionDuring(result.state, prior, half_span);
     const NormalEquations equations =
         MatchPoints(points, stride, map, result.state.pose, motion, width, noise);
     Matrix12d hessian;
