@@ -1,0 +1,81 @@
+#!/usr/bin/env bash
+# From nothing to a calibration: installs what is needed, builds, calibrates a recorded or a simulated drive, says
+# where the results are.
+#   demo.sh                       simulates a drive of the paper's vehicle (4 LiDARs, IMU) and calibrates it
+#   demo.sh BAG RIG [OUTPUT]      calibrates a recording, described by the rig file RIG
+# Exit status: that of calibrate (0 trusted, 1 bad input, 2 refused, 3 failure inside, 130 interrupted).
+# MLIC_DEMO_DURATION (60): seconds of simulated drive; MLIC_DEMO_SENSORS: another file of config/simulation;
+# MLIC_DEMO_SCENARIO (figure_eight); MLIC_BUILD: build directory; MLIC_RVIZ=true|false: default by the display.
+set -euo pipefail
+. "$(dirname "$0")/environment.sh"
+
+usage() { sed -n '2,6p' "$0" >&2; exit 1; }
+truth=""
+case $# in
+  0) ;;
+  2 | 3)
+    bag=$(realpath -- "$1"); rig=$(realpath -- "$2")
+    for file in "$bag" "$rig"; do
+      [ -f "$file" ] || { echo "demo.sh: no file $file" >&2; exit 1; }
+    done
+    output=$(realpath -m -- "${3:-$(basename "$bag" .bag)_calibration}")
+    ;;
+  *) usage ;;
+esac
+
+"$repository/scripts/install_dependencies.sh"
+require_host_name
+build_mlic -DMLIC_WITH_ROS=ON
+source_workspace
+
+simulate() {
+  local sensors=${MLIC_DEMO_SENSORS:-$repository/config/simulation/paper_rig.yaml}
+  local scenario=${MLIC_DEMO_SCENARIO:-figure_eight} duration=${MLIC_DEMO_DURATION:-60}
+  local folder=$build/demo/$(basename "$sensors" .yaml)_${scenario}_$duration
+  bag=$folder/drive.bag; rig=$folder/drive_rig.yaml; truth=$folder/drive_truth.yaml; output=$folder/calibration
+  mkdir -p "$folder"
+  # The program is part of the name of a drive: a new build simulates anew.
+  if [ -f "$folder/.done" ] && [ "$folder/.done" -nt "$build/devel/lib/mlic/simulate" ] &&
+    [ "$folder/.done" -nt "$sensors" ]; then
+    echo "== the drive of the last call is used again: $bag"
+    return
+  fi
+  rm -f "$folder/.done"
+  echo "== simulating $duration s of $scenario: $bag"
+  rosrun mlic simulate --sensors "$sensors" --scenario "$scenario" --duration "$duration" --seed 1 --output "$bag"
+  touch "$folder/.done"
+}
+if [ $# -eq 0 ]; then simulate; fi
+
+# An X server that answers, and rviz installed.
+display_works() {
+  [ -n "${DISPLAY:-}" ] && command -v rviz >/dev/null || return 1
+  [ -S "/tmp/.X11-unix/X$(echo "$DISPLAY" | sed -nE 's/^:([0-9]+).*/\1/p')" ] || [[ $DISPLAY == *?:* ]]
+}
+if display_works; then rviz=true; else rviz=false; fi
+rviz=${MLIC_RVIZ:-$rviz}
+
+# roslaunch exits with 0 whatever its nodes did, so calibrate's own status is taken through a file.
+status_file=$(mktemp)
+trap 'rm -f "$status_file"' EXIT
+export MLIC_LAUNCH_PREFIX="$repository/scripts/record_status.sh $status_file"
+echo "== calibrating (rviz:=$rviz)"
+launch_status=0
+roslaunch mlic calibrate.launch rig:="$rig" bag:="$bag" output:="$output" rviz:="$rviz" || launch_status=$?
+status=$(cat "$status_file")
+if [ -z "$status" ]; then
+  echo "demo.sh: calibrate did not finish (roslaunch exited with $launch_status)" >&2
+  if [ "$launch_status" -ne 0 ]; then exit "$launch_status"; fi
+  exit 3
+fi
+
+if [ -f "$output/calibration.yaml" ]; then
+  echo "== results in $output:"
+  ls "$output"
+  if [ -n "$truth" ]; then
+    echo "== error against the simulated truth"
+    rosrun mlic evaluate --bag "$bag" --calibration "$output/calibration.yaml" --truth "$truth" \
+      --output "$output/evaluation"
+  fi
+fi
+exit "$status"

@@ -1,0 +1,50 @@
+# Sourced by the scripts beside it: where things are, and an environment in which Debian's ROS works.
+# MLIC_BUILD: build directory (default: build in the repository). MLIC_JOBS: parallel compile jobs.
+
+repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+build=${MLIC_BUILD:-$repository/build}
+
+# Debian's ROS needs Debian's Python: a pyenv or conda python3 first in PATH has none of its modules.
+export PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin
+unset PYTHONPATH PYTHONHOME LD_LIBRARY_PATH
+export LC_ALL=C.UTF-8
+# Without it the log of a node is lost when it is killed and its output is not a terminal.
+export ROSCONSOLE_STDOUT_LINE_BUFFERED=1
+export ROS_HOSTNAME=localhost
+export OMP_WAIT_POLICY=PASSIVE
+
+# As many jobs as there are cores, but at most one for each 1.5 GB of free memory.
+compile_jobs() {
+  local by_memory cores
+  cores=$(nproc)
+  by_memory=$(awk '/^MemAvailable/ {print int($2 / 1572864)}' /proc/meminfo)
+  if [ "${by_memory:-1}" -lt 1 ]; then by_memory=1; fi
+  if [ "$by_memory" -lt "$cores" ]; then echo "$by_memory"; else echo "$cores"; fi
+}
+
+# Configures and builds (Release, Ninja) in $build; arguments go to cmake.
+build_mlic() {
+  local jobs=${MLIC_JOBS:-$(compile_jobs)}
+  echo "== building in $build with $jobs jobs"
+  cmake -S "$repository" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release "$@" || return
+  cmake --build "$build" -- -j "$jobs" || return
+  if ninja -C "$build" -t targets all 2>/dev/null | grep -q '^tests: phony'; then
+    cmake --build "$build" --target tests -- -j "$jobs" || return
+  fi
+}
+
+# Makes roslaunch, rosrun and rospack see the build. The file of catkin reads unset variables.
+source_workspace() {
+  set +u
+  # shellcheck disable=SC1091
+  . "$build/devel/setup.bash"
+  set -u
+}
+
+# roslaunch and rostest cannot start a master on a machine whose own name does not resolve (bare containers).
+require_host_name() {
+  if ! getent hosts "$(hostname)" >/dev/null; then
+    echo "warning: the name of this machine, $(hostname), does not resolve, so roslaunch will not start;" \
+      "put '127.0.0.1 localhost $(hostname)' into /etc/hosts" >&2
+  fi
+}
