@@ -107,7 +107,7 @@ void NoteLidar(const LidarFormat& format, const LidarRecording& recording, const
   notes.lines.push_back("topic " + format.topic + ": " + std::to_string(points.kept) + " points kept, " +
                         std::to_string(points.not_finite) + " not finite, " +
                         std::to_string(points.too_near) + " zero or too near, " +
-                        std::to_string(points.too_far) + " too far, " + std::to_string(points.duplicates) +
+                        std::to_string(points.too_far) + " too far, " + std::to_string(points.thinned_out) +
                         " thinned out");
   if (problems.bad_times + problems.malformed > 0) {
     notes.warnings.push_back("topic " + format.topic + ": " +

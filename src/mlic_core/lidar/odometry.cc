@@ -120,11 +120,12 @@ class Odometry {
     prior.predicted.twist = {state_.twist.angular, turned.conjugate() * state_.twist.linear};
     prior.velocity_before = velocity_;
     prior.extrapolation = scans_ > 1 ? prior.interval / (prior.interval + last_interval_) : 0.0;
-    // Of a velocity with constant second difference c, linear extrapolation by half a step misses 3/8 c.
+    // After a gap the prediction is worse, as the square of the time.
+    const double gap = scans_ > 1 ? std::max(1.0, prior.interval / last_interval_) : 1.0;
     prior.sigma_angular_velocity = angular_jerk_.Value();
     prior.sigma_linear_velocity = linear_jerk_.Value();
-    prior.sigma_rotation = rotation != nullptr ? kGyroscopeSigma : 3.0 * rotation_error_.Value();
-    prior.sigma_translation = 3.0 * translation_error_.Value();
+    prior.sigma_rotation = rotation != nullptr ? kGyroscopeSigma : 3.0 * gap * gap * rotation_error_.Value();
+    prior.sigma_translation = 3.0 * gap * gap * translation_error_.Value();
     return prior;
   }
 

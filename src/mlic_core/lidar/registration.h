@@ -46,8 +46,8 @@ struct MotionPrior {
   const ScanMotion* rotation = nullptr;
 };
 
-// The motion during the scan whose middle is at `state`. The angular acceleration is that from the mean
-// velocity since the scan before, half an interval earlier, to the velocity now.
+// The motion during the scan whose middle is at `state`. The angular acceleration is that between the
+// last two mean velocities.
 ScanMotion MotionDuring(const MotionState& state, const MotionPrior& prior, double half_span);
 
 MeanVelocity VelocityBetween(const RigidTransform& from, const RigidTransform& to, double interval);

@@ -7,74 +7,16 @@
 namespace mlic {
 namespace {
 
-constexpr float kVoxels[] = {0.2f, 0.1f, 0.05f};  // m, the first that leaves enough points
-constexpr std::size_t kEnough = 5000;
-constexpr float kNearest = 0.3f;  // m: nearer ones are the housing or the blind zone
-constexpr float kFarthest =
-    300.0f;  // m: no LiDAR in use measures farther; far enough for 20-bit voxel numbers
+constexpr std::size_t kLargest = 12000;  // points that stay of a scan
+constexpr float kNearest = 0.3f;         // m: nearer ones are the housing or the blind zone
+constexpr float kFarthest = 300.0f;      // m: no LiDAR in use measures farther
 
-constexpr std::uint32_t kEmpty = 0xFFFFFFFFu;
-
-std::uint64_t VoxelKey(const Eigen::Vector3f& p, float inverse_voxel) {
-  // Shifted to positive numbers, where truncation is the floor.
-  constexpr float kShift = 524288.0f;
-  const auto number = [&](float x) {
-    return static_cast<std::uint64_t>(std::floor(x * inverse_voxel) + kShift);
-  };
-  return number(p.x()) | (number(p.y()) << 20) | (number(p.z()) << 40);
+// Scrambles the index, so that thinning has no beat with the rings (splitmix64's last step).
+std::uint32_t Scramble(std::uint32_t index) {
+  std::uint64_t z = (index + 1) * 0x9E3779B97F4A7C15ull;
+  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ull;
+  return static_cast<std::uint32_t>(z >> 32);
 }
-
-// For each voxel the earliest point of it. Open addressing with linear probing, at most half full.
-class EarliestInVoxel {
- public:
-  explicit EarliestInVoxel(std::size_t points) {
-    while ((std::size_t{1} << bits_) < 2 * points) ++bits_;
-    slots_.resize(std::size_t{1} << bits_);
-  }
-
-  // Enters points[index] under the key; of two with the same time the first in the message stays.
-  void Enter(std::uint64_t key, std::uint32_t index, const std::vector<LidarPoint>& points) {
-    std::size_t slot = (key * 0x9E3779B97F4A7C15ull) >> (64 - bits_);
-    while (slots_[slot].index != kEmpty && slots_[slot].key != key) slot = (slot + 1) & (slots_.size() - 1);
-    Slot& entry = slots_[slot];
-    if (entry.index == kEmpty) {
-      entry = {key, index};
-      used_.push_back(static_cast<std::uint32_t>(slot));
-    } else if (points[index].time < points[entry.index].time) {
-      entry.index = index;
-    }
-  }
-
-  std::size_t size() const { return used_.size(); }
-
-  std::vector<LidarPoint> Take(const std::vector<LidarPoint>& points) const {
-    struct Order {
-      float time;
-      std::uint32_t index;
-      bool operator<(const Order& other) const {
-        return time != other.time ? time < other.time : index < other.index;
-      }
-    };
-    std::vector<Order> order;
-    order.reserve(used_.size());
-    for (const std::uint32_t slot : used_)
-      order.push_back({points[slots_[slot].index].time, slots_[slot].index});
-    std::sort(order.begin(), order.end());
-    std::vector<LidarPoint> kept;
-    kept.reserve(order.size());
-    for (const Order& entry : order) kept.push_back(points[entry.index]);
-    return kept;
-  }
-
- private:
-  struct Slot {
-    std::uint64_t key = 0;
-    std::uint32_t index = kEmpty;
-  };
-  int bits_ = 4;
-  std::vector<Slot> slots_;
-  std::vector<std::uint32_t> used_;
-};
 
 }  // namespace
 
@@ -83,7 +25,7 @@ ScanFilterCounts& ScanFilterCounts::operator+=(const ScanFilterCounts& other) {
   not_finite += other.not_finite;
   too_near += other.too_near;
   too_far += other.too_far;
-  duplicates += other.duplicates;
+  thinned_out += other.thinned_out;
   return *this;
 }
 
@@ -104,20 +46,19 @@ ScanFilterCounts FilterScan(LidarScan& scan) {
       valid.push_back(static_cast<std::uint32_t>(i));
     }
   }
+  const double share =
+      static_cast<double>(kLargest) / static_cast<double>(std::max<std::size_t>(1, valid.size()));
   std::vector<LidarPoint> kept;
-  for (const float voxel : kVoxels) {
-    EarliestInVoxel voxels(valid.size());
-    for (const std::uint32_t i : valid) {
-      voxels.Enter(VoxelKey(scan.points[i].position, 1.0f / voxel), i, scan.points);
-    }
-    if (voxels.size() >= kEnough || voxels.size() == valid.size() || voxel == kVoxels[2]) {
-      kept = voxels.Take(scan.points);
-      break;
-    }
+  kept.reserve(std::min(valid.size(), kLargest + kLargest / 8));
+  for (const std::uint32_t i : valid) {
+    if (share < 1.0 && Scramble(i) >= share * 4294967296.0) continue;
+    kept.push_back(scan.points[i]);
   }
+  std::stable_sort(kept.begin(), kept.end(),
+                   [](const LidarPoint& a, const LidarPoint& b) { return a.time < b.time; });
   scan.points = std::move(kept);
   counts.kept = scan.points.size();
-  counts.duplicates = valid.size() - counts.kept;
+  counts.thinned_out = valid.size() - counts.kept;
   return counts;
 }
 

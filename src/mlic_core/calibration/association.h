@@ -1,0 +1,26 @@
+#pragma once
+
+#include <vector>
+
+#include "mlic_core/calibration/joint_problem.h"
+#include "mlic_core/lidar/plane_map.h"
+
+namespace mlic {
+
+struct AssociationOptions {
+  double root_voxel = 2.0;             // m
+  std::size_t points_per_scan = 2500;  // that take part, evenly over the scan
+  std::vector<bool> lidars;            // which take part; empty: all
+};
+
+// Draws the map of one drive with the current state and ties points to its planes (SPEC stage 6b).
+PlaneAssociation AssociatePlanes(const Drive& drive, const CalibrationState& state, std::size_t drive_index,
+                                 const std::vector<PlaneNoise>& noise, const AssociationOptions& options);
+
+// Noise of each LiDAR from the residuals of its points: robust variances over the incidence, fitted by
+// range^2 * cos^2 + floor^2. A LiDAR with too few points keeps its noise. Never falls below a fifth of the last noise
+// at once, so that one lucky map does not shut the gate.
+std::vector<PlaneNoise> MeasurePlaneNoise(const std::vector<PlaneAssociation>& associations,
+                                          const CalibrationState& state, const std::vector<PlaneNoise>& last);
+
+}  // namespace mlic

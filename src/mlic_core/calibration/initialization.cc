@@ -1,0 +1,236 @@
+#include "mlic_core/calibration/initialization.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdio>
+
+#include "mlic_core/calibration/knot_spacing.h"
+#include "mlic_core/common/parallel.h"
+#include "mlic_core/geometry/so3.h"
+#include "mlic_core/imu/excitation.h"
+#include "mlic_core/imu/gravity_lever_arm.h"
+#include "mlic_core/imu/gyro_integration.h"
+#include "mlic_core/imu/hand_eye.h"
+#include "mlic_core/imu/imu_samples.h"
+#include "mlic_core/imu/relative_motion.h"
+
+namespace mlic {
+namespace {
+
+std::vector<TimedPose> TimedPoses(const OdometryResult& odometry) {
+  std::vector<TimedPose> poses;
+  for (const OdometryPose& pose : odometry.poses) poses.push_back({pose.time, pose.pose});
+  return poses;
+}
+
+std::optional<RotationGuess> GuessOfRotation(const LidarConfig& lidar) {
+  if (!lidar.guess) return std::nullopt;
+  return RotationGuess{lidar.guess->T_imu_sensor.rotation, lidar.guess->sigma_rotation};
+}
+
+// The alignment tells something: a peak well above chance and an offset good to a tenth of a second.
+bool IsUsable(const AngularRateAlignment& alignment) {
+  return alignment.valid && alignment.time_offset_sigma < 0.05 && alignment.inlier_share > 0.3;
+}
+
+// First guess of the trajectory's control points from poses at their times.
+SplitSpline SplineThrough(const std::vector<TimedPose>& poses, const UniformKnots& rotation_knots,
+                          const UniformKnots& position_knots) {
+  const auto at = [&](double time) {
+    const auto next = std::lower_bound(poses.begin(), poses.end(), time,
+                                       [](const TimedPose& p, double t) { return p.time < t; });
+    if (next == poses.begin()) return poses.front().pose;
+    if (next == poses.end()) return poses.back().pose;
+    const TimedPose& a = *(next - 1);
+    const double share = (time - a.time) / (next->time - a.time);
+    return RigidTransform{a.pose.rotation.slerp(share, next->pose.rotation),
+                          a.pose.translation + share * (next->pose.translation - a.pose.translation)};
+  };
+  std::vector<Eigen::Quaterniond> rotations;
+  std::vector<Eigen::Vector3d> positions;
+  for (int j = 0; j < rotation_knots.count; ++j) rotations.push_back(at(rotation_knots.ControlPointTime(j)).rotation);
+  for (int j = 0; j < position_knots.count; ++j) {
+    positions.push_back(at(position_knots.ControlPointTime(j)).translation);
+  }
+  return {So3Spline(rotation_knots, rotations), PositionSpline(position_knots, positions)};
+}
+
+// Starts the drive's trajectory from the base LiDAR's odometry: gravity-aligned, position and yaw of the first pose
+// zero; then the spline is fitted to poses and IMU together.
+bool InitializeDrive(const Dataset& dataset, std::size_t d, const OdometryResult& odometry,
+                     const AngularRateAlignment& alignment, const std::optional<LeverArmGuess>& lever_guess,
+                     std::size_t base, Initialization* result, RigidTransform* T_imu_base, bool first_drive) {
+  const Drive& drive = dataset.drives[d];
+  const std::vector<TimedPose> poses = TimedPoses(odometry);
+  Eigen::Quaterniond R_imu_lidar = alignment.R_imu_lidar;
+  const GravityLeverArm arm =
+      SolveGravityLeverArm(drive.imu, poses, R_imu_lidar, alignment.time_offset, alignment.gyroscope_bias,
+                           lever_guess, alignment.rotation_covariance);
+  if (!arm.valid) {
+    result->problems.push_back("gravity and lever arm were not found: " + arm.failure);
+    return false;
+  }
+  if (first_drive) *T_imu_base = {R_imu_lidar, arm.p_imu_lidar};
+  // Turns the odometry's gravity down, then the first pose's yaw to zero.
+  const Eigen::Quaterniond upright = Eigen::Quaterniond::FromTwoVectors(arm.gravity, kGravity);
+  const RigidTransform T_base_imu = T_imu_base->Inverse();
+  std::vector<TimedPose> imu_poses;
+  for (const TimedPose& pose : poses) {
+    const RigidTransform T = RigidTransform{upright, Eigen::Vector3d::Zero()} * pose.pose * T_base_imu;
+    imu_poses.push_back({pose.time + alignment.time_offset, T});
+  }
+  const Eigen::Vector3d x_axis = imu_poses.front().pose.rotation * Eigen::Vector3d::UnitX();
+  const double yaw = std::atan2(x_axis.y(), x_axis.x());
+  const RigidTransform level{Eigen::Quaterniond(Eigen::AngleAxisd(-yaw, Eigen::Vector3d::UnitZ())),
+                             Eigen::Vector3d::Zero()};
+  const Eigen::Vector3d origin = level * imu_poses.front().pose.translation;
+  for (TimedPose& pose : imu_poses) {
+    pose.pose = level * pose.pose;
+    pose.pose.translation -= origin;
+  }
+  const double start = std::max(drive.imu.front().time, imu_poses.front().time - 0.05);
+  const double end = std::min(drive.imu.back().time, imu_poses.back().time + 0.05);
+  const KnotSpacing spacing = ChooseKnotSpacing(drive.imu);
+  char line[160];
+  std::snprintf(line, sizeof(line), "knots every %.0f ms (rotation) and %.0f ms (position)", 1e3 * spacing.rotation,
+                1e3 * spacing.position);
+  result->notes.push_back(line);
+  DriveState state;
+  state.trajectory = SplineThrough(imu_poses, UniformKnots::Covering(start, end, spacing.rotation),
+                                   UniformKnots::Covering(start, end, spacing.position));
+  state.gyroscope_bias = alignment.gyroscope_bias;
+  state.accelerometer_bias = arm.accelerometer_bias;
+
+  CalibrationState fit;
+  fit.drives.push_back(state);
+  Dataset one;
+  one.drives.push_back(Drive{drive.epoch, drive.imu, {}});
+  JointProblem problem;
+  problem.dataset = &one;
+  problem.imu_sigma = {result->imu_sigma[d]};
+  problem.poses.emplace_back();
+  const double sigma_rotation = std::max(1e-3, alignment.residual_rms);
+  const double sigma_translation = std::max(5e-3, arm.residual_rms);
+  for (const TimedPose& pose : imu_poses) {
+    problem.poses.back().push_back({pose.time, pose.pose, sigma_rotation, sigma_translation});
+  }
+  SolveJointProblem(problem, 6, CancellationToken(), &fit);
+  result->state.drives.push_back(fit.drives.front());
+  (void)base;
+  return true;
+}
+
+}  // namespace
+
+DriveOdometry RunDriveOdometry(const Rig& rig, const Drive& drive, const CancellationToken& cancellation,
+                               const std::function<void(double)>& on_progress) {
+  const std::size_t count = drive.lidars.size();
+  DriveOdometry result;
+  result.lidars.resize(count);
+  result.alignments.resize(count);
+  std::vector<std::atomic<double>> parts(count);
+  ParallelFor(count, [&](std::size_t l) {
+    const auto report = [&](double fraction, double from) {
+      parts[l] = from + 0.5 * fraction;
+      double sum = 0.0;
+      for (const auto& part : parts) sum += part;
+      on_progress(sum / static_cast<double>(count));
+    };
+    result.lidars[l] = RunOdometry(drive.lidars[l], nullptr, cancellation, [&](double f) { report(f, 0.0); });
+    const auto guess = GuessOfRotation(rig.lidars[l]);
+    AngularRateAlignment& alignment = result.alignments[l];
+    alignment = AlignAngularRates(drive.imu, TimedPoses(result.lidars[l]), guess);
+    if (!IsUsable(alignment) || alignment.rotation_directions_shown < 2) return;
+    const GyroIntegration gyro(drive.imu, alignment.gyroscope_bias);
+    const Eigen::Quaterniond R_lidar_imu = alignment.R_imu_lidar.conjugate();
+    const Eigen::Quaterniond R_imu_lidar = alignment.R_imu_lidar;
+    const double offset = alignment.time_offset;
+    const RotationBetween rotation_between = [&](double from, double to) {
+      return Eigen::Quaterniond(R_lidar_imu * gyro.RotationBetween(from + offset, to + offset) * R_imu_lidar);
+    };
+    result.lidars[l] =
+        RunOdometry(drive.lidars[l], rotation_between, cancellation, [&](double f) { report(f, 0.5); });
+    alignment = AlignAngularRates(drive.imu, TimedPoses(result.lidars[l]), guess);
+  });
+  return result;
+}
+
+Initialization Initialize(const Rig& rig, const Dataset& dataset, const std::vector<DriveOdometry>& odometry,
+                          const CancellationToken& cancellation) {
+  Initialization result;
+  const std::size_t lidars = rig.lidars.size();
+  for (const Drive& drive : dataset.drives) {
+    ImuNoise noise = EstimateImuNoise(drive.imu);
+    if (rig.imu.noise) noise = *rig.imu.noise;
+    const double root_rate = std::sqrt(ImuRate(drive.imu));
+    result.imu_sigma.push_back({noise.gyroscope * root_rate, noise.accelerometer * root_rate});
+  }
+  // The base is the LiDAR that agrees best with the gyroscope over all drives.
+  double best = 1e9;
+  for (std::size_t l = 0; l < lidars; ++l) {
+    double disagreement = 0.0;
+    for (const DriveOdometry& drive : odometry) {
+      const AngularRateAlignment& a = drive.alignments[l];
+      if (!IsUsable(a)) disagreement += 1e9;
+      disagreement += a.residual_rms / std::max(0.1, a.inlier_share);
+    }
+    if (disagreement < best) {
+      best = disagreement;
+      result.base_lidar = l;
+    }
+  }
+  if (best >= 1e9) {
+    result.problems.push_back(
+        "no LiDAR's rotation agrees with the gyroscope's: the drive turns too little to show time offset and rotation; "
+        "record a drive with turns (figure-eights; by hand: about all axes)");
+    return result;
+  }
+  const std::size_t base = result.base_lidar;
+  result.notes.push_back("base LiDAR: " + rig.lidars[base].name);
+  result.state.lidars.resize(lidars);
+  RigidTransform T_imu_base;
+  std::optional<LeverArmGuess> lever_guess;
+  if (rig.lidars[base].guess) {
+    lever_guess = LeverArmGuess{rig.lidars[base].guess->T_imu_sensor.translation,
+                                rig.lidars[base].guess->sigma_translation};
+  }
+  for (std::size_t d = 0; d < dataset.drives.size(); ++d) {
+    cancellation.ThrowIfCancelled();
+    if (!InitializeDrive(dataset, d, odometry[d].lidars[base], odometry[d].alignments[base], lever_guess, base,
+                         &result, &T_imu_base, d == 0)) {
+      return result;
+    }
+  }
+  for (std::size_t l = 0; l < lidars; ++l) {
+    SensorCalibration& calibration = result.state.lidars[l];
+    const AngularRateAlignment& alignment = odometry[0].alignments[l];
+    if (l == base) {
+      calibration = {T_imu_base, alignment.time_offset};
+      continue;
+    }
+    if (!IsUsable(alignment)) {
+      result.problems.push_back(rig.lidars[l].name +
+                                ": its odometry does not agree with the gyroscope's rotation (field of view blocked, "
+                                "too little structure, or another vehicle's topic)");
+      if (rig.lidars[l].guess) calibration.T_imu_sensor = rig.lidars[l].guess->T_imu_sensor;
+      continue;
+    }
+    calibration.time_offset = alignment.time_offset;
+    constexpr double kInterval = 1.0;
+    const auto motions = RelativeMotions(result.state.drives[0].trajectory, TimedPoses(odometry[0].lidars[l]),
+                                         alignment.time_offset, kInterval);
+    const HandEyeResult hand_eye = SolveHandEye(motions, rig.lidars[l].guess, 10.0 * kInterval);
+    calibration.T_imu_sensor = hand_eye.valid ? hand_eye.T_imu_lidar
+                                              : RigidTransform{alignment.R_imu_lidar, Eigen::Vector3d::Zero()};
+    if (!hand_eye.valid) result.problems.push_back(rig.lidars[l].name + ": " + hand_eye.failure);
+  }
+  for (std::size_t l = 0; l < lidars; ++l) {
+    if (!rig.lidars[l].fixed) continue;
+    result.state.lidars[l].T_imu_sensor = rig.lidars[l].guess->T_imu_sensor;
+    result.state.lidars[l].time_offset = rig.lidars[l].time_offset.value_or(0.0);
+  }
+  return result;
+}
+
+}  // namespace mlic

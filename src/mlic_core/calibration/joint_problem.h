@@ -1,0 +1,79 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "mlic_core/calibration/layout.h"
+#include "mlic_core/calibration/normal_equations.h"
+#include "mlic_core/common/progress.h"
+#include "mlic_core/lidar/plane_map.h"
+#include "mlic_core/sensors/measurements.h"
+#include "mlic_core/sensors/rig.h"
+
+namespace mlic {
+
+// A point tied to a plane.
+struct PlaneObservation {
+  Eigen::Vector3f position;  // LiDAR frame
+  float sigma;               // m, along the plane's normal
+  float cos_incidence;
+  std::int32_t lidar;
+  double time;               // LiDAR clock
+};
+
+// One drive's planes and the points tied to each, in order of LiDAR and time.
+struct PlaneAssociation {
+  std::vector<MapPlane> planes;
+  std::vector<PlaneObservation> observations;
+  std::vector<std::size_t> begin;  // of each plane's observations; one more than planes
+};
+
+// A pose of the IMU that the trajectory is drawn to while it is being initialised.
+struct PoseObservation {
+  double time;  // IMU clock
+  RigidTransform T_map_imu;
+  double sigma_rotation;     // rad
+  double sigma_translation;  // m
+};
+
+// Sigmas of single IMU samples.
+struct ImuSigma {
+  double gyroscope = 0.0;
+  double accelerometer = 0.0;
+};
+
+// Everything that the joint solve is made of. What is held constant is said by the flags and the mask.
+struct JointProblem {
+  const Dataset* dataset = nullptr;
+  std::vector<ImuSigma> imu_sigma;                       // for each drive
+  std::vector<PlaneAssociation> planes;                  // for each drive; may be empty
+  std::vector<std::vector<PoseObservation>> poses;       // for each drive; may be empty
+  std::vector<std::optional<ExtrinsicGuess>> guesses;    // for each LiDAR: priors
+  std::vector<bool> lidar_held;                          // neither pose nor offset moves
+  bool hold_trajectory = false;                          // and the biases
+  bool estimate_imu_matrices = false;
+};
+
+struct SolveSummary {
+  int iterations = 0;
+  double first_cost = 0.0;
+  double last_cost = 0.0;
+  double last_step = 0.0;       // largest step of the calibration in the last iteration: m, rad
+  Eigen::MatrixXd information;  // of the calibration, from the data alone, at the last linearisation
+};
+
+// Gauss-Newton with Marquardt damping on steps that do not lower the cost. The result does not depend on the number
+// of threads but for the rounding of the dense factorisation.
+SolveSummary SolveJointProblem(const JointProblem& problem, int iterations, const CancellationToken& cancellation,
+                               CalibrationState* state);
+
+// The prior's information and gradient at the state, calibration parameters only.
+void CalibrationPrior(const JointProblem& problem, const CalibrationState& state, const Layout& layout,
+                      Eigen::MatrixXd* information, Eigen::VectorXd* gradient);
+
+// Signed distances in metres of all observations of one drive to their planes, in their order.
+std::vector<float> PlaneResiduals(const PlaneAssociation& association, const CalibrationState& state,
+                                  std::size_t drive);
+
+}  // namespace mlic

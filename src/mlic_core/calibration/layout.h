@@ -1,0 +1,34 @@
+#pragma once
+
+#include <vector>
+
+#include "mlic_core/calibration/state.h"
+
+namespace mlic {
+
+// Where each parameter stands in the vector of unknowns: the control points of all drives in order of time (which
+// keeps the matrix banded), then the calibration: for each LiDAR rotation (left perturbation, 3), translation (3) and
+// time offset (1); the IMU's matrices (15, if estimated); for each drive gyroscope and accelerometer bias (6).
+struct Layout {
+  struct DriveKnots {
+    std::vector<int> rotation;  // first index of each control point
+    std::vector<int> position;
+  };
+  std::vector<DriveKnots> drives;
+  int knots = 0;        // scalars
+  int bandwidth = 0;    // below the diagonal, scalars
+  int calibration = 0;  // scalars
+  int matrices = -1;    // index within the calibration, -1: not estimated
+  int biases = 0;       // index within the calibration of the first drive's
+
+  Layout(const CalibrationState& state, bool with_imu_matrices);
+
+  int Total() const { return knots + calibration; }
+  static int Lidar(std::size_t lidar) { return 7 * static_cast<int>(lidar); }
+  int Bias(std::size_t drive) const { return biases + 6 * static_cast<int>(drive); }
+
+  // The state moved by `delta` (Total()).
+  void Update(const Eigen::VectorXd& delta, CalibrationState* state) const;
+};
+
+}  // namespace mlic

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "mlic_core/sensors/rig.h"
+#include "mlic_core/trajectory/split_spline.h"
+
+namespace mlic {
+
+// All that is estimated but for the planes, which are found anew for each solve. The map of each drive is aligned to
+// gravity, (0, 0, -9.81).
+struct DriveState {
+  SplitSpline trajectory;  // T_map_imu
+  Eigen::Vector3d gyroscope_bias = Eigen::Vector3d::Zero();
+  Eigen::Vector3d accelerometer_bias = Eigen::Vector3d::Zero();
+};
+
+struct CalibrationState {
+  std::vector<SensorCalibration> lidars;
+  Eigen::Matrix3d gyroscope_matrix = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d accelerometer_matrix = Eigen::Matrix3d::Identity();
+  std::vector<DriveState> drives;
+
+  ImuCalibration Imu(std::size_t drive) const {
+    return {drives[drive].gyroscope_bias, drives[drive].accelerometer_bias, gyroscope_matrix, accelerometer_matrix};
+  }
+};
+
+const Eigen::Vector3d kGravity(0.0, 0.0, -9.81);
+
+}  // namespace mlic

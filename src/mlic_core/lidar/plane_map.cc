@@ -1,0 +1,195 @@
+#include "mlic_core/lidar/plane_map.h"
+
+#include <tbb/parallel_sort.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "mlic_core/common/parallel.h"
+
+namespace mlic {
+namespace {
+
+constexpr int kLevels = 3;                   // splits below the root
+constexpr std::size_t kFewestPoints = 20;    // of a plane
+constexpr int kFewestScans = 4;              // that see a plane
+constexpr double kGrazingCosine = 0.26;      // 75 deg
+constexpr double kGateSigmas = 3.0;
+constexpr double kThicknessSigmas = 1.5;     // a plane's scatter may be this much of its points' noise
+
+// Root voxel (17 bits an axis), then 3 bits for each split: sorted keys make every voxel of every level contiguous.
+struct KeyedSample {
+  std::uint64_t key;
+  std::uint32_t index;
+  bool operator<(const KeyedSample& other) const {
+    return key != other.key ? key < other.key : index < other.index;
+  }
+};
+
+std::uint64_t VoxelKey(const Eigen::Vector3f& p, double root) {
+  const double leaf = root / (1 << kLevels);
+  std::uint64_t key = 0;
+  std::uint64_t cell[3];
+  for (int a = 0; a < 3; ++a) {
+    cell[a] = static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(p[a] / leaf)) + (1 << 19)) & 0xFFFFF;
+    key = (key << 17) | (cell[a] >> kLevels);
+  }
+  for (int level = kLevels - 1; level >= 0; --level) {
+    for (int a = 0; a < 3; ++a) key = (key << 1) | ((cell[a] >> level) & 1);
+  }
+  return key;
+}
+
+class RootVoxel {
+ public:
+  RootVoxel(const std::vector<MapSample>& samples, const std::vector<PlaneNoise>& noise,
+            const KeyedSample* keyed, std::vector<MapPlane>* planes)
+      : samples_(samples), noise_(noise), keyed_(keyed), planes_(planes) {}
+
+  void Split(std::size_t begin, std::size_t end, int level) {
+    if (end - begin < kFewestPoints) return;
+    if (TryPlane(begin, end)) return;
+    if (level == kLevels) return;
+    const int shift = 3 * (kLevels - 1 - level);
+    std::size_t child_begin = begin;
+    while (child_begin < end) {
+      const std::uint64_t child = keyed_[child_begin].key >> shift;
+      std::size_t child_end = child_begin + 1;
+      while (child_end < end && keyed_[child_end].key >> shift == child) ++child_end;
+      Split(child_begin, child_end, level + 1);
+      child_begin = child_end;
+    }
+  }
+
+ private:
+  struct Fit {
+    Plane plane;
+    Eigen::Vector3d center, axis_u, axis_v;
+    double thickness = 0.0, width = 0.0;
+  };
+
+  static Fit FitPlane(const PointCluster& cluster, const Eigen::Vector3d& anchor) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(cluster.Covariance());
+    Fit fit;
+    fit.center = anchor + cluster.Mean();
+    fit.plane.normal = eigen.eigenvectors().col(0);
+    fit.plane.offset = fit.plane.normal.dot(fit.center);
+    fit.thickness = std::sqrt(std::max(0.0, eigen.eigenvalues()[0]));
+    fit.width = std::sqrt(std::max(0.0, eigen.eigenvalues()[1]));
+    fit.axis_u = eigen.eigenvectors().col(2) * std::sqrt(std::max(0.0, eigen.eigenvalues()[2]));
+    fit.axis_v = eigen.eigenvectors().col(1) * fit.width;
+    return fit;
+  }
+
+  const MapSample& Sample(std::size_t k) const { return samples_[keyed_[k].index]; }
+
+  // True if the voxel needs no further splitting.
+  bool TryPlane(std::size_t begin, std::size_t end) {
+    const Eigen::Vector3d anchor = Sample(begin).position.cast<double>();
+    PointCluster all;
+    for (std::size_t k = begin; k < end; ++k) all.Add(Sample(k).position.cast<double>() - anchor);
+    const Fit fit = FitPlane(all, anchor);
+    double variance = 0.0;
+    for (std::size_t k = begin; k < end; ++k) {
+      const MapSample& s = Sample(k);
+      const double cosine = fit.plane.normal.dot(s.view.cast<double>());
+      const double sigma = noise_[s.lidar].Sigma(cosine);
+      variance += sigma * sigma;
+    }
+    const double expected = std::sqrt(variance / static_cast<double>(end - begin));
+    if (fit.thickness > kThicknessSigmas * expected || fit.width < 3.0 * fit.thickness) return false;
+    for (const double side : {1.0, -1.0}) AddSide(begin, end, anchor, fit, side);
+    return true;
+  }
+
+  void AddSide(std::size_t begin, std::size_t end, const Eigen::Vector3d& anchor, Fit fit, double side) {
+    fit.plane.normal *= side;
+    fit.plane.offset *= side;
+    std::vector<std::uint32_t> members;
+    double squares = 0.0;
+    // The second pass takes the gate from the trimmed fit of the first.
+    for (int pass = 0; pass < 2; ++pass) {
+      members.clear();
+      squares = 0.0;
+      PointCluster cluster;
+      for (std::size_t k = begin; k < end; ++k) {
+        const MapSample& s = Sample(k);
+        const double cosine = fit.plane.normal.dot(s.view.cast<double>());
+        if (cosine < kGrazingCosine) continue;
+        const Eigen::Vector3d p = s.position.cast<double>();
+        const double whitened = fit.plane.SignedDistance(p) / noise_[s.lidar].Sigma(cosine);
+        if (std::abs(whitened) > kGateSigmas) continue;
+        members.push_back(keyed_[k].index);
+        squares += whitened * whitened;
+        cluster.Add(p - anchor);
+      }
+      if (members.size() < kFewestPoints) return;
+      const Eigen::Vector3d old_normal = fit.plane.normal;
+      fit = FitPlane(cluster, anchor);
+      if (fit.plane.normal.dot(old_normal) < 0.0) {
+        fit.plane.normal = -fit.plane.normal;
+        fit.plane.offset = -fit.plane.offset;
+      }
+    }
+    std::sort(members.begin(), members.end());
+    if (fit.width < 3.0 * fit.thickness || ScanCount(members) < kFewestScans) return;
+    MapPlane plane;
+    plane.plane = fit.plane;
+    plane.center = fit.center;
+    plane.axis_u = fit.axis_u;
+    plane.axis_v = fit.axis_v;
+    plane.inflation = std::max(1.0, std::sqrt(squares / static_cast<double>(members.size())));
+    plane.samples = std::move(members);
+    planes_->push_back(std::move(plane));
+  }
+
+  // Samples come in order of (lidar, scan), so changes count scans.
+  int ScanCount(const std::vector<std::uint32_t>& members) const {
+    int count = 0, lidar = -1, scan = -1;
+    for (const std::uint32_t m : members) {
+      if (samples_[m].lidar == lidar && samples_[m].scan == scan) continue;
+      lidar = samples_[m].lidar;
+      scan = samples_[m].scan;
+      ++count;
+    }
+    return count;
+  }
+
+  const std::vector<MapSample>& samples_;
+  const std::vector<PlaneNoise>& noise_;
+  const KeyedSample* keyed_;
+  std::vector<MapPlane>* planes_;
+};
+
+}  // namespace
+
+std::vector<MapPlane> BuildPlaneMap(const std::vector<MapSample>& samples, const std::vector<PlaneNoise>& noise,
+                                    const PlaneMapOptions& options) {
+  std::vector<KeyedSample> keyed(samples.size());
+  ParallelChunks(samples.size(), 64, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      keyed[i] = {VoxelKey(samples[i].position, options.root_voxel), static_cast<std::uint32_t>(i)};
+    }
+  });
+  tbb::parallel_sort(keyed.begin(), keyed.end());
+  std::vector<std::size_t> roots;
+  for (std::size_t k = 0; k < keyed.size(); ++k) {
+    if (k == 0 || keyed[k].key >> (3 * kLevels) != keyed[k - 1].key >> (3 * kLevels)) roots.push_back(k);
+  }
+  roots.push_back(keyed.size());
+  std::vector<std::vector<MapPlane>> found(roots.size() - 1);
+  ParallelFor(found.size(), [&](std::size_t r) {
+    RootVoxel(samples, noise, keyed.data(), &found[r]).Split(roots[r], roots[r + 1], 0);
+  });
+  std::vector<MapPlane> planes;
+  for (auto& of_root : found) std::move(of_root.begin(), of_root.end(), std::back_inserter(planes));
+  if (planes.size() > options.largest_count) {
+    std::stable_sort(planes.begin(), planes.end(), [](const MapPlane& a, const MapPlane& b) {
+      return a.samples.size() > b.samples.size();
+    });
+    planes.resize(options.largest_count);
+  }
+  return planes;
+}
+
+}  // namespace mlic

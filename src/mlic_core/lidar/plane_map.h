@@ -1,0 +1,56 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "mlic_core/geometry/plane.h"
+
+namespace mlic {
+
+// Noise of a LiDAR's points along a surface's normal: sigma^2 = (range * cos(incidence))^2 + floor^2. Metres.
+// The floor holds what does not scale with the incidence: beam direction, unevenness, and the trajectory's
+// error.
+struct PlaneNoise {
+  double range = 0.02;
+  double floor = 0.05;
+
+  double Sigma(double cos_incidence) const {
+    return std::sqrt(range * range * cos_incidence * cos_incidence + floor * floor);
+  }
+};
+
+// A point in the map frame with where it was seen from.
+struct MapSample {
+  Eigen::Vector3f position;
+  Eigen::Vector3f view;  // unit vector from the point to the sensor
+  std::int32_t lidar = 0;
+  std::int32_t scan = 0;
+  std::int32_t index = 0;  // of the point in its scan
+};
+
+// A planar patch of the map, found in one voxel and seen from one side. The normal points to the sensors.
+struct MapPlane {
+  Plane plane;
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  Eigen::Vector3d axis_u =
+      Eigen::Vector3d::Zero();  // in-plane principal directions, one standard deviation long
+  Eigen::Vector3d axis_v = Eigen::Vector3d::Zero();
+  // By how much the points scatter more than their noise says, at least 1: uneven ground, curved bodywork.
+  double inflation = 1.0;
+  std::vector<std::uint32_t> samples;  // indices of its points, in order of (lidar, scan, index)
+};
+
+struct PlaneMapOptions {
+  double root_voxel = 2.0;           // m; halved down to an eighth
+  std::size_t largest_count = 2000;  // planes kept, those with most points first
+};
+
+// The adaptive voxel map: a root voxel is a plane if its points fit one within their noise, else it splits in
+// eight (Liu and Zhang, BALM, RA-L 2021). Points at grazing incidence (beyond 75 deg), off the plane by more
+// than 3 sigma, or on the other side of a thin wall do not belong to a plane; the other side makes a plane of
+// its own. noise: for each LiDAR. The result does not depend on the number of threads.
+std::vector<MapPlane> BuildPlaneMap(const std::vector<MapSample>& samples,
+                                    const std::vector<PlaneNoise>& noise, const PlaneMapOptions& options);
+
+}  // namespace mlic
