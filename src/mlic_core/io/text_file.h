@@ -1,0 +1,21 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace mlic {
+
+// Writes a whole file under a temporary name beside it and renames it, so that nobody ever finds half of it.
+// Creates the directory. InputError when that is not possible (no permission, disk full).
+void WriteFileAtomically(const std::filesystem::path& path, const std::string& content);
+
+// The whole file, byte by byte; InputError when it cannot be read.
+std::string ReadFile(const std::filesystem::path& path);
+
+// A number with enough digits: "%.*f" without the sign of a negative zero.
+std::string FixedNumber(double value, int decimals);
+
+// "%.*g" without the sign of a negative zero.
+std::string ShortNumber(double value, int significant_digits);
+
+}  // namespace mlic

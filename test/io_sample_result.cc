@@ -1,0 +1,131 @@
+#include "io_sample_result.h"
+
+#include <cmath>
+
+#include "mlic_core/common/random.h"
+#include "mlic_core/geometry/so3.h"
+
+namespace mlic {
+namespace {
+
+Eigen::Vector3d NormalVector(Random& random, double sigma) {
+  const double x = random.Normal(), y = random.Normal(), z = random.Normal();
+  return sigma * Eigen::Vector3d(x, y, z);
+}
+
+SensorResult SampleSensor(const std::string& name, const Eigen::Vector3d& position,
+                          const Eigen::Vector3d& rpy) {
+  SensorResult sensor;
+  sensor.name = name;
+  sensor.frame_id = name + "_link";
+  sensor.calibration.T_imu_sensor = {FromRollPitchYaw(rpy), position};
+  sensor.calibration.time_offset = 0.0123456789 + 0.001 * position.x();
+  sensor.sigma.translation = {0.0012, 0.0014, 0.1};
+  sensor.sigma.rotation = {1.1e-4, 1.3e-4, 0.9e-4};
+  sensor.sigma.time_offset = 8.5e-5;
+  sensor.translation_observable = {true, true, false};
+  sensor.unobservable = {
+      {UnobservableDirection::Quantity::kTranslation, Eigen::Vector3d(0.0, 0.02, 1.0).normalized(), 0.1}};
+  return sensor;
+}
+
+// A figure of eight, 60 s at 10 Hz, in a yard with two walls and the ground.
+void AddDrive(CalibrationResult& result) {
+  Random random(7);
+  std::vector<StampedPose> poses;
+  for (int i = 0; i <= 600; ++i) {
+    const double phase = 2.0 * M_PI * i / 300.0;
+    const Eigen::Vector3d position(12.0 * std::sin(phase), 7.0 * std::sin(2.0 * phase),
+                                   0.02 * std::sin(9 * phase));
+    const double yaw = std::atan2(14.0 * std::cos(2.0 * phase), 12.0 * std::cos(phase));
+    poses.push_back({1700000000000000000 + i * 100000000LL, {FromRollPitchYaw({0.0, 0.0, yaw}), position}});
+  }
+  result.trajectories.push_back(poses);
+  for (int i = 0; i < 20000; ++i) {
+    MapPoint point;
+    point.lidar = i % 3;
+    point.plane = i % 4;
+    point.intensity = static_cast<float>(random.Uniform(0.0, 255.0));
+    const float along = static_cast<float>(random.Uniform(-20.0, 20.0));
+    const float up = static_cast<float>(random.Uniform(0.0, 4.0));
+    const float noise = static_cast<float>(0.02 * random.Normal());
+    const float side = point.lidar == 0 ? 1.0f : -1.0f;
+    if (point.plane == 0) point.position = {along, 15.0f * side + noise, up};
+    if (point.plane == 1) point.position = {22.0f * side + noise, 0.7f * along, up};
+    if (point.plane == 2)
+      point.position = {along, static_cast<float>(random.Uniform(-14.0, 14.0)), noise - 1.7f};
+    if (point.plane == 3) {
+      point.position = {3.0f + 0.05f * along, 4.0f + noise, up};
+      point.plane = -1;
+    }
+    result.map.push_back(point);
+  }
+}
+
+ResidualSummary SampleResidual(const std::string& sensor, const std::string& unit, double sigma,
+                               double width) {
+  ResidualSummary summary{sensor, unit, sigma, 0.97, {}, {}, {}};
+  for (int bin = 0; bin < 50; ++bin) {
+    const double x = (-5.0 + 0.2 * (bin + 0.5)) / width;
+    summary.histogram.push_back(std::round(40000.0 * std::exp(-0.5 * x * x)));
+  }
+  for (int i = 0; i < 60; ++i) {
+    summary.over_time_seconds.push_back(i + 0.5);
+    summary.over_time_rms.push_back(sigma * width * (1.0 + 0.15 * std::sin(0.7 * i)));
+  }
+  return summary;
+}
+
+}  // namespace
+
+CalibrationResult SampleResult() {
+  CalibrationResult result;
+  result.trusted = true;
+  result.warnings = {"the common z of all LiDARs is not visible in this drive and was held at the guess"};
+  result.imu_frame_id = "imu_link";
+  Random random(3);
+  result.imu.gyroscope_bias = NormalVector(random, 0.002);
+  result.imu.accelerometer_bias = NormalVector(random, 0.05);
+  result.imu.gyroscope_matrix(0, 1) = 0.0021;
+  result.imu.accelerometer_matrix(1, 0) = -0.0034;
+  result.gravity = {0.0, 0.0, -9.80665};
+  result.sensors = {SampleSensor("front_lidar", {0.012, 1.693, 0.0}, {1.728, 1.556, 0.157}),
+                    SampleSensor("left_lidar", {-0.423, 0.967, 0.1}, {3.133, -0.110, 3.138}),
+                    SampleSensor("right_lidar", {0.511, 0.976, -0.1}, {-0.015, -0.087, -3.132}),
+                    SampleSensor("cam_front", {0.027, 1.972, 0.2}, {-1.57, 0.0, 0.0})};
+  SensorResult& camera = result.sensors[3];
+  camera.type = SensorResult::Type::kCamera;
+  camera.intrinsics =
+      CameraIntrinsics{CameraModel::kEquidistant, {1280, 800}, {369.5, 369.25, 640, 400, 0.01, 0, 0, 0}};
+  camera.rolling_shutter_readout = 0.0221;
+  camera.unobservable.push_back(
+      {UnobservableDirection::Quantity::kRotation, Eigen::Vector3d::UnitX(), 2.0 * M_PI / 180.0});
+  camera.unobservable.push_back(
+      {UnobservableDirection::Quantity::kTimeOffset, Eigen::Vector3d::Zero(), 0.006});
+  camera.rotation_observable = {false, true, true};
+  camera.time_offset_observable = false;
+  for (std::size_t a = 0; a < result.sensors.size(); ++a) {
+    for (std::size_t b = a + 1; b < result.sensors.size(); ++b) {
+      PairResult pair{result.sensors[a].name, result.sensors[b].name, {}, {}};
+      pair.T_a_b =
+          result.sensors[a].calibration.T_imu_sensor.Inverse() * result.sensors[b].calibration.T_imu_sensor;
+      pair.sigma.translation = Eigen::Vector3d(0.0008, 0.0009, 0.0011);
+      pair.sigma.rotation = Eigen::Vector3d::Constant(5e-5);
+      pair.sigma.time_offset = 3e-5;
+      result.pairs.push_back(pair);
+    }
+  }
+  AddDrive(result);
+  result.stages = {{"load", 4.1, {"3 LiDARs, 598 scans each, IMU 200 Hz, 60.0 s"}},
+                   {"odometry", 11.7, {"front_lidar: 598 of 598 scans registered, rms 18 mm"}},
+                   {"initialise", 3.3, {"time offset 12 ms by angular rates", "base LiDAR: front_lidar"}},
+                   {"joint", 24.9, {"1423 planes, 612000 points", "converged after 5 rounds"}}};
+  result.residuals = {
+      SampleResidual("front_lidar", "m", 0.02, 1.0), SampleResidual("left_lidar", "m", 0.02, 1.1),
+      SampleResidual("right_lidar", "m", 0.02, 0.9), SampleResidual("gyroscope", "rad/s", 0.004, 1.0),
+      SampleResidual("accelerometer", "m/s^2", 0.05, 1.4)};
+  result.peak_memory_megabytes = 1834.0;
+  return result;
+}
+
+}  // namespace mlic
