@@ -31,7 +31,8 @@ source_workspace
 simulate() {
   local sensors=${MLIC_DEMO_SENSORS:-$repository/config/simulation/paper_rig.yaml}
   local scenario=${MLIC_DEMO_SCENARIO:-figure_eight} duration=${MLIC_DEMO_DURATION:-60}
-  local folder=$build/demo/$(basename "$sensors" .yaml)_${scenario}_$duration
+  local folder
+  folder=$build/demo/$(basename "$sensors" .yaml)_${scenario}_$duration
   bag=$folder/drive.bag; rig=$folder/drive_rig.yaml; truth=$folder/drive_truth.yaml; output=$folder/calibration
   mkdir -p "$folder"
   # The program is part of the name of a drive: a new build simulates anew.
@@ -55,10 +56,10 @@ display_works() {
 if display_works; then rviz=true; else rviz=false; fi
 rviz=${MLIC_RVIZ:-$rviz}
 
-# roslaunch exits with 0 whatever its nodes did, so calibrate's own status is taken through a file.
+# roslaunch exits with 0 whatever its nodes did, so the calibration writes its own status to a file.
 status_file=$(mktemp)
 trap 'rm -f "$status_file"' EXIT
-export MLIC_LAUNCH_PREFIX="$repository/scripts/record_status.sh $status_file"
+export MLIC_STATUS_FILE=$status_file
 echo "== calibrating (rviz:=$rviz)"
 launch_status=0
 roslaunch mlic calibrate.launch rig:="$rig" bag:="$bag" output:="$output" rviz:="$rviz" || launch_status=$?
@@ -74,8 +75,7 @@ if [ -f "$output/calibration.yaml" ]; then
   ls "$output"
   if [ -n "$truth" ]; then
     echo "== error against the simulated truth"
-    rosrun mlic evaluate --bag "$bag" --calibration "$output/calibration.yaml" --truth "$truth" \
-      --output "$output/evaluation"
+    "$repository/scripts/compare_with_truth.py" "$output/calibration.yaml" "$truth"
   fi
 fi
 exit "$status"

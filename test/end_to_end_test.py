@@ -1,0 +1,88 @@
+#!/usr/bin/python3
+"""Runs simulate and calibrate as a user does and looks at exit status, files and errors against the truth.
+
+usage: end_to_end_test.py PROGRAM_DIRECTORY REPOSITORY
+"""
+
+import math
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+import xml.etree.ElementTree
+
+import yaml
+
+PROGRAMS = pathlib.Path(sys.argv[1])
+REPOSITORY = pathlib.Path(sys.argv[2])
+sys.path.insert(0, str(REPOSITORY / 'scripts'))
+import compare_with_truth  # noqa: E402
+
+
+def run(program, *arguments):
+    return subprocess.run([str(PROGRAMS / program), *map(str, arguments)], capture_output=True, text=True)
+
+
+class EndToEnd(unittest.TestCase):
+
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix='mlic_end_to_end_'))
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def simulate(self, scenario, duration, *arguments):
+        drive = self.folder / f'{scenario}.bag'
+        done = run('simulate', '--sensors', REPOSITORY / 'config/simulation/handheld.yaml', '--scenario', scenario,
+                   '--duration', duration, '--seed', 7, '--output', drive, *arguments)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return drive, self.folder / f'{scenario}_rig.yaml', self.folder / f'{scenario}_truth.yaml'
+
+    def calibrate(self, drive, rig):
+        output = self.folder / 'calibration'
+        return run('calibrate', '--rig', rig, '--bag', drive, '--output', output), output
+
+    def test_excited_motion_is_calibrated_without_a_guess(self):
+        drive, rig, truth = self.simulate('handheld', 25, '--no-guess')
+        done, output = self.calibrate(drive, rig)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        for name in ['calibration.yaml', 'static_transforms.launch', 'sensors.urdf.xacro', 'trajectory.tum', 'map.pcd',
+                     'report.html', 'log.txt']:
+            self.assertGreater((output / name).stat().st_size, 0, name)
+        calibration = yaml.safe_load((output / 'calibration.yaml').read_text())
+        self.assertEqual(calibration['format'], 'mlic_calibration/1')
+        self.assertEqual(calibration['verdict'], 'trusted')
+        rows = compare_with_truth.errors(calibration, yaml.safe_load(truth.read_text()))
+        self.assertEqual(len(rows), 1)
+        name, rotation, translation, offset, _ = rows[0]
+        self.assertLess(math.hypot(*rotation), 0.03, name)
+        self.assertLess(math.hypot(*translation), 0.008, name)
+        self.assertLess(abs(offset), 1e-4, name)
+        urdf = subprocess.run(['check_urdf', output / 'sensors.urdf.xacro'], capture_output=True, text=True)
+        self.assertEqual(urdf.returncode, 0, urdf.stdout + urdf.stderr)
+        launch = xml.etree.ElementTree.parse(output / 'static_transforms.launch').getroot()
+        self.assertEqual([node.get('pkg') for node in launch.iter('node')], ['tf2_ros'])
+
+    def test_a_parked_vehicle_is_refused(self):
+        drive, rig, _ = self.simulate('static', 10)
+        done, output = self.calibrate(drive, rig)
+        self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
+        calibration = yaml.safe_load((output / 'calibration.yaml').read_text())
+        self.assertEqual(calibration['verdict'], 'refused')
+        self.assertTrue(calibration['reasons'])
+        self.assertFalse((output / 'static_transforms.launch').exists())
+        self.assertFalse((output / 'sensors.urdf.xacro').exists())
+
+    def test_a_missing_topic_is_named_and_nothing_is_written(self):
+        drive, rig, _ = self.simulate('static', 3)
+        text = rig.read_text()
+        topic = yaml.safe_load(text)['imu']['topic']
+        rig.write_text(text.replace(topic, '/not/there'))
+        done, output = self.calibrate(drive, rig)
+        self.assertEqual(done.returncode, 1, done.stdout + done.stderr)
+        self.assertIn('/not/there', done.stderr)
+        self.assertIn(topic, done.stderr)
+        self.assertFalse((output / 'calibration.yaml').exists())
+
+
+unittest.main(argv=sys.argv[:1], verbosity=2)
