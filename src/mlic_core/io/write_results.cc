@@ -1,0 +1,54 @@
+#include "mlic_core/io/write_results.h"
+
+#include <set>
+
+#include "mlic_core/common/error.h"
+#include "mlic_core/io/point_cloud_file.h"
+#include "mlic_core/io/report.h"
+#include "mlic_core/io/result_file.h"
+#include "mlic_core/io/static_transforms.h"
+#include "mlic_core/io/trajectory_file.h"
+#include "mlic_core/io/urdf.h"
+
+namespace mlic {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string TrajectoryName(std::size_t drive) {
+  return drive == 0 ? "trajectory.tum" : "trajectory_" + std::to_string(drive + 1) + ".tum";
+}
+
+// Results of an earlier run, calibration.yaml first: without it the rest is not taken for a result.
+void RemoveEarlierResults(const fs::path& directory) {
+  std::error_code error;
+  for (const char* name :
+       {"calibration.yaml", "static_transforms.launch", "sensors.urdf.xacro", "report.html", "map.pcd"}) {
+    fs::remove(directory / name, error);
+    if (error) throw InputError((directory / name).string() + ": cannot be replaced: " + error.message());
+  }
+  for (std::size_t drive = 0; fs::remove(directory / TrajectoryName(drive), error); ++drive) {
+  }
+}
+
+}  // namespace
+
+void WriteResults(const fs::path& directory, const CalibrationResult& result) {
+  std::error_code error;
+  fs::create_directories(directory, error);
+  if (error) throw InputError(directory.string() + ": cannot be created: " + error.message());
+  RemoveEarlierResults(directory);
+  for (std::size_t drive = 0; drive < result.trajectories.size(); ++drive) {
+    if (result.trajectories[drive].empty()) continue;
+    WriteTrajectoryFile(directory / TrajectoryName(drive), result.trajectories[drive]);
+  }
+  if (!result.map.empty()) WritePointCloudFile(directory / "map.pcd", result.map);
+  WriteReport(directory / "report.html", result);
+  if (result.trusted) {
+    WriteStaticTransforms(directory / "static_transforms.launch", result);
+    WriteUrdf(directory / "sensors.urdf.xacro", result);
+  }
+  WriteCalibrationFile(directory / "calibration.yaml", result);
+}
+
+}  // namespace mlic
