@@ -1,0 +1,27 @@
+#!/usr/bin/env bash
+# Builds the benchmarks and prints their tables.
+#   run_benchmarks.sh [ARGUMENT OF calibration_benchmark ...]
+set -euo pipefail
+. "$(dirname "$0")/../scripts/environment.sh"
+
+"$repository/scripts/install_dependencies.sh"
+build_mlic -DMLIC_WITH_BENCHMARKS=ON
+"$build/benchmark/spline_benchmark" --benchmark_out="$build/benchmark/spline.json" --benchmark_out_format=json \
+  --benchmark_repetitions=5 --benchmark_report_aggregates_only=true >/dev/null
+/usr/bin/python3 - "$build/benchmark/spline.json" <<'EOF'
+import json
+import sys
+
+with open(sys.argv[1]) as file:
+    runs = json.load(file)['benchmarks']
+median = {run['run_name']: run['cpu_time'] for run in runs if run.get('aggregate_name') == 'median'}
+print('Spline residual with all Jacobians, one core, median of 5 runs')
+print(f'{"":34} {"closed form":>12} {"autodiff":>12} {"ratio":>7}')
+for text, name in [('IMU: gyroscope and accelerometer', 'Imu'), ('point to plane, time offset included', 'PointToPlane')]:
+    closed, autodiff = median[name + 'ClosedForm'], median[name + 'CeresAutodiff']
+    print(f'{text:36} {closed:7.0f} ns {autodiff:9.0f} ns {autodiff / closed:7.1f}')
+print(f'Preparation of a control point, once for each change: {median["PreparationOfOneControlPoint"]:.0f} ns')
+EOF
+if [ -x "$build/benchmark/calibration_benchmark" ]; then
+  "$build/benchmark/calibration_benchmark" "$@"
+fi
