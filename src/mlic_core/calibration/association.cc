@@ -88,6 +88,7 @@ PlaneAssociation AssociatePlanes(const Drive& drive, const CalibrationState& sta
       PlaneObservation& o = association.observations[association.begin[p] + i];
       o.position = point.position;
       o.cos_incidence = static_cast<float>(cosine);
+      o.intensity = point.intensity;
       o.sigma = static_cast<float>(noise[sample.lidar].Sigma(cosine) * plane.inflation);
       o.lidar = sample.lidar;
       o.time = scan.time + point.time;
@@ -104,6 +105,7 @@ std::vector<PlaneNoise> MeasurePlaneNoise(const std::vector<PlaneAssociation>& a
                                           const CalibrationState& state, const std::vector<PlaneNoise>& last) {
   constexpr int kBins = 6;
   constexpr std::size_t kFewest = 200;
+  constexpr double kLeast = 1e-4;  // m: below what the spline itself leaves over
   const std::size_t lidars = last.size();
   std::vector<std::vector<float>> sizes(lidars * kBins), cosines(lidars * kBins);
   for (std::size_t d = 0; d < associations.size(); ++d) {
@@ -151,9 +153,9 @@ std::vector<PlaneNoise> MeasurePlaneNoise(const std::vector<PlaneAssociation>& a
         a = g[0] / H(0, 0);
       }
     }
-    // Floats carry a micrometre at ten metres.
-    noise[l].range = std::max({std::sqrt(std::max(0.0, a)), 0.2 * last[l].range, 2e-6});
-    noise[l].floor = std::max({std::sqrt(std::max(0.0, f)), 0.2 * last[l].floor, 2e-6});
+    const double most = 1.5 * last[l].Sigma(1.0);
+    noise[l].range = std::clamp(std::sqrt(std::max(0.0, a)), std::max(0.2 * last[l].range, kLeast), most);
+    noise[l].floor = std::clamp(std::sqrt(std::max(0.0, f)), std::max(0.2 * last[l].floor, kLeast), most);
   }
   return noise;
 }

@@ -60,18 +60,18 @@ SplitSpline SplineThrough(const std::vector<TimedPose>& poses, const UniformKnot
 // zero; then the spline is fitted to poses and IMU together.
 bool InitializeDrive(const Dataset& dataset, std::size_t d, const OdometryResult& odometry,
                      const AngularRateAlignment& alignment, const std::optional<LeverArmGuess>& lever_guess,
-                     std::size_t base, Initialization* result, RigidTransform* T_imu_base, bool first_drive) {
+                     Initialization* result, RigidTransform* T_imu_base) {
   const Drive& drive = dataset.drives[d];
   const std::vector<TimedPose> poses = TimedPoses(odometry);
-  Eigen::Quaterniond R_imu_lidar = alignment.R_imu_lidar;
   const GravityLeverArm arm =
-      SolveGravityLeverArm(drive.imu, poses, R_imu_lidar, alignment.time_offset, alignment.gyroscope_bias,
+      SolveGravityLeverArm(drive.imu, poses, alignment.R_imu_lidar, alignment.time_offset, alignment.gyroscope_bias,
                            lever_guess, alignment.rotation_covariance);
   if (!arm.valid) {
     result->problems.push_back("gravity and lever arm were not found: " + arm.failure);
     return false;
   }
-  if (first_drive) *T_imu_base = {R_imu_lidar, arm.p_imu_lidar};
+  // Accelerations show what of the rotation turning about one axis leaves open.
+  if (d == 0) *T_imu_base = {arm.R_imu_lidar, arm.p_imu_lidar};
   // Turns the odometry's gravity down, then the first pose's yaw to zero.
   const Eigen::Quaterniond upright = Eigen::Quaterniond::FromTwoVectors(arm.gravity, kGravity);
   const RigidTransform T_base_imu = T_imu_base->Inverse();
@@ -117,7 +117,6 @@ bool InitializeDrive(const Dataset& dataset, std::size_t d, const OdometryResult
   }
   SolveJointProblem(problem, 6, CancellationToken(), &fit);
   result->state.drives.push_back(fit.drives.front());
-  (void)base;
   return true;
 }
 
@@ -197,8 +196,8 @@ Initialization Initialize(const Rig& rig, const Dataset& dataset, const std::vec
   }
   for (std::size_t d = 0; d < dataset.drives.size(); ++d) {
     cancellation.ThrowIfCancelled();
-    if (!InitializeDrive(dataset, d, odometry[d].lidars[base], odometry[d].alignments[base], lever_guess, base,
-                         &result, &T_imu_base, d == 0)) {
+    if (!InitializeDrive(dataset, d, odometry[d].lidars[base], odometry[d].alignments[base], lever_guess,
+                         &result, &T_imu_base)) {
       return result;
     }
   }

@@ -309,8 +309,7 @@ class Linearizer {
 };
 
 // The planes' own step after the control points' and the calibration's.
-void UpdatePlanes(const std::vector<LandmarkTies>& ties, const Eigen::VectorXd& delta, int knots,
-                  JointProblem* problem) {
+void UpdatePlanes(const std::vector<LandmarkTies>& ties, const Eigen::VectorXd& delta, JointProblem* problem) {
   std::size_t at = 0;
   for (PlaneAssociation& association : problem->planes) {
     for (MapPlane& plane : association.planes) {
@@ -329,7 +328,6 @@ void UpdatePlanes(const std::vector<LandmarkTies>& ties, const Eigen::VectorXd& 
       plane.plane.offset = offset + plane.plane.normal.dot(plane.center);
     }
   }
-  (void)knots;
 }
 
 }  // namespace
@@ -392,14 +390,12 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations, const 
     std::fill(free_calibration.begin() + 7 * state->lidars.size(), free_calibration.end(), false);
   }
   SolveSummary summary;
+  for (const PlaneAssociation& association : problem.planes) summary.observations += association.observations.size();
   std::vector<LandmarkTies> ties;
-  const auto linearize = [&](const CalibrationState& at, Eigen::MatrixXd* prior, Eigen::VectorXd* prior_gradient) {
-    return Linearizer(problem, at, layout).Run(&ties);
-    (void)prior, (void)prior_gradient;
-  };
+  const auto linearize = [&](const CalibrationState& at) { return Linearizer(problem, at, layout).Run(&ties); };
   Eigen::MatrixXd prior;
   Eigen::VectorXd prior_gradient;
-  Accumulator sum = linearize(*state, &prior, &prior_gradient);
+  Accumulator sum = linearize(*state);
   summary.first_cost = summary.last_cost = sum.cost;
   double damping = 0.0;
   for (int iteration = 0; iteration < iterations; ++iteration) {
@@ -417,13 +413,13 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations, const 
     const JointProblem before = problem;
     layout.Update(solution.delta, &moved);
     if (problem.hold_trajectory) moved.drives = state->drives;
-    UpdatePlanes(ties, solution.delta, layout.knots, &problem);
-    Accumulator next = linearize(moved, &prior, &prior_gradient);
+    UpdatePlanes(ties, solution.delta, &problem);
+    Accumulator next = linearize(moved);
     if (next.cost > sum.cost * (1.0 + 1e-3) + 1e-9 && iteration + 1 < iterations) {
       // Priors may rightly raise the data's cost a little; more than that is a step too far.
       problem = before;
       damping = std::max(1e-4, 10.0 * damping);
-      sum = linearize(*state, &prior, &prior_gradient);
+      sum = linearize(*state);
       continue;
     }
     damping *= 0.1;
@@ -434,6 +430,20 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations, const 
     sum = std::move(next);
   }
   return summary;
+}
+
+ImuResiduals EvaluateImuResiduals(const Dataset& dataset, const CalibrationState& state, std::size_t drive) {
+  const SplitSpline& trajectory = state.drives[drive].trajectory;
+  const ImuCalibration imu = state.Imu(drive);
+  ImuResiduals residuals;
+  for (const ImuSample& sample : dataset.drives[drive].imu) {
+    if (!trajectory.Contains(sample.time)) continue;
+    residuals.times.push_back(sample.time);
+    residuals.values.push_back(ImuResidual::Evaluate(
+        trajectory, SplineBasis(trajectory.rotation.knots(), sample.time),
+        SplineBasis(trajectory.position.knots(), sample.time), imu, kGravity, sample, nullptr));
+  }
+  return residuals;
 }
 
 std::vector<float> PlaneResiduals(const PlaneAssociation& association, const CalibrationState& state,

@@ -18,6 +18,7 @@ struct PlaneObservation {
   Eigen::Vector3f position;  // LiDAR frame
   float sigma;               // m, along the plane's normal
   float cos_incidence;
+  float intensity;
   std::int32_t lidar;
   double time;               // LiDAR clock
 };
@@ -59,6 +60,7 @@ struct SolveSummary {
   int iterations = 0;
   double first_cost = 0.0;
   double last_cost = 0.0;
+  std::size_t observations = 0;  // of points to planes
   double last_step = 0.0;       // largest step of the calibration in the last iteration: m, rad
   Eigen::MatrixXd information;  // of the calibration, from the data alone, at the last linearisation
 };
@@ -71,6 +73,13 @@ SolveSummary SolveJointProblem(const JointProblem& problem, int iterations, cons
 // The prior's information and gradient at the state, calibration parameters only.
 void CalibrationPrior(const JointProblem& problem, const CalibrationState& state, const Layout& layout,
                       Eigen::MatrixXd* information, Eigen::VectorXd* gradient);
+
+// IMU residuals of one drive, six for each sample within the trajectory (rad/s, m/s^2), with the samples' times.
+struct ImuResiduals {
+  std::vector<double> times;
+  std::vector<Eigen::Matrix<double, 6, 1>> values;
+};
+ImuResiduals EvaluateImuResiduals(const Dataset& dataset, const CalibrationState& state, std::size_t drive);
 
 // Signed distances in metres of all observations of one drive to their planes, in their order.
 std::vector<float> PlaneResiduals(const PlaneAssociation& association, const CalibrationState& state,

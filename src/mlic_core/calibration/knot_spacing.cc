@@ -11,6 +11,10 @@
 namespace mlic {
 namespace {
 
+// Rotation errors go straight into extrinsics; what the position spline leaves over of an acceleration averages out.
+constexpr double kRotationTolerance = 1.01;
+constexpr double kPositionTolerance = 1.05;
+
 // Residual variance of a least-squares fit by a uniform B-spline of the given degree (1 or 2); summed over the axes.
 double FitVariance(const std::vector<ImuSample>& imu, double spacing, int degree,
                    const std::function<Eigen::Vector3d(const ImuSample&)>& signal) {
@@ -52,18 +56,17 @@ double FitVariance(const std::vector<ImuSample>& imu, double spacing, int degree
   return squares / std::max<double>(1.0, static_cast<double>(imu.size()) - count);
 }
 
-double Choose(const std::vector<ImuSample>& imu, int degree,
+double Choose(const std::vector<ImuSample>& imu, int degree, double tolerance,
               const std::function<Eigen::Vector3d(const ImuSample&)>& signal) {
   const double finest = std::max(0.04, 2.0 * MedianPeriod(imu));
   constexpr double kStep = 1.25;
   constexpr double kCoarsest = 0.2;
-  constexpr double kTolerance = 1.01;
   double best = FitVariance(imu, finest, degree, signal);
   double chosen = finest;
   for (double spacing = finest * kStep; spacing <= std::max(kCoarsest, finest); spacing *= kStep) {
     const double variance = FitVariance(imu, spacing, degree, signal);
     best = std::min(best, variance);
-    if (variance <= kTolerance * best) chosen = spacing;
+    if (variance <= tolerance * best) chosen = spacing;
   }
   return chosen;
 }
@@ -72,8 +75,8 @@ double Choose(const std::vector<ImuSample>& imu, int degree,
 
 KnotSpacing ChooseKnotSpacing(const std::vector<ImuSample>& imu) {
   KnotSpacing spacing;
-  spacing.rotation = Choose(imu, 2, [](const ImuSample& s) { return s.angular_velocity; });
-  spacing.position = Choose(imu, 1, [](const ImuSample& s) { return s.specific_force; });
+  spacing.rotation = Choose(imu, 2, kRotationTolerance, [](const ImuSample& s) { return s.angular_velocity; });
+  spacing.position = Choose(imu, 1, kPositionTolerance, [](const ImuSample& s) { return s.specific_force; });
   return spacing;
 }
 

@@ -1,0 +1,119 @@
+#include "mlic_core/calibration/observability.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "mlic_core/geometry/so3.h"
+
+namespace mlic {
+namespace {
+
+constexpr double kDegree = M_PI / 180.0;
+constexpr double kTranslationLimit = 0.05;        // m
+constexpr double kRotationLimit = 0.5 * kDegree;  // rad
+constexpr double kTimeLimit = 5e-3;               // s
+
+// Inverse of an information matrix whose directions may carry nothing: in units of the limits, no direction is
+// known worse than a million limits.
+Eigen::MatrixXd InverseInLimits(const Eigen::MatrixXd& information, const Eigen::VectorXd& limits) {
+  const Eigen::MatrixXd scaled = limits.asDiagonal() * information * limits.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 * (scaled + scaled.transpose()));
+  const double largest = std::max(1.0, eigen.eigenvalues().maxCoeff());
+  const Eigen::VectorXd inverse =
+      eigen.eigenvalues().unaryExpr([&](double v) { return 1.0 / std::max(v, std::max(1e-12, 1e-15 * largest)); });
+  const Eigen::MatrixXd covariance = eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+  return limits.asDiagonal() * covariance * limits.asDiagonal();
+}
+
+// Marks axes and directions of one 3-vector quantity.
+void Judge(const Eigen::Matrix3d& data_covariance, const Eigen::Matrix3d& covariance, double limit,
+           const Eigen::Vector3d* guess_sigma, UnobservableDirection::Quantity quantity, std::array<bool, 3>* axes,
+           std::vector<UnobservableDirection>* directions) {
+  const auto limit_along = [&](const Eigen::Vector3d& direction) {
+    if (guess_sigma == nullptr) return limit;
+    return std::min(limit, direction.cwiseProduct(*guess_sigma).norm());
+  };
+  for (int a = 0; a < 3; ++a) {
+    (*axes)[a] = std::sqrt(data_covariance(a, a)) <= limit_along(Eigen::Vector3d::Unit(a));
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(data_covariance);
+  for (int i = 0; i < 3; ++i) {
+    Eigen::Vector3d direction = eigen.eigenvectors().col(i);
+    if (std::sqrt(std::max(0.0, eigen.eigenvalues()[i])) <= limit_along(direction)) continue;
+    int largest;
+    direction.cwiseAbs().maxCoeff(&largest);
+    if (direction[largest] < 0.0) direction = -direction;
+    directions->push_back({quantity, direction, std::sqrt(direction.dot(covariance * direction))});
+  }
+}
+
+}  // namespace
+
+ObservabilityAnalysis AnalyzeObservability(const Eigen::MatrixXd& information,
+                                           const Eigen::MatrixXd& guess_information,
+                                           const std::vector<std::optional<ExtrinsicGuess>>& guesses,
+                                           const std::vector<bool>& held) {
+  const std::size_t lidars = guesses.size();
+  Eigen::VectorXd limits = Eigen::VectorXd::Ones(information.rows());
+  Eigen::MatrixXd data = information;
+  for (std::size_t l = 0; l < lidars; ++l) {
+    limits.segment<3>(7 * l).setConstant(kRotationLimit);
+    limits.segment<3>(7 * l + 3).setConstant(kTranslationLimit);
+    limits[7 * l + 6] = kTimeLimit;
+    if (!held[l]) continue;
+    // Given, and so known: a thousandth of the limits.
+    for (int i = 0; i < 7; ++i) data(7 * l + i, 7 * l + i) += 1e6 / (limits[7 * l + i] * limits[7 * l + i]);
+  }
+  ObservabilityAnalysis analysis;
+  analysis.data_covariance = InverseInLimits(data, limits).topLeftCorner(7 * lidars, 7 * lidars);
+  analysis.covariance = InverseInLimits(data + guess_information, limits).topLeftCorner(7 * lidars, 7 * lidars);
+  for (std::size_t l = 0; l < lidars; ++l) {
+    const int at = 7 * static_cast<int>(l);
+    const auto& all = analysis.covariance;
+    const auto& shown = analysis.data_covariance;
+    ObservabilityAnalysis::Sensor sensor;
+    using Quantity = UnobservableDirection::Quantity;
+    Judge(shown.block<3, 3>(at + 3, at + 3), all.block<3, 3>(at + 3, at + 3), kTranslationLimit,
+          guesses[l] ? &guesses[l]->sigma_translation : nullptr, Quantity::kTranslation, &sensor.translation,
+          &sensor.directions);
+    Judge(shown.block<3, 3>(at, at), all.block<3, 3>(at, at), kRotationLimit,
+          guesses[l] ? &guesses[l]->sigma_rotation : nullptr, Quantity::kRotation, &sensor.rotation,
+          &sensor.directions);
+    PoseSigma sigma;
+    sigma.rotation = all.diagonal().segment<3>(at).cwiseSqrt();
+    sigma.translation = all.diagonal().segment<3>(at + 3).cwiseSqrt();
+    sigma.time_offset = std::sqrt(all(at + 6, at + 6));
+    sensor.time_offset = std::sqrt(shown(at + 6, at + 6)) <= kTimeLimit;
+    if (!sensor.time_offset) {
+      sensor.directions.push_back({Quantity::kTimeOffset, Eigen::Vector3d::Zero(), sigma.time_offset});
+    }
+    analysis.sensors.push_back(sensor);
+    analysis.sigmas.push_back(sigma);
+  }
+  return analysis;
+}
+
+PairResult MakePair(const SensorCalibration& a, const SensorCalibration& b,
+                    const Eigen::Matrix<double, 14, 14>& covariance) {
+  PairResult pair;
+  pair.T_a_b = a.T_imu_sensor.Inverse() * b.T_imu_sensor;
+  const Eigen::Matrix3d R_a_imu = a.T_imu_sensor.rotation.conjugate().toRotationMatrix();
+  // Left perturbations phi of the rotations and moves of the translations, carried into frame a:
+  //   rotation R_a^T (phi_b - phi_a), translation R_a^T (d_b - d_a + (p_b - p_a) x phi_a).
+  Eigen::Matrix<double, 7, 14> J = Eigen::Matrix<double, 7, 14>::Zero();
+  J.block<3, 3>(0, 0) = -R_a_imu;
+  J.block<3, 3>(0, 7) = R_a_imu;
+  J.block<3, 3>(3, 0) = R_a_imu * Hat(b.T_imu_sensor.translation - a.T_imu_sensor.translation);
+  J.block<3, 3>(3, 3) = -R_a_imu;
+  J.block<3, 3>(3, 10) = R_a_imu;
+  J(6, 6) = -1.0;
+  J(6, 13) = 1.0;
+  const Eigen::Matrix<double, 7, 7> of_pair = J * covariance * J.transpose();
+  pair.sigma.rotation = of_pair.diagonal().segment<3>(0).cwiseMax(0.0).cwiseSqrt();
+  pair.sigma.translation = of_pair.diagonal().segment<3>(3).cwiseMax(0.0).cwiseSqrt();
+  pair.sigma.time_offset = std::sqrt(std::max(0.0, of_pair(6, 6)));
+  return pair;
+}
+
+}  // namespace mlic

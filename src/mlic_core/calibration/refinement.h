@@ -1,0 +1,62 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "mlic_core/calibration/association.h"
+#include "mlic_core/calibration/initialization.h"
+#include "mlic_core/calibration/joint_problem.h"
+#include "mlic_core/calibration/observability.h"
+#include "mlic_core/calibration/observer.h"
+
+namespace mlic {
+
+// SPEC stage 6: association and solve in turn until the calibration stands still. Holds the state while it is refined.
+class Refinement {
+ public:
+  using Progress = std::function<void(double)>;
+  using Line = std::function<void(const std::string&)>;
+
+  // rig and dataset must outlive this.
+  Refinement(const Rig& rig, const Dataset& dataset, Initialization start, const CancellationToken& cancellation,
+             CalibrationObserver& observer);
+
+  // Stage 6a: each LiDAR on planes of its own. The base LiDAR's refines the trajectory, the others' hold it.
+  void AdjustEachLidar(const Progress& progress, const Line& line);
+
+  // Stages 6b and 6c: one map of all LiDARs, everything moves.
+  void AdjustJointly(const Progress& progress, const Line& line);
+
+  const CalibrationState& state() const { return state_; }
+  const JointProblem& problem() const { return problem_; }
+  const std::vector<PlaneNoise>& noise() const { return noise_; }
+  const SolveSummary& last_solve() const { return last_solve_; }
+  bool converged() const { return converged_; }
+
+  // What the data show at the last linearisation. Sigmas grow by the square root of the mean squared whitened
+  // residual where that is above one.
+  ObservabilityAnalysis Analyze() const;
+
+ private:
+  double RootVoxel() const;
+  void Associate(const std::vector<bool>& lidars, std::size_t points_per_scan);
+  void MeasureImuSigma();
+  // Largest change of a LiDAR since `before`, in sigmas of the last solve.
+  double ChangeInSigmas(const CalibrationState& before) const;
+  void Show(const std::string& stage, int iteration);
+
+  const Rig& rig_;
+  const Dataset& dataset_;
+  const CancellationToken& cancellation_;
+  CalibrationObserver& observer_;
+  std::size_t base_lidar_;
+  CalibrationState state_;
+  JointProblem problem_;
+  std::vector<ImuSigma> given_imu_sigma_;
+  std::vector<PlaneNoise> noise_;
+  SolveSummary last_solve_;
+  bool converged_ = false;
+};
+
+}  // namespace mlic
