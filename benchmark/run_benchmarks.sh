@@ -25,3 +25,6 @@ EOF
 if [ -x "$build/benchmark/calibration_benchmark" ]; then
   "$build/benchmark/calibration_benchmark" "$@"
 fi
+if [ -x "$build/benchmark/odometry_benchmark" ]; then
+  (cd "$repository" && "$build/benchmark/odometry_benchmark")
+fi
