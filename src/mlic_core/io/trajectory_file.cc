@@ -1,5 +1,7 @@
 #include "mlic_core/io/trajectory_file.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <sstream>
 

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "mlic_core/calibration/result.h"
+#include "mlic_core/sensors/measurements.h"
+
+namespace mlic {
+
+struct MapEntropyOptions {
+  double radius = 0.3;                 // m, neighbourhood of a point
+  std::size_t fewest_neighbours = 10;  // points with fewer say nothing
+  std::size_t most_queries = 30000;    // evenly chosen points at which the entropy is taken
+};
+
+struct MapEntropy {
+  double mean = 0.0;             // nats; lower is crisper
+  std::size_t queries_used = 0;  // points with enough neighbours
+};
+
+// Mean map entropy: 0.5 * ln det(2 pi e Sigma) of the neighbours of each point, averaged (Droeschel and
+// Behnke, ICRA 2018). Compare maps of the same scans only. lidar: an index of MapPoint::lidar, or -1 for all
+// points together.
+MapEntropy MeanMapEntropy(const std::vector<MapPoint>& points, int lidar, const MapEntropyOptions& options);
+
+// How well two LiDARs' points lie on each other, over the planes that both see.
+struct OverlapThickness {
+  int lidar_a = 0, lidar_b = 0;  // indices of MapPoint::lidar
+  double thickness = 0.0;        // rms distance of both LiDARs' points from their common plane, m
+  double separation = 0.0;       // rms distance between the two LiDARs' own centres along the normal, m
+  std::size_t planes = 0;
+};
+
+// One entry for each pair of LiDARs that share at least one plane with `fewest_points` points of each. Every
+// plane counts alike, so that a large ground does not hide the walls. Points without a plane are left out.
+std::vector<OverlapThickness> OverlapThicknesses(const std::vector<MapPoint>& points,
+                                                 std::size_t fewest_points = 15);
+
+// Sets MapPoint::plane anew: points of one cube of `voxel` metres belong to one plane if they are flat
+// (thickness below `largest_thickness`, a fifth of the extent at most), else to none. For maps that come
+// without planes.
+void AssignVoxelPlanes(double voxel, double largest_thickness, std::vector<MapPoint>* points);
+
+// The map of a drive under a given calibration: all points of lidars[i], named names[i], at the poses of the
+// trajectory (T_map_imu, IMU clock; interpolated linearly and by slerp, so a dense one), every `stride`-th
+// one. LiDARs that the calibration lacks and points outside the trajectory are left out. MapPoint::lidar is
+// the index in calibration.sensors.
+std::vector<MapPoint> BuildMap(const Drive& drive, const std::vector<std::string>& names,
+                               const std::vector<StampedPose>& trajectory,
+                               const CalibrationResult& calibration, std::size_t stride);
+
+}  // namespace mlic

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mlic_core/calibration/result.h"
+
+namespace mlic {
+
+// Errors of one estimated pose, estimate minus truth. Vectors are in the first frame (IMU, or a of a pair
+// a/b): translation in metres, rotation as the small left rotation Log(R_estimate R_truth^-1) in radians,
+// whose length is the geodesic angle. Normalised: divided by the claimed sigma, component by component; NaN
+// where none is claimed.
+struct PoseError {
+  std::string name;  // of the sensor, or "a/b"
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+  Eigen::Vector3d rotation = Eigen::Vector3d::Zero();
+  std::optional<double> time_offset;  // s; of a pair: of the difference offset_b - offset_a
+  Eigen::Vector3d normalised_translation = Eigen::Vector3d::Zero();
+  Eigen::Vector3d normalised_rotation = Eigen::Vector3d::Zero();
+  double normalised_time_offset = 0.0;
+  std::array<bool, 3> translation_observable{true, true, true};
+
+  double RotationDegrees() const;
+};
+
+struct TruthComparison {
+  std::vector<PoseError> sensors;
+  std::vector<PoseError> pairs;
+  std::vector<std::string> not_estimated;  // in the truth, not in the result
+};
+
+// Sensors are matched by name; those the truth does not know are left out. Pairs: the result's own, or all
+// pairs of its sensors (without sigmas) when it lists none.
+TruthComparison CompareWithTruth(const CalibrationResult& result, const CalibrationResult& truth);
+
+// For people: degrees, millimetres, milliseconds; a * marks a translation that was not observable.
+std::string TableOf(const TruthComparison& comparison);
+
+// One line for each sensor and pair, header first; metres, degrees, seconds.
+std::string CsvOf(const TruthComparison& comparison);
+
+}  // namespace mlic
