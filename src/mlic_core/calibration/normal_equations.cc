@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "mlic_core/common/error.h"
+#include "mlic_core/common/parallel.h"
 
 extern "C" {
 void dpotrf_(const char*, const int*, double*, const int*, int*);
@@ -29,41 +30,65 @@ Eigen::Matrix3d InverseRoot(const Eigen::Matrix3d& own) {
 }
 
 // S -= sum over landmarks of W own^-1 W^T, gradient -= W own^-1 g; lower triangle, rows: control points, calibration.
+// Landmarks that are seen at similar times are taken together, so that a batch touches few of the control points;
+// their rows are gathered, multiplied densely, and scattered.
 void EliminateLandmarks(const std::vector<LandmarkTies>& landmarks, int knots, bool hold_knots, Eigen::MatrixXd* S,
                         Eigen::VectorXd* gradient) {
-  const int total = static_cast<int>(S->rows());
-  const int calibration_row = hold_knots ? 0 : knots;
-  // In order of their first control point, so that a batch touches a part of the matrix only.
+  const int calibration = static_cast<int>(S->rows()) - (hold_knots ? 0 : knots);
+  std::vector<double> mean(landmarks.size(), 0.0);
   std::vector<std::size_t> order(landmarks.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  const auto first_column = [&](std::size_t i) {
-    const auto& columns = landmarks[i].columns;
-    return columns.empty() ? 0 : *std::min_element(columns.begin(), columns.end());
-  };
-  std::vector<int> first(landmarks.size());
-  for (std::size_t i = 0; i < first.size(); ++i) first[i] = first_column(i);
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return first[a] < first[b]; });
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    order[i] = i;
+    for (const int column : landmarks[i].columns) mean[i] += column;
+    if (!landmarks[i].columns.empty()) mean[i] /= static_cast<double>(landmarks[i].columns.size());
+  }
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return mean[a] < mean[b]; });
+  std::vector<int> row_of(knots / 3);
   for (std::size_t begin = 0; begin < order.size(); begin += kBatch) {
     const std::size_t end = std::min(order.size(), begin + kBatch);
-    const int low = hold_knots ? 0 : first[order[begin]];
-    Eigen::MatrixXd D = Eigen::MatrixXd::Zero(total - low, 3 * (end - begin));
-    for (std::size_t k = begin; k < end; ++k) {
-      const LandmarkTies& landmark = landmarks[order[k]];
-      const Eigen::Matrix3d root = InverseRoot(landmark.own);
-      const int column = static_cast<int>(3 * (k - begin));
-      if (!hold_knots) {
-        for (std::size_t b = 0; b < landmark.columns.size(); ++b) {
-          D.block<3, 3>(landmark.columns[b] - low, column).noalias() = landmark.blocks[b] * root.transpose();
-        }
-      }
-      D.block(calibration_row - low, column, landmark.calibration.rows(), 3).noalias() =
-          landmark.calibration * root.transpose();
-      gradient->segment(low, total - low).noalias() -=
-          D.middleCols<3>(column) * (root * landmark.gradient);
+    std::fill(row_of.begin(), row_of.end(), -1);
+    for (std::size_t k = begin; k < end && !hold_knots; ++k) {
+      for (const int column : landmarks[order[k]].columns) row_of[column / 3] = 0;
     }
-    const int n = total - low, k = static_cast<int>(D.cols());
-    const double minus = -1.0, plus = 1.0;
-    dsyrk_("L", "N", &n, &k, &minus, D.data(), &n, &plus, &(*S)(low, low), &total);
+    std::vector<int> columns;
+    for (int i = 0; i < knots / 3; ++i) {
+      if (row_of[i] < 0) continue;
+      row_of[i] = 3 * static_cast<int>(columns.size());
+      columns.push_back(3 * i);
+    }
+    const int touched = 3 * static_cast<int>(columns.size());
+    Eigen::MatrixXd D = Eigen::MatrixXd::Zero(touched + calibration, 3 * (end - begin));
+    Eigen::VectorXd step(3 * (end - begin));
+    ParallelFor(end - begin, [&](std::size_t k) {
+      const LandmarkTies& landmark = landmarks[order[begin + k]];
+      const Eigen::Matrix3d root = InverseRoot(landmark.own);
+      const int at = static_cast<int>(3 * k);
+      for (std::size_t b = 0; b < landmark.columns.size() && !hold_knots; ++b) {
+        D.block<3, 3>(row_of[landmark.columns[b] / 3], at).noalias() = landmark.blocks[b] * root.transpose();
+      }
+      D.block(touched, at, calibration, 3).noalias() = landmark.calibration * root.transpose();
+      step.segment<3>(at).noalias() = root * landmark.gradient;
+    });
+    const int n = touched + calibration, k = static_cast<int>(D.cols());
+    Eigen::MatrixXd product(n, n);
+    const double one = 1.0, zero = 0.0;
+    dsyrk_("L", "N", &n, &k, &one, D.data(), &n, &zero, product.data(), &n);
+    const Eigen::VectorXd moved = D * step;
+    const int corner = hold_knots ? 0 : knots;
+    ParallelFor(columns.size(), [&](std::size_t j) {
+      for (int c = 0; c < 3; ++c) {
+        const double* from = &product(0, 3 * j + c);
+        double* to = &(*S)(0, columns[j] + c);
+        for (std::size_t i = j; i < columns.size(); ++i) {
+          for (int r = i == j ? c : 0; r < 3; ++r) to[columns[i] + r] -= from[3 * i + r];
+        }
+        for (int r = 0; r < calibration; ++r) to[corner + r] -= from[touched + r];
+      }
+    });
+    for (std::size_t j = 0; j < columns.size(); ++j) gradient->segment<3>(columns[j]) -= moved.segment<3>(3 * j);
+    S->bottomRightCorner(calibration, calibration).triangularView<Eigen::Lower>() -=
+        product.bottomRightCorner(calibration, calibration);
+    gradient->tail(calibration) -= moved.tail(calibration);
   }
 }
 

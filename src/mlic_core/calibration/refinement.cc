@@ -123,7 +123,8 @@ void Refinement::AdjustJointly(const Progress& progress, const Line& line) {
     problem_.estimate_imu_matrices =
         rig_.imu.intrinsics == ImuIntrinsicsModel::kScaleMisalignment && round >= 2;
     Associate({}, many ? kManyPoints : kFewPoints);
-    last_solve_ = SolveJointProblem(problem_, 2, cancellation_, &state_);
+    // One step is enough while the association still changes.
+    last_solve_ = SolveJointProblem(problem_, round == 0 || many ? 2 : 1, cancellation_, &state_);
     noise_ = MeasurePlaneNoise(problem_.planes, state_, noise_);
     MeasureImuSigma();
     const double change = ChangeInSigmas(before);
