@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+
+#include "mlic_core/calibration/result.h"
+
+namespace mlic {
+
+// Tables of the report, each a piece of HTML; angles in degrees, sigmas in millimetres, millidegrees,
+// milliseconds.
+
+// Extrinsics and time offsets with sigmas; what the drive did not show is marked, its directions are listed
+// below.
+std::string SensorTable(const CalibrationResult& result);
+std::string PairTable(const CalibrationResult& result);
+std::string ImuTable(const CalibrationResult& result);
+// Each stage with its share of the time and what it found.
+std::string StageTable(const CalibrationResult& result);
+
+}  // namespace mlic
