@@ -72,7 +72,7 @@ PaletteImage DrawPoints(const CalibrationResult& result, const View& view, std::
   image.palette.push_back({255, 255, 255});
   for (std::size_t lidar = 0; lidar < lidars; ++lidar) {
     for (int shade = 0; shade < kShades; ++shade) {
-      image.palette.push_back(Shaded(SensorColor(lidar), 0.5 + 0.25 * shade));
+      image.palette.push_back(Shaded(SensorColor(lidar), 0.65 + 0.175 * shade));
     }
   }
   std::vector<int> last(static_cast<std::size_t>(view.width) * view.height, -1), counts(last.size(), 0);
