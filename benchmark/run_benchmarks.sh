@@ -22,9 +22,10 @@ for text, name in [('IMU: gyroscope and accelerometer', 'Imu'), ('point to plane
     print(f'{text:36} {closed:7.0f} ns {autodiff:9.0f} ns {autodiff / closed:7.1f}')
 print(f'Preparation of a control point, once for each change: {median["PreparationOfOneControlPoint"]:.0f} ns')
 EOF
-if [ -x "$build/benchmark/calibration_benchmark" ]; then
-  "$build/benchmark/calibration_benchmark" "$@"
-fi
-if [ -x "$build/benchmark/odometry_benchmark" ]; then
-  (cd "$repository" && "$build/benchmark/odometry_benchmark")
-fi
+cd "$repository"
+echo
+echo 'LiDAR odometry, one thread'
+"$build/benchmark/odometry_benchmark"
+echo
+echo 'Calibration after each stage: worst sensor or pair; of the car without the height over the IMU'
+"$build/benchmark/calibration_benchmark" "$@"
