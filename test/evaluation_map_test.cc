@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "mlic_core/common/random.h"
+#include "mlic_core/evaluation/map_evaluation.h"
 #include "mlic_core/evaluation/map_quality.h"
 #include "mlic_core/geometry/so3.h"
 
@@ -75,6 +76,27 @@ TEST(AssignVoxelPlanes, FlatCellsOnly) {
   for (std::size_t i = 0; i < points.size(); ++i) (i < wall ? on_wall : in_box) += points[i].plane >= 0;
   EXPECT_GT(on_wall, wall * 95 / 100);
   EXPECT_LT(in_box, 100u);
+}
+
+TEST(EvaluateMap, FindsPlanesItselfAndNamesTheSensors) {
+  std::vector<MapPoint> points = Wall(0.02, 0.03);
+  for (MapPoint& point : points) {
+    point.plane = -1;
+    point.position.x() += 0.25f;  // away from a face of the voxels
+  }
+  CalibrationResult calibration;
+  calibration.sensors.resize(3);
+  calibration.sensors[0].name = "front";
+  calibration.sensors[1].name = "left";
+  calibration.sensors[2].name = "unseen";
+  const MapEvaluation evaluation = EvaluateMap(points, calibration);
+  ASSERT_EQ(evaluation.overlaps.size(), 1u);
+  EXPECT_NEAR(evaluation.overlaps[0].separation, 0.03, 0.004);
+  EXPECT_EQ(evaluation.of_sensor[2].queries_used, 0u);
+  EXPECT_LT(evaluation.of_sensor[0].mean, evaluation.all.mean);
+  EXPECT_NE(TableOf(evaluation, calibration).find("overlap front/left: thickness"), std::string::npos);
+  EXPECT_NE(CsvOf(evaluation, calibration).find("\noverlap_separation,front/left,0.0"), std::string::npos);
+  EXPECT_EQ(CsvOf(evaluation, calibration).find("unseen"), std::string::npos);
 }
 
 TEST(BuildMap, PutsPointsWhereTheyWere) {

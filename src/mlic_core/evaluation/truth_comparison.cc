@@ -62,16 +62,29 @@ double RootMeanSquare(const Eigen::Vector3d& v) {
   return count > 0 ? std::sqrt(sum / count) : std::numeric_limits<double>::quiet_NaN();
 }
 
-std::string TableLine(const PoseError& error) {
-  char text[300];
-  const Eigen::Vector3d t = 1e3 * error.translation;
-  const auto mark = [&](int k) { return error.translation_observable[k] ? ' ' : '*'; };
-  std::snprintf(text, sizeof(text), "%-28s %9.4f %9.2f%c%9.2f%c%9.2f%c %9.2f %10.4f %8.2f %8.2f %8.2f\n",
-                error.name.c_str(), error.RotationDegrees(), t.x(), mark(0), t.y(), mark(1), t.z(), mark(2),
-                t.norm(), error.time_offset ? 1e3 * *error.time_offset : std::nan(""),
-                RootMeanSquare(error.normalised_rotation), RootMeanSquare(error.normalised_translation),
-                std::abs(error.normalised_time_offset));
+// Right-aligned; a dash where there is no number.
+std::string Column(double value, int width, int decimals) {
+  char text[64];
+  if (std::isnan(value)) {
+    std::snprintf(text, sizeof(text), " %*s", width, "-");
+  } else {
+    std::snprintf(text, sizeof(text), " %*.*f", width, decimals, value);
+  }
   return text;
+}
+
+std::string TableLine(const PoseError& error) {
+  std::string line = error.name + std::string(error.name.size() < 28 ? 28 - error.name.size() : 0, ' ');
+  line += Column(error.RotationDegrees(), 9, 4);
+  for (int k = 0; k < 3; ++k) {
+    line += Column(1e3 * error.translation[k], 9, 2);
+    line += error.translation_observable[static_cast<std::size_t>(k)] ? ' ' : '*';
+  }
+  line += Column(1e3 * error.translation.norm(), 9, 2);
+  line += Column(error.time_offset ? 1e3 * *error.time_offset : std::nan(""), 10, 4);
+  line += Column(RootMeanSquare(error.normalised_rotation), 8, 2);
+  line += Column(RootMeanSquare(error.normalised_translation), 8, 2);
+  return line + Column(std::abs(error.normalised_time_offset), 8, 2) + "\n";
 }
 
 std::string CsvLine(const char* kind, const PoseError& e) {
@@ -140,7 +153,7 @@ TruthComparison CompareWithTruth(const CalibrationResult& result, const Calibrat
 
 std::string TableOf(const TruthComparison& comparison) {
   char header[300];
-  std::snprintf(header, sizeof(header), "%-28s %9s %9s %9s %9s  %9s %10s %8s %8s %8s\n",
+  std::snprintf(header, sizeof(header), "%-28s %9s %9s  %9s  %9s  %9s %10s %8s %8s %8s\n",
                 "error against truth", "rot deg", "x mm", "y mm", "z mm", "|t| mm", "offset ms", "rot/s",
                 "t/s", "offs/s");
   std::string table = header;

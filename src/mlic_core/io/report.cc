@@ -79,8 +79,8 @@ void WriteReport(const std::filesystem::path& path, const CalibrationResult& res
   html += Section("Sensors", SensorTable(result));
   const std::string top_view = TopViewFigure(result);
   if (!top_view.empty()) html += Section("The first drive from above", top_view);
-  html += Section("Pairs of sensors", PairTable(result));
-  html += Section("IMU", ImuTable(result));
+  if (!result.pairs.empty()) html += Section("Pairs of sensors", PairTable(result));
+  if (result.trusted || !result.sensors.empty()) html += Section("IMU", ImuTable(result));
   if (!result.residuals.empty()) html += Section("Residuals", ResidualSection(result));
   if (!result.stages.empty()) html += Section("Stages", StageTable(result));
   std::string steps = "<ul>\n";

@@ -102,7 +102,6 @@ std::string SensorTable(const CalibrationResult& result) {
 }
 
 std::string PairTable(const CalibrationResult& result) {
-  if (result.pairs.empty()) return "<p class=\"none\">No pairs.</p>\n";
   std::string html = std::string("<div class=\"wide\"><table><tr><th>pair a / b</th>") + kPoseHeader +
                      "<th>&sigma; offset</th></tr>\n";
   const std::array<bool, 3> all{true, true, true};

@@ -12,6 +12,7 @@ namespace mlic {
 // Extrinsics and time offsets with sigmas; what the drive did not show is marked, its directions are listed
 // below.
 std::string SensorTable(const CalibrationResult& result);
+// Of a result that has pairs.
 std::string PairTable(const CalibrationResult& result);
 std::string ImuTable(const CalibrationResult& result);
 // Each stage with its share of the time and what it found.
