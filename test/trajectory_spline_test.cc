@@ -32,7 +32,8 @@ TEST(So3Spline, DerivativesAgreeWithNumericOnes) {
     for (double t = 0.31; t < 0.7; t += 0.0171) {
       const Eigen::Vector3d numeric_velocity =
           Log(spline.Rotation(t - h).conjugate() * spline.Rotation(t + h)) / (2.0 * h);
-      EXPECT_LT((spline.AngularVelocity(t) - numeric_velocity).norm(), 1e-6 * (1.0 + numeric_velocity.norm()));
+      EXPECT_LT((spline.AngularVelocity(t) - numeric_velocity).norm(),
+                1e-6 * (1.0 + numeric_velocity.norm()));
       const Eigen::Vector3d numeric_acceleration =
           (spline.AngularVelocity(t + h) - spline.AngularVelocity(t - h)) / (2.0 * h);
       EXPECT_LT((spline.AngularAcceleration(t) - numeric_acceleration).norm(),

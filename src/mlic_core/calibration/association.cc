@@ -12,8 +12,8 @@ struct ScanSamples {
   std::vector<MapSample> samples;
 };
 
-void DrawScan(const LidarScan& scan, const SplitSpline& trajectory, const SensorCalibration& calibration, int lidar,
-              int scan_index, std::size_t largest, ScanSamples* out) {
+void DrawScan(const LidarScan& scan, const SplitSpline& trajectory, const SensorCalibration& calibration,
+              int lidar, int scan_index, std::size_t largest, ScanSamples* out) {
   const std::size_t stride = std::max<std::size_t>(1, (scan.points.size() + largest - 1) / largest);
   const Eigen::Matrix3d R_imu_lidar = calibration.T_imu_sensor.rotation.toRotationMatrix();
   // Another phase of the stride in each scan, so that the same ring is not taken always.
@@ -21,11 +21,14 @@ void DrawScan(const LidarScan& scan, const SplitSpline& trajectory, const Sensor
     const LidarPoint& point = scan.points[i];
     const double t = scan.time + point.time + calibration.time_offset;
     if (!trajectory.Contains(t)) continue;
-    const So3Spline::Value rotation = trajectory.rotation.Evaluate(SplineBasis(trajectory.rotation.knots(), t));
-    const Eigen::Vector3d position = trajectory.position.Position(SplineBasis(trajectory.position.knots(), t));
+    const So3Spline::Value rotation =
+        trajectory.rotation.Evaluate(SplineBasis(trajectory.rotation.knots(), t));
+    const Eigen::Vector3d position =
+        trajectory.position.Position(SplineBasis(trajectory.position.knots(), t));
     const Eigen::Vector3d arm = R_imu_lidar * point.position.cast<double>();
     MapSample sample;
-    sample.position = (rotation.rotation * (arm + calibration.T_imu_sensor.translation) + position).cast<float>();
+    sample.position =
+        (rotation.rotation * (arm + calibration.T_imu_sensor.translation) + position).cast<float>();
     sample.view = (rotation.rotation * -arm.normalized()).cast<float>();
     sample.lidar = lidar;
     sample.scan = scan_index;
@@ -44,8 +47,8 @@ std::vector<MapSample> DrawMap(const Drive& drive, const CalibrationState& state
   std::vector<ScanSamples> parts(scans.size());
   ParallelFor(scans.size(), [&](std::size_t k) {
     const auto [lidar, scan] = scans[k];
-    DrawScan(drive.lidars[lidar].scans[scan], state.drives[drive_index].trajectory, state.lidars[lidar], lidar, scan,
-             options.points_per_scan, &parts[k]);
+    DrawScan(drive.lidars[lidar].scans[scan], state.drives[drive_index].trajectory, state.lidars[lidar],
+             lidar, scan, options.points_per_scan, &parts[k]);
   });
   std::vector<MapSample> samples;
   std::size_t count = 0;
@@ -102,7 +105,8 @@ PlaneAssociation AssociatePlanes(const Drive& drive, const CalibrationState& sta
 }
 
 std::vector<PlaneNoise> MeasurePlaneNoise(const std::vector<PlaneAssociation>& associations,
-                                          const CalibrationState& state, const std::vector<PlaneNoise>& last) {
+                                          const CalibrationState& state,
+                                          const std::vector<PlaneNoise>& last) {
   constexpr int kBins = 6;
   constexpr std::size_t kFewest = 200;
   constexpr double kLeast = 1e-4;  // m: below what the spline itself leaves over

@@ -18,8 +18,8 @@ PlaneAssociation AssociatePlanes(const Drive& drive, const CalibrationState& sta
                                  const std::vector<PlaneNoise>& noise, const AssociationOptions& options);
 
 // Noise of each LiDAR from the residuals of its points: robust variances over the incidence, fitted by
-// range^2 * cos^2 + floor^2. A LiDAR with too few points keeps its noise. Never falls below a fifth of the last noise
-// at once, so that one lucky map does not shut the gate.
+// range^2 * cos^2 + floor^2. A LiDAR with too few points keeps its noise. Never falls below a fifth of the
+// last noise at once, so that one lucky map does not shut the gate.
 std::vector<PlaneNoise> MeasurePlaneNoise(const std::vector<PlaneAssociation>& associations,
                                           const CalibrationState& state, const std::vector<PlaneNoise>& last);
 

@@ -53,9 +53,9 @@ std::vector<DriveOdometry> OdometryStage(const Rig& rig, const Dataset& dataset,
     for (std::size_t l = 0; l < rig.lidars.size(); ++l) {
       const AngularRateAlignment& a = odometry.back().alignments[l];
       char line[200];
-      std::snprintf(line, sizeof(line), "%s: offset %.2f ms, agrees with the gyroscope to %.3f deg (correlation %.3f)",
-                    rig.lidars[l].name.c_str(), 1e3 * a.time_offset, a.residual_rms * 180.0 / M_PI,
-                    a.peak_correlation);
+      std::snprintf(
+          line, sizeof(line), "%s: offset %.2f ms, agrees with the gyroscope to %.3f deg (correlation %.3f)",
+          rig.lidars[l].name.c_str(), 1e3 * a.time_offset, a.residual_rms * 180.0 / M_PI, a.peak_correlation);
       stage.Line(a.valid ? line : rig.lidars[l].name + ": " + a.failure);
     }
   }

@@ -11,8 +11,8 @@
 
 namespace mlic {
 
-// Dataset and rig in, result out: the whole pipeline of SPEC section 4. Throws InputError for data that cannot be
-// used, Cancelled when the token is set; too little motion is not an error but a refused result.
+// Dataset and rig in, result out: the whole pipeline of SPEC section 4. Throws InputError for data that
+// cannot be used, Cancelled when the token is set; too little motion is not an error but a refused result.
 CalibrationResult Calibrate(const Rig& rig, const Dataset& dataset, const CancellationToken& cancellation,
                             CalibrationObserver& observer);
 

@@ -49,23 +49,24 @@ SplitSpline SplineThrough(const std::vector<TimedPose>& poses, const UniformKnot
   };
   std::vector<Eigen::Quaterniond> rotations;
   std::vector<Eigen::Vector3d> positions;
-  for (int j = 0; j < rotation_knots.count; ++j) rotations.push_back(at(rotation_knots.ControlPointTime(j)).rotation);
+  for (int j = 0; j < rotation_knots.count; ++j)
+    rotations.push_back(at(rotation_knots.ControlPointTime(j)).rotation);
   for (int j = 0; j < position_knots.count; ++j) {
     positions.push_back(at(position_knots.ControlPointTime(j)).translation);
   }
   return {So3Spline(rotation_knots, rotations), PositionSpline(position_knots, positions)};
 }
 
-// Starts the drive's trajectory from the base LiDAR's odometry: gravity-aligned, position and yaw of the first pose
-// zero; then the spline is fitted to poses and IMU together.
+// Starts the drive's trajectory from the base LiDAR's odometry: gravity-aligned, position and yaw of the
+// first pose zero; then the spline is fitted to poses and IMU together.
 bool InitializeDrive(const Dataset& dataset, std::size_t d, const OdometryResult& odometry,
                      const AngularRateAlignment& alignment, const std::optional<LeverArmGuess>& lever_guess,
                      Initialization* result, RigidTransform* T_imu_base) {
   const Drive& drive = dataset.drives[d];
   const std::vector<TimedPose> poses = TimedPoses(odometry);
   const GravityLeverArm arm =
-      SolveGravityLeverArm(drive.imu, poses, alignment.R_imu_lidar, alignment.time_offset, alignment.gyroscope_bias,
-                           lever_guess, alignment.rotation_covariance);
+      SolveGravityLeverArm(drive.imu, poses, alignment.R_imu_lidar, alignment.time_offset,
+                           alignment.gyroscope_bias, lever_guess, alignment.rotation_covariance);
   if (!arm.valid) {
     result->problems.push_back("gravity and lever arm were not found: " + arm.failure);
     return false;
@@ -93,8 +94,8 @@ bool InitializeDrive(const Dataset& dataset, std::size_t d, const OdometryResult
   const double end = std::min(drive.imu.back().time, imu_poses.back().time + 0.05);
   const KnotSpacing spacing = ChooseKnotSpacing(drive.imu);
   char line[160];
-  std::snprintf(line, sizeof(line), "knots every %.0f ms (rotation) and %.0f ms (position)", 1e3 * spacing.rotation,
-                1e3 * spacing.position);
+  std::snprintf(line, sizeof(line), "knots every %.0f ms (rotation) and %.0f ms (position)",
+                1e3 * spacing.rotation, 1e3 * spacing.position);
   result->notes.push_back(line);
   DriveState state;
   state.trajectory = SplineThrough(imu_poses, UniformKnots::Covering(start, end, spacing.rotation),
@@ -181,7 +182,8 @@ Initialization Initialize(const Rig& rig, const Dataset& dataset, const std::vec
   }
   if (best >= 1e9) {
     result.problems.push_back(
-        "no LiDAR's rotation agrees with the gyroscope's: the drive turns too little to show time offset and rotation; "
+        "no LiDAR's rotation agrees with the gyroscope's: the drive turns too little to show time offset and "
+        "rotation; "
         "record a drive with turns (figure-eights; by hand: about all axes)");
     return result;
   }
@@ -209,9 +211,10 @@ Initialization Initialize(const Rig& rig, const Dataset& dataset, const std::vec
       continue;
     }
     if (!IsUsable(alignment)) {
-      result.problems.push_back(rig.lidars[l].name +
-                                ": its odometry does not agree with the gyroscope's rotation (field of view blocked, "
-                                "too little structure, or another vehicle's topic)");
+      result.problems.push_back(
+          rig.lidars[l].name +
+          ": its odometry does not agree with the gyroscope's rotation (field of view blocked, "
+          "too little structure, or another vehicle's topic)");
       if (rig.lidars[l].guess) calibration.T_imu_sensor = rig.lidars[l].guess->T_imu_sensor;
       continue;
     }
@@ -220,8 +223,9 @@ Initialization Initialize(const Rig& rig, const Dataset& dataset, const std::vec
     const auto motions = RelativeMotions(result.state.drives[0].trajectory, TimedPoses(odometry[0].lidars[l]),
                                          alignment.time_offset, kInterval);
     const HandEyeResult hand_eye = SolveHandEye(motions, rig.lidars[l].guess, 10.0 * kInterval);
-    calibration.T_imu_sensor = hand_eye.valid ? hand_eye.T_imu_lidar
-                                              : RigidTransform{alignment.R_imu_lidar, Eigen::Vector3d::Zero()};
+    calibration.T_imu_sensor = hand_eye.valid
+                                   ? hand_eye.T_imu_lidar
+                                   : RigidTransform{alignment.R_imu_lidar, Eigen::Vector3d::Zero()};
     if (!hand_eye.valid) result.problems.push_back(rig.lidars[l].name + ": " + hand_eye.failure);
   }
   for (std::size_t l = 0; l < lidars; ++l) {

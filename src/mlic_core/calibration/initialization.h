@@ -25,12 +25,13 @@ struct Initialization {
   std::vector<std::string> notes;
 };
 
-// SPEC stage 1: all LiDARs in parallel; aligned with the gyroscope; run again with gyro de-skew where that is known.
+// SPEC stage 1: all LiDARs in parallel; aligned with the gyroscope; run again with gyro de-skew where that is
+// known.
 DriveOdometry RunDriveOdometry(const Rig& rig, const Drive& drive, const CancellationToken& cancellation,
                                const std::function<void(double)>& on_progress);
 
-// SPEC stages 2 and 3: base LiDAR by the smallest disagreement with the gyroscope, gravity, biases and lever arm, the
-// IMU spline, hand-eye for the other LiDARs.
+// SPEC stages 2 and 3: base LiDAR by the smallest disagreement with the gyroscope, gravity, biases and lever
+// arm, the IMU spline, hand-eye for the other LiDARs.
 Initialization Initialize(const Rig& rig, const Dataset& dataset, const std::vector<DriveOdometry>& odometry,
                           const CancellationToken& cancellation);
 

@@ -156,8 +156,8 @@ class Linearizer {
           position_first = pb.first;
           lidar = o.lidar;
         }
-        const double residual =
-            factor.Evaluate(trajectory, rb, pb, extrinsics_[o.lidar], o.position.cast<double>(), buffer.Next());
+        const double residual = factor.Evaluate(trajectory, rb, pb, extrinsics_[o.lidar],
+                                                o.position.cast<double>(), buffer.Next());
         double weight;
         sum->cost += RobustCost(residual / o.sigma, &weight);
         buffer.Commit(residual, std::sqrt(weight) / o.sigma);
@@ -167,8 +167,8 @@ class Linearizer {
     }
   }
 
-  void Flush(std::size_t d, int rotation_first, int position_first, int lidar, RowBuffer* buffer, TieSlots* slots,
-             LandmarkTies* landmark, Accumulator* sum) const {
+  void Flush(std::size_t d, int rotation_first, int position_first, int lidar, RowBuffer* buffer,
+             TieSlots* slots, LandmarkTies* landmark, Accumulator* sum) const {
     using P = PointToPlane;
     constexpr int kResidual = P::kColumns;
     const auto& H = buffer->Finish();
@@ -196,7 +196,8 @@ class Linearizer {
     buffer->Clear();
   }
 
-  // Rows J (columns of the 8 control points, then the calibration at the given indices) with weighted residuals.
+  // Rows J (columns of the 8 control points, then the calibration at the given indices) with weighted
+  // residuals.
   template <typename Rows, typename Residual>
   void AddRows(std::size_t d, int rotation_first, int position_first, const std::vector<int>& calibration,
                const Rows& J, const Residual& r, Accumulator* sum) const {
@@ -281,8 +282,8 @@ class Linearizer {
     }
   }
 
-  // The map's position and yaw are free: they are held where they are, at the start (4 rows with zero residual), with
-  // a sigma so small that it holds and so large that it does not spoil the conditioning.
+  // The map's position and yaw are free: they are held where they are, at the start (4 rows with zero
+  // residual), with a sigma so small that it holds and so large that it does not spoil the conditioning.
   void AddGauge(std::size_t d, Accumulator* sum) const {
     const SplitSpline& trajectory = state_.drives[d].trajectory;
     const double t = trajectory.Start();
@@ -309,7 +310,8 @@ class Linearizer {
 };
 
 // The planes' own step after the control points' and the calibration's.
-void UpdatePlanes(const std::vector<LandmarkTies>& ties, const Eigen::VectorXd& delta, JointProblem* problem) {
+void UpdatePlanes(const std::vector<LandmarkTies>& ties, const Eigen::VectorXd& delta,
+                  JointProblem* problem) {
   std::size_t at = 0;
   for (PlaneAssociation& association : problem->planes) {
     for (MapPlane& plane : association.planes) {
@@ -363,7 +365,8 @@ void CalibrationPrior(const JointProblem& problem, const CalibrationState& state
     }
   }
   if (layout.matrices < 0) return;
-  // Scale and misalignment of a per cent or two (0.02) are the rule; only what the motion shows moves further.
+  // Scale and misalignment of a per cent or two (0.02) are the rule; only what the motion shows moves
+  // further.
   constexpr double kMatrixWeight = 1.0 / (0.02 * 0.02);
   int lower = layout.matrices + 9;
   for (int r = 0; r < 3; ++r) {
@@ -378,8 +381,8 @@ void CalibrationPrior(const JointProblem& problem, const CalibrationState& state
   }
 }
 
-SolveSummary SolveJointProblem(const JointProblem& given, int iterations, const CancellationToken& cancellation,
-                               CalibrationState* state) {
+SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
+                               const CancellationToken& cancellation, CalibrationState* state) {
   JointProblem problem = given;  // the planes move with the solve
   const Layout layout(*state, problem.estimate_imu_matrices);
   std::vector<bool> free_calibration(layout.calibration, true);
@@ -390,9 +393,12 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations, const 
     std::fill(free_calibration.begin() + 7 * state->lidars.size(), free_calibration.end(), false);
   }
   SolveSummary summary;
-  for (const PlaneAssociation& association : problem.planes) summary.observations += association.observations.size();
+  for (const PlaneAssociation& association : problem.planes)
+    summary.observations += association.observations.size();
   std::vector<LandmarkTies> ties;
-  const auto linearize = [&](const CalibrationState& at) { return Linearizer(problem, at, layout).Run(&ties); };
+  const auto linearize = [&](const CalibrationState& at) {
+    return Linearizer(problem, at, layout).Run(&ties);
+  };
   Eigen::MatrixXd prior;
   Eigen::VectorXd prior_gradient;
   Accumulator sum = linearize(*state);
@@ -401,8 +407,8 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations, const 
   for (int iteration = 0; iteration < iterations; ++iteration) {
     cancellation.ThrowIfCancelled();
     CalibrationPrior(problem, *state, layout, &prior, &prior_gradient);
-    const NormalSolution solution = SolveNormalEquations(sum, ties, prior, prior_gradient, free_calibration, damping,
-                                                         problem.hold_trajectory);
+    const NormalSolution solution = SolveNormalEquations(sum, ties, prior, prior_gradient, free_calibration,
+                                                         damping, problem.hold_trajectory);
     ++summary.iterations;
     if (!solution.solved) {
       damping = std::max(1e-6, 10.0 * damping);
@@ -457,10 +463,10 @@ std::vector<float> PlaneResiduals(const PlaneAssociation& association, const Cal
       const PlaneObservation& o = association.observations[k];
       const double t = o.time + state.lidars[o.lidar].time_offset;
       if (!trajectory.Contains(t)) continue;
-      residuals[k] = static_cast<float>(
-          factor.Evaluate(trajectory, SplineBasis(trajectory.rotation.knots(), t),
-                          SplineBasis(trajectory.position.knots(), t), extrinsics[o.lidar],
-                          o.position.cast<double>(), nullptr));
+      residuals[k] =
+          static_cast<float>(factor.Evaluate(trajectory, SplineBasis(trajectory.rotation.knots(), t),
+                                             SplineBasis(trajectory.position.knots(), t), extrinsics[o.lidar],
+                                             o.position.cast<double>(), nullptr));
     }
   });
   return residuals;

@@ -20,7 +20,7 @@ struct PlaneObservation {
   float cos_incidence;
   float intensity;
   std::int32_t lidar;
-  double time;               // LiDAR clock
+  double time;  // LiDAR clock
 };
 
 // One drive's planes and the points tied to each, in order of LiDAR and time.
@@ -47,12 +47,12 @@ struct ImuSigma {
 // Everything that the joint solve is made of. What is held constant is said by the flags and the mask.
 struct JointProblem {
   const Dataset* dataset = nullptr;
-  std::vector<ImuSigma> imu_sigma;                       // for each drive
-  std::vector<PlaneAssociation> planes;                  // for each drive; may be empty
-  std::vector<std::vector<PoseObservation>> poses;       // for each drive; may be empty
-  std::vector<std::optional<ExtrinsicGuess>> guesses;    // for each LiDAR: priors
-  std::vector<bool> lidar_held;                          // neither pose nor offset moves
-  bool hold_trajectory = false;                          // and the biases
+  std::vector<ImuSigma> imu_sigma;                     // for each drive
+  std::vector<PlaneAssociation> planes;                // for each drive; may be empty
+  std::vector<std::vector<PoseObservation>> poses;     // for each drive; may be empty
+  std::vector<std::optional<ExtrinsicGuess>> guesses;  // for each LiDAR: priors
+  std::vector<bool> lidar_held;                        // neither pose nor offset moves
+  bool hold_trajectory = false;                        // and the biases
   bool estimate_imu_matrices = false;
 };
 
@@ -61,20 +61,21 @@ struct SolveSummary {
   double first_cost = 0.0;
   double last_cost = 0.0;
   std::size_t observations = 0;  // of points to planes
-  double last_step = 0.0;       // largest step of the calibration in the last iteration: m, rad
-  Eigen::MatrixXd information;  // of the calibration, from the data alone, at the last linearisation
+  double last_step = 0.0;        // largest step of the calibration in the last iteration: m, rad
+  Eigen::MatrixXd information;   // of the calibration, from the data alone, at the last linearisation
 };
 
-// Gauss-Newton with Marquardt damping on steps that do not lower the cost. The result does not depend on the number
-// of threads but for the rounding of the dense factorisation.
-SolveSummary SolveJointProblem(const JointProblem& problem, int iterations, const CancellationToken& cancellation,
-                               CalibrationState* state);
+// Gauss-Newton with Marquardt damping on steps that do not lower the cost. The result does not depend on the
+// number of threads but for the rounding of the dense factorisation.
+SolveSummary SolveJointProblem(const JointProblem& problem, int iterations,
+                               const CancellationToken& cancellation, CalibrationState* state);
 
 // The prior's information and gradient at the state, calibration parameters only.
 void CalibrationPrior(const JointProblem& problem, const CalibrationState& state, const Layout& layout,
                       Eigen::MatrixXd* information, Eigen::VectorXd* gradient);
 
-// IMU residuals of one drive, six for each sample within the trajectory (rad/s, m/s^2), with the samples' times.
+// IMU residuals of one drive, six for each sample within the trajectory (rad/s, m/s^2), with the samples'
+// times.
 struct ImuResiduals {
   std::vector<double> times;
   std::vector<Eigen::Matrix<double, 6, 1>> values;

@@ -11,11 +11,13 @@
 namespace mlic {
 namespace {
 
-// Rotation errors go straight into extrinsics; what the position spline leaves over of an acceleration averages out.
+// Rotation errors go straight into extrinsics; what the position spline leaves over of an acceleration
+// averages out.
 constexpr double kRotationTolerance = 1.01;
 constexpr double kPositionTolerance = 1.05;
 
-// Residual variance of a least-squares fit by a uniform B-spline of the given degree (1 or 2); summed over the axes.
+// Residual variance of a least-squares fit by a uniform B-spline of the given degree (1 or 2); summed over
+// the axes.
 double FitVariance(const std::vector<ImuSample>& imu, double spacing, int degree,
                    const std::function<Eigen::Vector3d(const ImuSample&)>& signal) {
   const double start = imu.front().time;
@@ -30,8 +32,9 @@ double FitVariance(const std::vector<ImuSample>& imu, double spacing, int degree
     const double at = (imu[k].time - start) / spacing;
     first[k] = std::min(segments - 1, static_cast<int>(at));
     const double u = at - first[k];
-    weights[k] = degree == 1 ? Eigen::Vector4d(1.0 - u, u, 0.0, 0.0)
-                             : Eigen::Vector4d(0.5 * (1.0 - u) * (1.0 - u), 0.5 + u - u * u, 0.5 * u * u, 0.0);
+    weights[k] = degree == 1
+                     ? Eigen::Vector4d(1.0 - u, u, 0.0, 0.0)
+                     : Eigen::Vector4d(0.5 * (1.0 - u) * (1.0 - u), 0.5 + u - u * u, 0.5 * u * u, 0.0);
     const Eigen::Vector3d value = signal(imu[k]);
     for (int i = 0; i <= degree; ++i) {
       right.row(first[k] + i) += weights[k][i] * value.transpose();
@@ -75,7 +78,8 @@ double Choose(const std::vector<ImuSample>& imu, int degree, double tolerance,
 
 KnotSpacing ChooseKnotSpacing(const std::vector<ImuSample>& imu) {
   KnotSpacing spacing;
-  spacing.rotation = Choose(imu, 2, kRotationTolerance, [](const ImuSample& s) { return s.angular_velocity; });
+  spacing.rotation =
+      Choose(imu, 2, kRotationTolerance, [](const ImuSample& s) { return s.angular_velocity; });
   spacing.position = Choose(imu, 1, kPositionTolerance, [](const ImuSample& s) { return s.specific_force; });
   return spacing;
 }

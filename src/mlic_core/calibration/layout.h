@@ -6,9 +6,10 @@
 
 namespace mlic {
 
-// Where each parameter stands in the vector of unknowns: the control points of all drives in order of time (which
-// keeps the matrix banded), then the calibration: for each LiDAR rotation (left perturbation, 3), translation (3) and
-// time offset (1); the IMU's matrices (15, if estimated); for each drive gyroscope and accelerometer bias (6).
+// Where each parameter stands in the vector of unknowns: the control points of all drives in order of time
+// (which keeps the matrix banded), then the calibration: for each LiDAR rotation (left perturbation, 3),
+// translation (3) and time offset (1); the IMU's matrices (15, if estimated); for each drive gyroscope and
+// accelerometer bias (6).
 struct Layout {
   struct DriveKnots {
     std::vector<int> rotation;  // first index of each control point

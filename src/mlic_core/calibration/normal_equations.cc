@@ -9,7 +9,8 @@
 extern "C" {
 void dpotrf_(const char*, const int*, double*, const int*, int*);
 void dpbtrf_(const char*, const int*, const int*, double*, const int*, int*);
-void dpbtrs_(const char*, const int*, const int*, const int*, const double*, const int*, double*, const int*, int*);
+void dpbtrs_(const char*, const int*, const int*, const int*, const double*, const int*, double*, const int*,
+             int*);
 void dpotrs_(const char*, const int*, const int*, const double*, const int*, double*, const int*, int*);
 void dsyrk_(const char*, const char*, const int*, const int*, const double*, const double*, const int*,
             const double*, double*, const int*);
@@ -29,11 +30,11 @@ Eigen::Matrix3d InverseRoot(const Eigen::Matrix3d& own) {
   return llt.matrixL().solve(Eigen::Matrix3d::Identity());  // L^-1
 }
 
-// S -= sum over landmarks of W own^-1 W^T, gradient -= W own^-1 g; lower triangle, rows: control points, calibration.
-// Landmarks that are seen at similar times are taken together, so that a batch touches few of the control points;
-// their rows are gathered, multiplied densely, and scattered.
-void EliminateLandmarks(const std::vector<LandmarkTies>& landmarks, int knots, bool hold_knots, Eigen::MatrixXd* S,
-                        Eigen::VectorXd* gradient) {
+// S -= sum over landmarks of W own^-1 W^T, gradient -= W own^-1 g; lower triangle, rows: control points,
+// calibration. Landmarks that are seen at similar times are taken together, so that a batch touches few of
+// the control points; their rows are gathered, multiplied densely, and scattered.
+void EliminateLandmarks(const std::vector<LandmarkTies>& landmarks, int knots, bool hold_knots,
+                        Eigen::MatrixXd* S, Eigen::VectorXd* gradient) {
   const int calibration = static_cast<int>(S->rows()) - (hold_knots ? 0 : knots);
   std::vector<double> mean(landmarks.size(), 0.0);
   std::vector<std::size_t> order(landmarks.size());
@@ -42,7 +43,8 @@ void EliminateLandmarks(const std::vector<LandmarkTies>& landmarks, int knots, b
     for (const int column : landmarks[i].columns) mean[i] += column;
     if (!landmarks[i].columns.empty()) mean[i] /= static_cast<double>(landmarks[i].columns.size());
   }
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return mean[a] < mean[b]; });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return mean[a] < mean[b]; });
   std::vector<int> row_of(knots / 3);
   for (std::size_t begin = 0; begin < order.size(); begin += kBatch) {
     const std::size_t end = std::min(order.size(), begin + kBatch);
@@ -85,7 +87,8 @@ void EliminateLandmarks(const std::vector<LandmarkTies>& landmarks, int knots, b
         for (int r = 0; r < calibration; ++r) to[corner + r] -= from[touched + r];
       }
     });
-    for (std::size_t j = 0; j < columns.size(); ++j) gradient->segment<3>(columns[j]) -= moved.segment<3>(3 * j);
+    for (std::size_t j = 0; j < columns.size(); ++j)
+      gradient->segment<3>(columns[j]) -= moved.segment<3>(3 * j);
     S->bottomRightCorner(calibration, calibration).triangularView<Eigen::Lower>() -=
         product.bottomRightCorner(calibration, calibration);
     gradient->tail(calibration) -= moved.tail(calibration);
@@ -157,7 +160,8 @@ Accumulator& Accumulator::operator+=(const Accumulator& other) {
 
 NormalSolution SolveNormalEquations(const Accumulator& sum, const std::vector<LandmarkTies>& landmarks,
                                     const Eigen::MatrixXd& prior, const Eigen::VectorXd& prior_gradient,
-                                    const std::vector<bool>& free_calibration, double damping, bool hold_knots) {
+                                    const std::vector<bool>& free_calibration, double damping,
+                                    bool hold_knots) {
   const int calibration = static_cast<int>(sum.corner.rows());
   const int knots = static_cast<int>(sum.band.cols());
   if (landmarks.empty() && !hold_knots) {
@@ -204,8 +208,8 @@ NormalSolution SolveNormalEquations(const Accumulator& sum, const std::vector<La
   solution.information = corner - border * inverse_border;
   solution.information = (0.5 * (solution.information + solution.information.transpose())).eval();
   corner_gradient -= border * right.rightCols<1>();
-  const Eigen::VectorXd moved =
-      SolveCalibration(solution.information, corner_gradient, prior, prior_gradient, free_calibration, damping);
+  const Eigen::VectorXd moved = SolveCalibration(solution.information, corner_gradient, prior, prior_gradient,
+                                                 free_calibration, damping);
   solution.delta.head(knots) = -right.rightCols<1>() - inverse_border * moved;
   solution.delta.tail(calibration) = moved;
   solution.solved = solution.delta.allFinite();

@@ -5,14 +5,15 @@
 
 namespace mlic {
 
-// Normal equations H x = -g of the joint problem with the structure that the problem has: control points banded in
-// time, bordered by the calibration, with 3-parameter landmarks (planes, later points) that are eliminated first.
-// Eliminating a landmark ties all control points that saw it, so the rest is solved dense (OpenBLAS); without
-// landmarks it stays banded.
+// Normal equations H x = -g of the joint problem with the structure that the problem has: control points
+// banded in time, bordered by the calibration, with 3-parameter landmarks (planes, later points) that are
+// eliminated first. Eliminating a landmark ties all control points that saw it, so the rest is solved dense
+// (OpenBLAS); without landmarks it stays banded.
 struct Accumulator {
   Accumulator(int knots, int bandwidth, int calibration);
 
-  // H[i, j] += block for control-point columns i >= j (both starts of 3) or i == j; lower triangle of the band.
+  // H[i, j] += block for control-point columns i >= j (both starts of 3) or i == j; lower triangle of the
+  // band.
   void AddBand(int i, int j, const Eigen::Matrix3d& block) {
     for (int c = 0; c < 3; ++c) {
       for (int r = 0; r < 3; ++r) {
@@ -22,34 +23,36 @@ struct Accumulator {
   }
   Accumulator& operator+=(const Accumulator& other);
 
-  Eigen::MatrixXd band;                 // (bandwidth + 1) x knots: band(k, j) = H(j + k, j)
-  Eigen::MatrixXd border;               // calibration x knots
-  Eigen::MatrixXd corner;               // calibration x calibration, full
+  Eigen::MatrixXd band;    // (bandwidth + 1) x knots: band(k, j) = H(j + k, j)
+  Eigen::MatrixXd border;  // calibration x knots
+  Eigen::MatrixXd corner;  // calibration x calibration, full
   Eigen::VectorXd gradient_knots;
   Eigen::VectorXd gradient_calibration;
-  double cost = 0.0;                    // sum of robust squared whitened residuals
+  double cost = 0.0;  // sum of robust squared whitened residuals
 };
 
 // What one landmark adds: its own block, and its ties to control points and calibration.
 struct LandmarkTies {
   Eigen::Matrix3d own = Eigen::Matrix3d::Zero();
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
-  std::vector<int> columns;              // starts of 3, in the vector of control points
-  std::vector<Eigen::Matrix3d> blocks;   // control point (rows) x landmark (columns)
+  std::vector<int> columns;                              // starts of 3, in the vector of control points
+  std::vector<Eigen::Matrix3d> blocks;                   // control point (rows) x landmark (columns)
   Eigen::Matrix<double, Eigen::Dynamic, 3> calibration;  // calibration x landmark
 };
 
 struct NormalSolution {
   bool solved = false;
-  Eigen::VectorXd delta;                 // control points, then calibration
-  Eigen::MatrixXd information;           // of the calibration, control points and landmarks left free
+  Eigen::VectorXd delta;        // control points, then calibration
+  Eigen::MatrixXd information;  // of the calibration, control points and landmarks left free
 };
 
-// prior: added to the corner's diagonal block after the information is taken (information is of the data alone).
-// prior_gradient belongs to it. damping: relative, added to every diagonal (Marquardt). hold_knots: the trajectory is
-// held, only the calibration and the landmarks move. free_calibration: mask (calibration) of what may move.
+// prior: added to the corner's diagonal block after the information is taken (information is of the data
+// alone). prior_gradient belongs to it. damping: relative, added to every diagonal (Marquardt). hold_knots:
+// the trajectory is held, only the calibration and the landmarks move. free_calibration: mask (calibration)
+// of what may move.
 NormalSolution SolveNormalEquations(const Accumulator& sum, const std::vector<LandmarkTies>& landmarks,
                                     const Eigen::MatrixXd& prior, const Eigen::VectorXd& prior_gradient,
-                                    const std::vector<bool>& free_calibration, double damping, bool hold_knots);
+                                    const std::vector<bool>& free_calibration, double damping,
+                                    bool hold_knots);
 
 }  // namespace mlic

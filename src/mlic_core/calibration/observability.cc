@@ -14,22 +14,23 @@ constexpr double kTranslationLimit = 0.05;        // m
 constexpr double kRotationLimit = 0.5 * kDegree;  // rad
 constexpr double kTimeLimit = 5e-3;               // s
 
-// Inverse of an information matrix whose directions may carry nothing: in units of the limits, no direction is
-// known worse than a million limits.
+// Inverse of an information matrix whose directions may carry nothing: in units of the limits, no direction
+// is known worse than a million limits.
 Eigen::MatrixXd InverseInLimits(const Eigen::MatrixXd& information, const Eigen::VectorXd& limits) {
   const Eigen::MatrixXd scaled = limits.asDiagonal() * information * limits.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 * (scaled + scaled.transpose()));
   const double largest = std::max(1.0, eigen.eigenvalues().maxCoeff());
-  const Eigen::VectorXd inverse =
-      eigen.eigenvalues().unaryExpr([&](double v) { return 1.0 / std::max(v, std::max(1e-12, 1e-15 * largest)); });
-  const Eigen::MatrixXd covariance = eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+  const Eigen::VectorXd inverse = eigen.eigenvalues().unaryExpr(
+      [&](double v) { return 1.0 / std::max(v, std::max(1e-12, 1e-15 * largest)); });
+  const Eigen::MatrixXd covariance =
+      eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
   return limits.asDiagonal() * covariance * limits.asDiagonal();
 }
 
 // Marks axes and directions of one 3-vector quantity.
 void Judge(const Eigen::Matrix3d& data_covariance, const Eigen::Matrix3d& covariance, double limit,
-           const Eigen::Vector3d* guess_sigma, UnobservableDirection::Quantity quantity, std::array<bool, 3>* axes,
-           std::vector<UnobservableDirection>* directions) {
+           const Eigen::Vector3d* guess_sigma, UnobservableDirection::Quantity quantity,
+           std::array<bool, 3>* axes, std::vector<UnobservableDirection>* directions) {
   const auto limit_along = [&](const Eigen::Vector3d& direction) {
     if (guess_sigma == nullptr) return limit;
     return std::min(limit, direction.cwiseProduct(*guess_sigma).norm());
@@ -67,7 +68,8 @@ ObservabilityAnalysis AnalyzeObservability(const Eigen::MatrixXd& information,
   }
   ObservabilityAnalysis analysis;
   analysis.data_covariance = InverseInLimits(data, limits).topLeftCorner(7 * lidars, 7 * lidars);
-  analysis.covariance = InverseInLimits(data + guess_information, limits).topLeftCorner(7 * lidars, 7 * lidars);
+  analysis.covariance =
+      InverseInLimits(data + guess_information, limits).topLeftCorner(7 * lidars, 7 * lidars);
   for (std::size_t l = 0; l < lidars; ++l) {
     const int at = 7 * static_cast<int>(l);
     const auto& all = analysis.covariance;

@@ -20,14 +20,15 @@ struct ObservabilityAnalysis {
     bool TranslationShown() const { return translation[0] && translation[1] && translation[2]; }
   };
   std::vector<Sensor> sensors;
-  std::vector<PoseSigma> sigmas;  // with the guesses
+  std::vector<PoseSigma> sigmas;    // with the guesses
   Eigen::MatrixXd covariance;       // 7 for each LiDAR as in Layout, with the guesses
   Eigen::MatrixXd data_covariance;  // without
 };
 
-// information: of the calibration vector from the data (first 7 for each LiDAR), prior of IMU parameters included;
-// guess_information: the guesses' (same size). held: LiDARs that were given and do not move. A direction is not
-// shown when its sigma without the guesses exceeds 0.05 m, 0.5 deg or 5 ms, or the guess's own sigma.
+// information: of the calibration vector from the data (first 7 for each LiDAR), prior of IMU parameters
+// included; guess_information: the guesses' (same size). held: LiDARs that were given and do not move. A
+// direction is not shown when its sigma without the guesses exceeds 0.05 m, 0.5 deg or 5 ms, or the guess's
+// own sigma.
 ObservabilityAnalysis AnalyzeObservability(const Eigen::MatrixXd& information,
                                            const Eigen::MatrixXd& guess_information,
                                            const std::vector<std::optional<ExtrinsicGuess>>& guesses,

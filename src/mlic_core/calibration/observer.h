@@ -10,9 +10,9 @@ namespace mlic {
 
 // A plane of the current map, for display.
 struct PlanePatch {
-  Eigen::Vector3d center;       // map frame, m
-  Eigen::Vector3d normal;       // unit
-  Eigen::Vector3d axis_u;       // in-plane principal directions, scaled to one standard deviation, m
+  Eigen::Vector3d center;  // map frame, m
+  Eigen::Vector3d normal;  // unit
+  Eigen::Vector3d axis_u;  // in-plane principal directions, scaled to one standard deviation, m
   Eigen::Vector3d axis_v;
 };
 
@@ -20,17 +20,18 @@ struct PlanePatch {
 struct CalibrationSnapshot {
   std::string stage;
   int iteration = 0;
-  double cost = 0.0;                        // sum of squared whitened residuals, after the solve
+  double cost = 0.0;  // sum of squared whitened residuals, after the solve
   std::vector<std::string> sensor_names;
   std::vector<std::string> sensor_frames;
   std::vector<SensorCalibration> sensors;
-  std::vector<PoseSigma> sigmas;            // empty until there are any
-  std::vector<StampedPose> trajectory;      // T_map_imu of the first drive
-  std::vector<MapPoint> points;             // a thinned-out map of the first drive
+  std::vector<PoseSigma> sigmas;        // empty until there are any
+  std::vector<StampedPose> trajectory;  // T_map_imu of the first drive
+  std::vector<MapPoint> points;         // a thinned-out map of the first drive
   std::vector<PlanePatch> planes;
 };
 
-// Observers (RViz, log, progress bar) look and never touch. Calls come from the thread that runs the calibration.
+// Observers (RViz, log, progress bar) look and never touch. Calls come from the thread that runs the
+// calibration.
 class CalibrationObserver : public ProgressSink {
  public:
   void OnProgress(const std::string& /*stage*/, double /*fraction*/) override {}

@@ -38,7 +38,8 @@ Refinement::Refinement(const Rig& rig, const Dataset& dataset, Initialization st
 }
 
 double Refinement::RootVoxel() const {
-  // A hundredth of what the LiDARs see far, between one and two metres: halls have shelves, yards have facades.
+  // A hundredth of what the LiDARs see far, between one and two metres: halls have shelves, yards have
+  // facades.
   std::vector<float> ranges;
   for (const LidarRecording& lidar : dataset_.drives[0].lidars) {
     const LidarScan& scan = lidar.scans[lidar.scans.size() / 2];
@@ -105,8 +106,9 @@ void Refinement::AdjustEachLidar(const Progress& progress, const Line& line) {
       progress((static_cast<double>(k) + (round + 1.0) / kRounds) / static_cast<double>(lidars));
     }
     char text[160];
-    std::snprintf(text, sizeof(text), "%s: %zu planes, points off them by %.1f mm", rig_.lidars[lidar].name.c_str(),
-                  problem_.planes[0].planes.size(), 1e3 * noise_[lidar].Sigma(1.0));
+    std::snprintf(text, sizeof(text), "%s: %zu planes, points off them by %.1f mm",
+                  rig_.lidars[lidar].name.c_str(), problem_.planes[0].planes.size(),
+                  1e3 * noise_[lidar].Sigma(1.0));
     line(text);
     Show("plane adjustment of each LiDAR", static_cast<int>(k));
   }
@@ -130,8 +132,9 @@ void Refinement::AdjustJointly(const Progress& progress, const Line& line) {
     const double change = ChangeInSigmas(before);
     char text[200];
     std::snprintf(text, sizeof(text),
-                  "round %d: %zu planes, %zu points, cost %.0f, calibration moved by %.2f of its sigma", round + 1,
-                  problem_.planes[0].planes.size(), last_solve_.observations, last_solve_.last_cost, change);
+                  "round %d: %zu planes, %zu points, cost %.0f, calibration moved by %.2f of its sigma",
+                  round + 1, problem_.planes[0].planes.size(), last_solve_.observations,
+                  last_solve_.last_cost, change);
     line(text);
     Show("joint adjustment", round);
     progress(std::min(0.95, (round + 1.0) / (kLeastRounds + 2)));
@@ -148,14 +151,14 @@ double Refinement::ChangeInSigmas(const CalibrationState& before) const {
   double largest = 0.0;
   for (std::size_t l = 0; l < state_.lidars.size(); ++l) {
     const PoseSigma& sigma = analysis.sigmas[l];
-    const Eigen::Vector3d rotation = Log(state_.lidars[l].T_imu_sensor.rotation *
-                                         before.lidars[l].T_imu_sensor.rotation.conjugate());
+    const Eigen::Vector3d rotation =
+        Log(state_.lidars[l].T_imu_sensor.rotation * before.lidars[l].T_imu_sensor.rotation.conjugate());
     const Eigen::Vector3d translation =
         state_.lidars[l].T_imu_sensor.translation - before.lidars[l].T_imu_sensor.translation;
     largest = std::max(largest, rotation.cwiseQuotient(sigma.rotation).cwiseAbs().maxCoeff());
     largest = std::max(largest, translation.cwiseQuotient(sigma.translation).cwiseAbs().maxCoeff());
-    largest = std::max(largest, std::abs(state_.lidars[l].time_offset - before.lidars[l].time_offset) /
-                                    sigma.time_offset);
+    largest = std::max(
+        largest, std::abs(state_.lidars[l].time_offset - before.lidars[l].time_offset) / sigma.time_offset);
   }
   return largest;
 }
@@ -178,8 +181,8 @@ ObservabilityAnalysis Refinement::Analyze() const {
 void Refinement::Show(const std::string& stage, int iteration) {
   const ObservabilityAnalysis analysis =
       last_solve_.information.size() > 0 ? Analyze() : ObservabilityAnalysis();
-  observer_.OnSnapshot(MakeSnapshot(stage, iteration, rig_, dataset_, state_, problem_.planes[0], analysis.sigmas,
-                                    last_solve_.last_cost));
+  observer_.OnSnapshot(MakeSnapshot(stage, iteration, rig_, dataset_, state_, problem_.planes[0],
+                                    analysis.sigmas, last_solve_.last_cost));
 }
 
 }  // namespace mlic

@@ -12,15 +12,16 @@
 
 namespace mlic {
 
-// SPEC stage 6: association and solve in turn until the calibration stands still. Holds the state while it is refined.
+// SPEC stage 6: association and solve in turn until the calibration stands still. Holds the state while it is
+// refined.
 class Refinement {
  public:
   using Progress = std::function<void(double)>;
   using Line = std::function<void(const std::string&)>;
 
   // rig and dataset must outlive this.
-  Refinement(const Rig& rig, const Dataset& dataset, Initialization start, const CancellationToken& cancellation,
-             CalibrationObserver& observer);
+  Refinement(const Rig& rig, const Dataset& dataset, Initialization start,
+             const CancellationToken& cancellation, CalibrationObserver& observer);
 
   // Stage 6a: each LiDAR on planes of its own. The base LiDAR's refines the trajectory, the others' hold it.
   void AdjustEachLidar(const Progress& progress, const Line& line);

@@ -11,20 +11,21 @@
 
 namespace mlic {
 
-// Standard deviations. translation: metres along the axes of the first frame (IMU, or a of T_a_b); rotation: a small
-// left rotation in that frame, radians; time_offset: seconds.
+// Standard deviations. translation: metres along the axes of the first frame (IMU, or a of T_a_b); rotation:
+// a small left rotation in that frame, radians; time_offset: seconds.
 struct PoseSigma {
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
   Eigen::Vector3d rotation = Eigen::Vector3d::Zero();
   double time_offset = 0.0;
 };
 
-// A direction that the data do not show. It was held at the guess; sigma is what is then claimed along it (metres or
-// radians or seconds).
+// A direction that the data do not show. It was held at the guess; sigma is what is then claimed along it
+// (metres or radians or seconds).
 struct UnobservableDirection {
   enum class Quantity { kTranslation, kRotation, kTimeOffset };
   Quantity quantity = Quantity::kTranslation;
-  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  // unit vector in the IMU frame; zero for a time offset
+  Eigen::Vector3d direction =
+      Eigen::Vector3d::Zero();  // unit vector in the IMU frame; zero for a time offset
   double sigma = 0.0;
 };
 
@@ -78,13 +79,13 @@ struct StageSummary {
 
 // Residual statistics of one sensor for the report.
 struct ResidualSummary {
-  std::string sensor;    // name, or "gyroscope", "accelerometer"
-  std::string unit;      // "m", "rad/s", "m/s^2"
-  double sigma = 0.0;    // the noise level that the solve assumed
+  std::string sensor;  // name, or "gyroscope", "accelerometer"
+  std::string unit;    // "m", "rad/s", "m/s^2"
+  double sigma = 0.0;  // the noise level that the solve assumed
   double inlier_share = 1.0;
-  std::vector<double> histogram;           // counts over [-5, 5] sigma, equal bins
-  std::vector<double> over_time_seconds;   // centre of each time bin
-  std::vector<double> over_time_rms;       // rms of each time bin, in units of `unit`
+  std::vector<double> histogram;          // counts over [-5, 5] sigma, equal bins
+  std::vector<double> over_time_seconds;  // centre of each time bin
+  std::vector<double> over_time_rms;      // rms of each time bin, in units of `unit`
 };
 
 struct CalibrationResult {

@@ -43,9 +43,9 @@ std::vector<MapPoint> SampleMap(const CalibrationState& state, const PlaneAssoci
     const double t = o.time + state.lidars[o.lidar].time_offset;
     if (!trajectory.Contains(t)) continue;
     MapPoint point;
-    point.position = (origin * (trajectory.Pose(t) *
-                                (state.lidars[o.lidar].T_imu_sensor * o.position.cast<double>())))
-                         .cast<float>();
+    point.position =
+        (origin * (trajectory.Pose(t) * (state.lidars[o.lidar].T_imu_sensor * o.position.cast<double>())))
+            .cast<float>();
     point.intensity = o.intensity;
     point.lidar = o.lidar;
     point.plane = static_cast<int>(plane);
@@ -151,10 +151,12 @@ std::vector<std::string> Judge(const LidarConfig& lidar, const ObservabilityAnal
   std::vector<std::string> reasons;
   const auto all = [](const std::array<bool, 3>& axes) { return axes[0] && axes[1] && axes[2]; };
   if (!all(sensor.rotation)) {
-    reasons.push_back(lidar.name + ": the motion does not show its whole rotation to 0.5 deg; turn about more axes");
+    reasons.push_back(lidar.name +
+                      ": the motion does not show its whole rotation to 0.5 deg; turn about more axes");
   }
   if (!sensor.time_offset) {
-    reasons.push_back(lidar.name + ": the motion does not show its time offset to 5 ms; turn more, and not evenly");
+    reasons.push_back(lidar.name +
+                      ": the motion does not show its time offset to 5 ms; turn more, and not evenly");
   }
   bool translation_shown = all(sensor.translation);
   for (const UnobservableDirection& direction : sensor.directions) {
@@ -187,8 +189,8 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Refinement& re
   const ObservabilityAnalysis analysis = refinement.Analyze();
   std::vector<bool> shown;
   for (std::size_t l = 0; l < rig.lidars.size(); ++l) {
-    const auto reasons = rig.lidars[l].fixed ? std::vector<std::string>()
-                                             : Judge(rig.lidars[l], analysis.sensors[l]);
+    const auto reasons =
+        rig.lidars[l].fixed ? std::vector<std::string>() : Judge(rig.lidars[l], analysis.sensors[l]);
     shown.push_back(reasons.empty());
     result->reasons.insert(result->reasons.end(), reasons.begin(), reasons.end());
   }
@@ -196,7 +198,8 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Refinement& re
     result->reasons.push_back("the map has hardly any planes; record near buildings or in a furnished hall");
   }
   if (!refinement.converged()) {
-    result->warnings.push_back("the calibration still moved by more than a tenth of its sigma in the last round");
+    result->warnings.push_back(
+        "the calibration still moved by more than a tenth of its sigma in the last round");
   }
   result->trusted = result->reasons.empty();
   for (std::size_t l = 0; l < rig.lidars.size(); ++l) {
@@ -213,8 +216,8 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Refinement& re
       gather(analysis.data_covariance, &data);
       PairResult pair = MakePair(state.lidars[a], state.lidars[b], covariance);
       const PoseSigma from_data = MakePair(state.lidars[a], state.lidars[b], data).sigma;
-      const bool pair_shown = from_data.translation.maxCoeff() < 0.05 &&
-                              from_data.rotation.maxCoeff() < 0.5 * M_PI / 180.0;
+      const bool pair_shown =
+          from_data.translation.maxCoeff() < 0.05 && from_data.rotation.maxCoeff() < 0.5 * M_PI / 180.0;
       if (!pair_shown && !(shown[a] && shown[b])) continue;
       pair.a = rig.lidars[a].name;
       pair.b = rig.lidars[b].name;
@@ -225,16 +228,19 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Refinement& re
   result->gravity = kGravity;
   for (std::size_t d = 0; d < state.drives.size(); ++d) {
     const SplitSpline& trajectory = state.drives[d].trajectory;
-    result->trajectories.push_back(SampleTrajectory(dataset.drives[d], trajectory, MapOrigin(trajectory), 0.01));
+    result->trajectories.push_back(
+        SampleTrajectory(dataset.drives[d], trajectory, MapOrigin(trajectory), 0.01));
   }
-  result->map = SampleMap(state, refinement.problem().planes[0], MapOrigin(state.drives[0].trajectory), 2000000);
+  result->map =
+      SampleMap(state, refinement.problem().planes[0], MapOrigin(state.drives[0].trajectory), 2000000);
   result->residuals = SummarizeResiduals(rig, dataset, refinement);
   result->peak_memory_megabytes = PeakMemoryMegabytes();
 }
 
-CalibrationSnapshot MakeSnapshot(const std::string& stage, int iteration, const Rig& rig, const Dataset& dataset,
-                                 const CalibrationState& state, const PlaneAssociation& planes,
-                                 const std::vector<PoseSigma>& sigmas, double cost) {
+CalibrationSnapshot MakeSnapshot(const std::string& stage, int iteration, const Rig& rig,
+                                 const Dataset& dataset, const CalibrationState& state,
+                                 const PlaneAssociation& planes, const std::vector<PoseSigma>& sigmas,
+                                 double cost) {
   CalibrationSnapshot snapshot;
   snapshot.stage = stage;
   snapshot.iteration = iteration;

@@ -8,8 +8,8 @@
 
 namespace mlic {
 
-// All that is estimated but for the planes, which are found anew for each solve. The map of each drive is aligned to
-// gravity, (0, 0, -9.81).
+// All that is estimated but for the planes, which are found anew for each solve. The map of each drive is
+// aligned to gravity, (0, 0, -9.81).
 struct DriveState {
   SplitSpline trajectory;  // T_map_imu
   Eigen::Vector3d gyroscope_bias = Eigen::Vector3d::Zero();
@@ -23,7 +23,8 @@ struct CalibrationState {
   std::vector<DriveState> drives;
 
   ImuCalibration Imu(std::size_t drive) const {
-    return {drives[drive].gyroscope_bias, drives[drive].accelerometer_bias, gyroscope_matrix, accelerometer_matrix};
+    return {drives[drive].gyroscope_bias, drives[drive].accelerometer_bias, gyroscope_matrix,
+            accelerometer_matrix};
   }
 };
 

@@ -5,8 +5,8 @@
 
 namespace mlic {
 
-// Bad input or usage: the message is one line that says where (file, topic, key), what was expected and what to
-// do. Caught only in main, which prints it and exits with status 1.
+// Bad input or usage: the message is one line that says where (file, topic, key), what was expected and what
+// to do. Caught only in main, which prints it and exits with status 1.
 class InputError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

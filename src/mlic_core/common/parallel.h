@@ -16,8 +16,9 @@ void ParallelFor(std::size_t count, const Body& body) {
   });
 }
 
-// Calls body(chunk, begin, end) for `chunks` contiguous parts of [0, count). The parts depend on count and chunks
-// only, never on the number of threads, so per-chunk sums added in chunk order are reproducible bit for bit.
+// Calls body(chunk, begin, end) for `chunks` contiguous parts of [0, count). The parts depend on count and
+// chunks only, never on the number of threads, so per-chunk sums added in chunk order are reproducible bit
+// for bit.
 template <typename Body>
 void ParallelChunks(std::size_t count, std::size_t chunks, const Body& body) {
   chunks = std::max<std::size_t>(1, std::min(chunks, count));

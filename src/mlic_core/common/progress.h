@@ -7,7 +7,8 @@
 
 namespace mlic {
 
-// Set from a signal handler or another thread; long loops call ThrowIfCancelled often (at least every 100 ms).
+// Set from a signal handler or another thread; long loops call ThrowIfCancelled often (at least every 100
+// ms).
 class CancellationToken {
  public:
   void Cancel() { cancelled_.store(true, std::memory_order_relaxed); }

@@ -35,7 +35,8 @@ class Random {
     return radius * std::cos(angle);
   }
 
-  // An independent generator for part `index` of the work, so that parallel parts do not depend on their order.
+  // An independent generator for part `index` of the work, so that parallel parts do not depend on their
+  // order.
   Random Fork(std::uint64_t index) const {
     Random child(state_ ^ (0xD1B54A32D192ED03ull * (index + 1)));
     child.Next();

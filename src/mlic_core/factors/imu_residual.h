@@ -11,8 +11,8 @@ namespace mlic {
 
 // The IMU residuals (SPEC section 3) of one sample, not whitened, with Jacobians:
 //   r_w = M_w w(t) + b_w - w_m,   r_a = M_a R(t)^T (p''(t) - g) + b_a - a_m
-// Columns: 4 rotation control points (12), 4 position control points (12), gyroscope bias (3), accelerometer bias (3),
-// gyroscope matrix row by row (9), lower triangle of the accelerometer matrix row by row (6).
+// Columns: 4 rotation control points (12), 4 position control points (12), gyroscope bias (3), accelerometer
+// bias (3), gyroscope matrix row by row (9), lower triangle of the accelerometer matrix row by row (6).
 struct ImuResidual {
   static constexpr int kPosition = 12;
   static constexpr int kBias = 24;
@@ -21,17 +21,20 @@ struct ImuResidual {
   using Jacobian = Eigen::Matrix<double, kColumns, 6>;  // one column for each residual component
 
   // gravity: map frame, m/s^2. Rows 0-2 of the result: rad/s, 3-5: m/s^2. jacobian may be null.
-  static Eigen::Matrix<double, 6, 1> Evaluate(const SplitSpline& trajectory, const SplineBasis& rotation_basis,
+  static Eigen::Matrix<double, 6, 1> Evaluate(const SplitSpline& trajectory,
+                                              const SplineBasis& rotation_basis,
                                               const SplineBasis& position_basis, const ImuCalibration& imu,
                                               const Eigen::Vector3d& gravity, const ImuSample& sample,
                                               Jacobian* jacobian) {
     So3Spline::Jacobians J;
-    const So3Spline::Value value = jacobian != nullptr ? trajectory.rotation.Evaluate(rotation_basis, true, &J)
-                                                       : trajectory.rotation.Evaluate(rotation_basis);
+    const So3Spline::Value value = jacobian != nullptr
+                                       ? trajectory.rotation.Evaluate(rotation_basis, true, &J)
+                                       : trajectory.rotation.Evaluate(rotation_basis);
     const Eigen::Vector3d force =
         value.rotation.transpose() * (trajectory.position.Acceleration(position_basis) - gravity);
     Eigen::Matrix<double, 6, 1> residual;
-    residual.head<3>() = imu.gyroscope_matrix * value.angular_velocity + imu.gyroscope_bias - sample.angular_velocity;
+    residual.head<3>() =
+        imu.gyroscope_matrix * value.angular_velocity + imu.gyroscope_bias - sample.angular_velocity;
     residual.tail<3>() = imu.accelerometer_matrix * force + imu.accelerometer_bias - sample.specific_force;
     if (jacobian == nullptr) return residual;
     jacobian->setZero();

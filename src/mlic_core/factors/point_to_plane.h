@@ -8,10 +8,10 @@ namespace mlic {
 
 // The LiDAR plane residual (SPEC section 3), with its Jacobians in one pass:
 //   r = n . (R(t) (R_imu_lidar x + p_imu_lidar) + p(t) - c) - d,   t = t_point + time_offset
-// c: the plane's anchor, a point well within its patch, about which its 3 parameters are taken; so no plane is
-// singular. Row layout: 4 rotation control points (right perturbations, 12), 4 position control points (12), extrinsic
-// rotation (left perturbation, 3), extrinsic translation (3), time offset (1), plane (tilt about the two tangents and
-// offset d, 3).
+// c: the plane's anchor, a point well within its patch, about which its 3 parameters are taken; so no plane
+// is singular. Row layout: 4 rotation control points (right perturbations, 12), 4 position control points
+// (12), extrinsic rotation (left perturbation, 3), extrinsic translation (3), time offset (1), plane (tilt
+// about the two tangents and offset d, 3).
 struct PointToPlane {
   static constexpr int kRotation = 0;
   static constexpr int kPosition = 12;
@@ -29,15 +29,15 @@ struct PointToPlane {
   };
 
   // x: the point in the LiDAR frame; bases at t. Returns r in metres; writes the row if not null.
-  double Evaluate(const SplitSpline& trajectory, const SplineBasis& rotation_basis, const SplineBasis& position_basis,
-                  const Extrinsic& extrinsic, const Eigen::Vector3d& x, double* row) const {
+  double Evaluate(const SplitSpline& trajectory, const SplineBasis& rotation_basis,
+                  const SplineBasis& position_basis, const Extrinsic& extrinsic, const Eigen::Vector3d& x,
+                  double* row) const {
     const Eigen::Vector3d q = extrinsic.R_imu_lidar * x;
     const Eigen::Vector3d y = q + extrinsic.p_imu_lidar;
     const Eigen::Vector3d position = trajectory.position.Position(position_basis);
     So3Spline::Jacobians J;
-    const So3Spline::Value rotation = row != nullptr
-                                          ? trajectory.rotation.Evaluate(rotation_basis, false, &J)
-                                          : trajectory.rotation.Evaluate(rotation_basis);
+    const So3Spline::Value rotation = row != nullptr ? trajectory.rotation.Evaluate(rotation_basis, false, &J)
+                                                     : trajectory.rotation.Evaluate(rotation_basis);
     const Eigen::Vector3d from_anchor = rotation.rotation * y + position - anchor;
     const double residual = normal.dot(from_anchor) - offset;
     if (row == nullptr) return residual;
@@ -51,8 +51,8 @@ struct PointToPlane {
     }
     out.segment<3>(kExtrinsic) = q.cross(m);
     out.segment<3>(kExtrinsic + 3) = m;
-    out[kTimeOffset] = m.dot(rotation.angular_velocity.cross(y)) +
-                       normal.dot(trajectory.position.Velocity(position_basis));
+    out[kTimeOffset] =
+        m.dot(rotation.angular_velocity.cross(y)) + normal.dot(trajectory.position.Velocity(position_basis));
     out[kPlane] = tangent_u.dot(from_anchor);
     out[kPlane + 1] = tangent_v.dot(from_anchor);
     out[kPlane + 2] = -1.0;

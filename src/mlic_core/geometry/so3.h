@@ -5,8 +5,8 @@
 
 namespace mlic {
 
-// Rotations. Vectors of so(3) are in radians; perturbations are on the right, R * Exp(delta), unless a name says
-// otherwise. Formulas: Sola et al., "A micro Lie theory for state estimation in robotics", 2018.
+// Rotations. Vectors of so(3) are in radians; perturbations are on the right, R * Exp(delta), unless a name
+// says otherwise. Formulas: Sola et al., "A micro Lie theory for state estimation in robotics", 2018.
 
 // Cross-product matrix: Hat(a) * b = a x b.
 Eigen::Matrix3d Hat(const Eigen::Vector3d& v);

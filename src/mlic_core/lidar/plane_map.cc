@@ -10,14 +10,15 @@
 namespace mlic {
 namespace {
 
-constexpr int kLevels = 3;                   // splits below the root
-constexpr std::size_t kFewestPoints = 20;    // of a plane
-constexpr int kFewestScans = 4;              // that see a plane
-constexpr double kGrazingCosine = 0.26;      // 75 deg
+constexpr int kLevels = 3;                 // splits below the root
+constexpr std::size_t kFewestPoints = 20;  // of a plane
+constexpr int kFewestScans = 4;            // that see a plane
+constexpr double kGrazingCosine = 0.26;    // 75 deg
 constexpr double kGateSigmas = 3.0;
-constexpr double kThicknessSigmas = 1.5;     // a plane's scatter may be this much of its points' noise
+constexpr double kThicknessSigmas = 1.5;  // a plane's scatter may be this much of its points' noise
 
-// Root voxel (17 bits an axis), then 3 bits for each split: sorted keys make every voxel of every level contiguous.
+// Root voxel (17 bits an axis), then 3 bits for each split: sorted keys make every voxel of every level
+// contiguous.
 struct KeyedSample {
   std::uint64_t key;
   std::uint32_t index;
@@ -31,7 +32,8 @@ std::uint64_t VoxelKey(const Eigen::Vector3f& p, double root) {
   std::uint64_t key = 0;
   std::uint64_t cell[3];
   for (int a = 0; a < 3; ++a) {
-    cell[a] = static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(p[a] / leaf)) + (1 << 19)) & 0xFFFFF;
+    cell[a] =
+        static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(p[a] / leaf)) + (1 << 19)) & 0xFFFFF;
     key = (key << 17) | (cell[a] >> kLevels);
   }
   for (int level = kLevels - 1; level >= 0; --level) {
@@ -163,8 +165,8 @@ class RootVoxel {
 
 }  // namespace
 
-std::vector<MapPlane> BuildPlaneMap(const std::vector<MapSample>& samples, const std::vector<PlaneNoise>& noise,
-                                    const PlaneMapOptions& options) {
+std::vector<MapPlane> BuildPlaneMap(const std::vector<MapSample>& samples,
+                                    const std::vector<PlaneNoise>& noise, const PlaneMapOptions& options) {
   std::vector<KeyedSample> keyed(samples.size());
   ParallelChunks(samples.size(), 64, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {

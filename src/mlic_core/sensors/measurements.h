@@ -9,15 +9,16 @@
 
 namespace mlic {
 
-// One IMU sample. time: seconds since the drive's epoch, on the IMU clock. rad/s and m/s^2 (specific force: at rest
-// with z up, z reads about +9.81), in the IMU frame.
+// One IMU sample. time: seconds since the drive's epoch, on the IMU clock. rad/s and m/s^2 (specific force:
+// at rest with z up, z reads about +9.81), in the IMU frame.
 struct ImuSample {
   double time = 0.0;
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();
   Eigen::Vector3d specific_force = Eigen::Vector3d::Zero();
 };
 
-// One return. Metres in the sensor frame; time: seconds after the scan's time; intensity as the driver writes it.
+// One return. Metres in the sensor frame; time: seconds after the scan's time; intensity as the driver writes
+// it.
 struct LidarPoint {
   Eigen::Vector3f position = Eigen::Vector3f::Zero();
   float time = 0.0f;
@@ -25,18 +26,19 @@ struct LidarPoint {
   std::uint16_t ring = 0;
 };
 
-// The points of one sweep in order of time. time: of the point with time 0, seconds since the drive's epoch, on
-// the LiDAR's own clock (t_imu = t_sensor + time_offset).
+// The points of one sweep in order of time. time: of the point with time 0, seconds since the drive's epoch,
+// on the LiDAR's own clock (t_imu = t_sensor + time_offset).
 struct LidarScan {
   double time = 0.0;
   std::vector<LidarPoint> points;
 };
 
-// What one LiDAR recorded in one drive. Scans are in order of time and thinned out at loading (lidar/scan_filter.h).
+// What one LiDAR recorded in one drive. Scans are in order of time and thinned out at loading
+// (lidar/scan_filter.h).
 struct LidarRecording {
   std::vector<LidarScan> scans;
-  double scan_period = 0.1;                    // median time between scans, s
-  bool point_times_from_azimuth = false;       // the message had none: reconstructed, good to some milliseconds
+  double scan_period = 0.1;               // median time between scans, s
+  bool point_times_from_azimuth = false;  // the message had none: reconstructed, good to some milliseconds
 };
 
 // One continuous recording. lidars[i] belongs to Rig::lidars[i] (enabled ones, in the rig file's order).

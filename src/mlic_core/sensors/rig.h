@@ -17,7 +17,8 @@ struct ImuNoise {
 
 enum class ImuIntrinsicsModel { kBias, kScaleMisalignment };
 
-// An initial guess of an extrinsic. Sigmas: along the IMU's axes, metres; small left rotation in the IMU frame, radians.
+// An initial guess of an extrinsic. Sigmas: along the IMU's axes, metres; small left rotation in the IMU
+// frame, radians.
 struct ExtrinsicGuess {
   RigidTransform T_imu_sensor;
   Eigen::Vector3d sigma_translation = Eigen::Vector3d::Constant(0.1);
@@ -48,7 +49,7 @@ struct CameraConfig {
   std::string topic;
   std::string frame_id;
   CameraModel model = CameraModel::kPlumbBob;
-  std::optional<double> fov_deg;               // horizontal
+  std::optional<double> fov_deg;                  // horizontal
   std::optional<std::vector<double>> intrinsics;  // fx fy cx cy and the distortion
   Shutter shutter = Shutter::kGlobal;
   std::string mask;  // path, relative to the rig file

@@ -6,13 +6,16 @@
 namespace mlic {
 namespace {
 
-// Exp(v) and the right Jacobian at v share their sines; v is the scaled difference of neighbouring control points.
+// Exp(v) and the right Jacobian at v share their sines; v is the scaled difference of neighbouring control
+// points.
 inline void ExpWithRightJacobian(const Eigen::Vector3d& v, Eigen::Matrix3d* exp, Eigen::Matrix3d* jacobian) {
   const double squared = v.squaredNorm();
   double a, b, c;
   if (squared < 1e-2) {
-    // Series to 1e-17 relative at this size; neighbouring control points are close, so this is the usual branch.
-    a = 1.0 + squared * (-1.0 / 6 + squared * (1.0 / 120 + squared * (-1.0 / 5040 + squared * (1.0 / 362880))));
+    // Series to 1e-17 relative at this size; neighbouring control points are close, so this is the usual
+    // branch.
+    a = 1.0 +
+        squared * (-1.0 / 6 + squared * (1.0 / 120 + squared * (-1.0 / 5040 + squared * (1.0 / 362880))));
     b = 0.5 + squared * (-1.0 / 24 + squared * (1.0 / 720 + squared * (-1.0 / 40320 + squared / 3628800)));
     c = 1.0 / 6 +
         squared * (-1.0 / 120 + squared * (1.0 / 5040 + squared * (-1.0 / 362880 + squared / 39916800)));
@@ -39,7 +42,8 @@ inline void ExpWithRightJacobian(const Eigen::Vector3d& v, Eigen::Matrix3d* exp,
 
 So3Spline::So3Spline(const UniformKnots& knots, std::vector<Eigen::Quaterniond> control_points)
     : knots_(knots), control_points_(std::move(control_points)) {
-  Check(static_cast<int>(control_points_.size()) == knots_.count, "So3Spline: wrong number of control points");
+  Check(static_cast<int>(control_points_.size()) == knots_.count,
+        "So3Spline: wrong number of control points");
   UpdateDifferences();
 }
 
@@ -57,8 +61,7 @@ void So3Spline::UpdateDifferences() {
 
 void So3Spline::Update(const Eigen::VectorXd& delta, const std::vector<int>& offsets) {
   for (std::size_t j = 0; j < control_points_.size(); ++j) {
-    control_points_[j] =
-        (control_points_[j] * ExpQuaternion(delta.segment<3>(offsets[j]))).normalized();
+    control_points_[j] = (control_points_[j] * ExpQuaternion(delta.segment<3>(offsets[j]))).normalized();
   }
   UpdateDifferences();
 }
@@ -95,14 +98,16 @@ Eigen::Vector3d So3Spline::AngularAcceleration(double time) const {
     const Eigen::Vector3d& d = differences_[basis.first + j - 1];
     const Eigen::Matrix3d A_transposed = ExpMatrix(-basis.lambda[j] * d);
     const Eigen::Vector3d turned = A_transposed * velocity;
-    acceleration = (A_transposed * acceleration + basis.lambda_dot[j] * turned.cross(d) +
-                    basis.lambda_ddot[j] * d).eval();
+    acceleration =
+        (A_transposed * acceleration + basis.lambda_dot[j] * turned.cross(d) + basis.lambda_ddot[j] * d)
+            .eval();
     velocity = turned + basis.lambda_dot[j] * d;
   }
   return acceleration;
 }
 
-So3Spline::Value So3Spline::Evaluate(const SplineBasis& basis, bool with_velocity, Jacobians* jacobians) const {
+So3Spline::Value So3Spline::Evaluate(const SplineBasis& basis, bool with_velocity,
+                                     Jacobians* jacobians) const {
   const int first = basis.first;
   Eigen::Matrix3d A[4], M[4];
   for (int j = 1; j < 4; ++j) {
@@ -126,7 +131,8 @@ So3Spline::Value So3Spline::Evaluate(const SplineBasis& basis, bool with_velocit
   D[1].noalias() = P1.transpose() * M[1];
   D[2].noalias() = A[3].transpose() * M[2];
   D[3] = M[3];
-  // To the control points: d_j grows by Jr^-1(d_j) delta_j and shrinks by Jl^-1(d_j) delta_{j-1}; Jl^-1 = Jr^-T.
+  // To the control points: d_j grows by Jr^-1(d_j) delta_j and shrinks by Jl^-1(d_j) delta_{j-1}; Jl^-1 =
+  // Jr^-T.
   const Eigen::Matrix3d* inverse = &right_jacobian_inverses_[first];
   jacobians->rotation[0].noalias() = A1P1.transpose() - D[1] * inverse[0].transpose();
   jacobians->rotation[1].noalias() = D[1] * inverse[0] - D[2] * inverse[1].transpose();

@@ -9,10 +9,12 @@
 namespace mlic {
 
 // Cumulative cubic B-spline on SO(3):
-//   R(t) = R_i * Exp(lambda_1 d_1) * Exp(lambda_2 d_2) * Exp(lambda_3 d_3),  d_j = Log(R_{i+j-1}^-1 * R_{i+j}).
-// Perturbations are on the right: control points R_j * Exp(delta_j), value R * Exp(rho). Derivatives by the O(order)
-// recursions of Sommer et al. (CVPR 2020), restated for right perturbations. What depends on pairs of neighbouring
-// control points only is computed once after each change and shared by all evaluations in between.
+//   R(t) = R_i * Exp(lambda_1 d_1) * Exp(lambda_2 d_2) * Exp(lambda_3 d_3),  d_j = Log(R_{i+j-1}^-1 *
+//   R_{i+j}).
+// Perturbations are on the right: control points R_j * Exp(delta_j), value R * Exp(rho). Derivatives by the
+// O(order) recursions of Sommer et al. (CVPR 2020), restated for right perturbations. What depends on pairs
+// of neighbouring control points only is computed once after each change and shared by all evaluations in
+// between.
 class So3Spline {
  public:
   So3Spline() = default;

@@ -4,9 +4,9 @@
 
 namespace mlic {
 
-// Uniform cubic (order 4) B-spline in cumulative form. Segment i is governed by the control points i .. i+3; control
-// point j has its greatest weight at time start + (j - 1) * spacing. Matrix form: Sommer et al., "Efficient derivative
-// computation for cumulative B-splines on Lie groups", CVPR 2020.
+// Uniform cubic (order 4) B-spline in cumulative form. Segment i is governed by the control points i .. i+3;
+// control point j has its greatest weight at time start + (j - 1) * spacing. Matrix form: Sommer et al.,
+// "Efficient derivative computation for cumulative B-splines on Lie groups", CVPR 2020.
 struct UniformKnots {
   double start = 0.0;    // s, where the span begins
   double spacing = 0.1;  // s
@@ -21,8 +21,8 @@ struct UniformKnots {
   double ControlPointTime(int j) const { return start + (j - 1) * spacing; }
 };
 
-// Basis at one time: first control point of the segment, and for its 4 control points the cumulative coefficients
-// lambda_j (lambda_0 = 1) with their first and second time derivatives (1/s, 1/s^2).
+// Basis at one time: first control point of the segment, and for its 4 control points the cumulative
+// coefficients lambda_j (lambda_0 = 1) with their first and second time derivatives (1/s, 1/s^2).
 struct SplineBasis {
   int first = 0;
   Eigen::Vector4d lambda;

@@ -8,7 +8,8 @@ namespace mlic {
 
 PositionSpline::PositionSpline(const UniformKnots& knots, std::vector<Eigen::Vector3d> control_points)
     : knots_(knots), control_points_(std::move(control_points)) {
-  Check(static_cast<int>(control_points_.size()) == knots_.count, "PositionSpline: wrong number of control points");
+  Check(static_cast<int>(control_points_.size()) == knots_.count,
+        "PositionSpline: wrong number of control points");
 }
 
 void PositionSpline::Update(const Eigen::VectorXd& delta, const std::vector<int>& offsets) {

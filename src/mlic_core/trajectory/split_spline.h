@@ -19,7 +19,9 @@ class PositionSpline {
 
   Eigen::Vector3d Position(const SplineBasis& basis) const { return Combine(basis.first, basis.lambda); }
   Eigen::Vector3d Velocity(const SplineBasis& basis) const { return Combine(basis.first, basis.lambda_dot); }
-  Eigen::Vector3d Acceleration(const SplineBasis& basis) const { return Combine(basis.first, basis.lambda_ddot); }
+  Eigen::Vector3d Acceleration(const SplineBasis& basis) const {
+    return Combine(basis.first, basis.lambda_ddot);
+  }
 
   // control_points[j] += delta.segment<3>(offsets[j]).
   void Update(const Eigen::VectorXd& delta, const std::vector<int>& offsets);
@@ -35,8 +37,8 @@ class PositionSpline {
   std::vector<Eigen::Vector3d> control_points_;
 };
 
-// The trajectory T_map_imu(t): a rotation spline and a position spline with knots of their own. Times are seconds
-// since the drive's epoch on the IMU clock.
+// The trajectory T_map_imu(t): a rotation spline and a position spline with knots of their own. Times are
+// seconds since the drive's epoch on the IMU clock.
 struct SplitSpline {
   So3Spline rotation;
   PositionSpline position;
