@@ -39,7 +39,8 @@ std::vector<OverlapThickness> OverlapThicknesses(const std::vector<MapPoint>& po
 
 // Sets MapPoint::plane anew: points of one cube of `voxel` metres belong to one plane if they are flat
 // (thickness below `largest_thickness`, a fifth of the extent at most), else to none. For maps that come
-// without planes.
+// without planes. A wall that a face of the cubes cuts lengthwise counts as two thinner ones, so thicknesses
+// come out a little low.
 void AssignVoxelPlanes(double voxel, double largest_thickness, std::vector<MapPoint>* points);
 
 // The map of a drive under a given calibration: all points of lidars[i], named names[i], at the poses of the
