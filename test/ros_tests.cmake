@@ -14,9 +14,10 @@ if(BUILD_TESTING AND TARGET calibrate_node AND TARGET simulate)
   add_test(NAME ros_programs_test COMMAND ${PYTHON_EXECUTABLE} ${PROJECT_SOURCE_DIR}/test/ros_programs_test.py
            ${MLIC_PROGRAM_DIRECTORY} ${drive}/drive.bag ${drive}/drive_rig.yaml)
   set_tests_properties(ros_programs_test PROPERTIES FIXTURES_REQUIRED short_drive LABELS slow)
-  # catkin's environment finds the messages and programs of the build; the logs stay in the build directory.
+  # env.sh finds the messages and programs of the build; the logs stay in the build directory. Not CATKIN_ENV: that is
+  # made at configure time, when a fresh build directory has neither yet.
   add_test(NAME ros_calibrate_launch_test
-           COMMAND ${CMAKE_COMMAND} -E env ROS_HOME=${drive}/ros_home ${CATKIN_ENV} rostest
+           COMMAND ${CMAKE_COMMAND} -E env ROS_HOME=${drive}/ros_home ${CATKIN_DEVEL_PREFIX}/env.sh rostest
                    ${PROJECT_SOURCE_DIR}/test/calibrate.test rig:=${drive}/drive_rig.yaml bag:=${drive}/drive.bag
                    output:=${drive}/calibration status_file:=${drive}/status)
   set_tests_properties(ros_calibrate_launch_test PROPERTIES FIXTURES_REQUIRED short_drive LABELS slow TIMEOUT 1200)
