@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs what MLIC needs to build, run and be tested, from Debian's own packages (12; also 11 and 13).
 #   install_dependencies.sh [--dry-run]
-# --dry-run prints what would be done. Does nothing when all is there. Uses sudo when not root.
+# --dry-run prints what would be done. Does nothing, and says nothing, when all is there. Uses sudo when not root.
 set -euo pipefail
 export LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive
 
@@ -70,10 +70,7 @@ for package in "${required[@]}" "${!optional[@]}"; do
     missing+=("$package")
   fi
 done
-if [ ${#missing[@]} -eq 0 ]; then
-  echo "install_dependencies.sh: all packages are installed"
-  exit 0
-fi
+if [ ${#missing[@]} -eq 0 ]; then exit 0; fi
 
 as_root=()
 if [ "$(id -u)" -ne 0 ]; then
