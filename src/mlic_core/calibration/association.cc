@@ -164,4 +164,36 @@ std::vector<PlaneNoise> MeasurePlaneNoise(const std::vector<PlaneAssociation>& a
   return noise;
 }
 
+double CorrelationFactor(const std::vector<PlaneAssociation>& associations, const CalibrationState& state) {
+  constexpr double kGroup = 1.0;   // s
+  constexpr double kFewest = 5.0;  // points of a group
+  double sum = 0.0, groups = 0.0;
+  for (std::size_t d = 0; d < associations.size(); ++d) {
+    const PlaneAssociation& association = associations[d];
+    const std::vector<float> residuals = PlaneResiduals(association, state, d);
+    for (std::size_t p = 0; p < association.planes.size(); ++p) {
+      double count = 0.0, total = 0.0, start = 0.0;
+      int lidar = -1;
+      const auto close = [&] {
+        if (count < kFewest) return;
+        sum += total * total / count;
+        groups += 1.0;
+      };
+      for (std::size_t k = association.begin[p]; k < association.begin[p + 1]; ++k) {
+        const PlaneObservation& o = association.observations[k];
+        if (o.lidar != lidar || o.time > start + kGroup) {
+          close();
+          count = total = 0.0;
+          lidar = o.lidar;
+          start = o.time;
+        }
+        count += 1.0;
+        total += residuals[k] / o.sigma;
+      }
+      close();
+    }
+  }
+  return groups > 0.0 ? std::max(1.0, sum / groups) : 1.0;
+}
+
 }  // namespace mlic

@@ -23,4 +23,9 @@ PlaneAssociation AssociatePlanes(const Drive& drive, const CalibrationState& sta
 std::vector<PlaneNoise> MeasurePlaneNoise(const std::vector<PlaneAssociation>& associations,
                                           const CalibrationState& state, const std::vector<PlaneNoise>& last);
 
+// By how much the points' shared errors (uneven ground, a beam's pointing, what the trajectory cannot follow)
+// make them worth less than their number: the mean of count * (mean whitened residual)^2 over the points that
+// one LiDAR puts on one plane within a second. One for independent points, and never less.
+double CorrelationFactor(const std::vector<PlaneAssociation>& associations, const CalibrationState& state);
+
 }  // namespace mlic

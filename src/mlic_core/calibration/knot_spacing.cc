@@ -11,10 +11,7 @@
 namespace mlic {
 namespace {
 
-// Rotation errors go straight into extrinsics; what the position spline leaves over of an acceleration
-// averages out.
-constexpr double kRotationTolerance = 1.01;
-constexpr double kPositionTolerance = 1.05;
+constexpr double kTolerance = 1.01;  // of the residual variance
 
 // Residual variance of a least-squares fit by a uniform B-spline of the given degree (1 or 2); summed over
 // the axes.
@@ -59,7 +56,7 @@ double FitVariance(const std::vector<ImuSample>& imu, double spacing, int degree
   return squares / std::max<double>(1.0, static_cast<double>(imu.size()) - count);
 }
 
-double Choose(const std::vector<ImuSample>& imu, int degree, double tolerance,
+double Choose(const std::vector<ImuSample>& imu, int degree,
               const std::function<Eigen::Vector3d(const ImuSample&)>& signal) {
   const double finest = std::max(0.04, 2.0 * MedianPeriod(imu));
   constexpr double kStep = 1.25;
@@ -69,7 +66,7 @@ double Choose(const std::vector<ImuSample>& imu, int degree, double tolerance,
   for (double spacing = finest * kStep; spacing <= std::max(kCoarsest, finest); spacing *= kStep) {
     const double variance = FitVariance(imu, spacing, degree, signal);
     best = std::min(best, variance);
-    if (variance <= tolerance * best) chosen = spacing;
+    if (variance <= kTolerance * best) chosen = spacing;
   }
   return chosen;
 }
@@ -78,9 +75,8 @@ double Choose(const std::vector<ImuSample>& imu, int degree, double tolerance,
 
 KnotSpacing ChooseKnotSpacing(const std::vector<ImuSample>& imu) {
   KnotSpacing spacing;
-  spacing.rotation =
-      Choose(imu, 2, kRotationTolerance, [](const ImuSample& s) { return s.angular_velocity; });
-  spacing.position = Choose(imu, 1, kPositionTolerance, [](const ImuSample& s) { return s.specific_force; });
+  spacing.rotation = Choose(imu, 2, [](const ImuSample& s) { return s.angular_velocity; });
+  spacing.position = Choose(imu, 1, [](const ImuSample& s) { return s.specific_force; });
   return spacing;
 }
 

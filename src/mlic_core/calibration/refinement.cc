@@ -139,10 +139,19 @@ void Refinement::AdjustJointly(const Progress& progress, const Line& line) {
     Show("joint adjustment", round);
     progress(std::min(0.95, (round + 1.0) / (kLeastRounds + 2)));
     converged_ = many && change < kStandsStill;
-    if (converged_ && round + 1 >= kLeastRounds) return;
+    if (converged_ && round + 1 >= kLeastRounds) break;
     // The map has settled once the noise has: then all points take part.
     if (change < 1.0 || round + 1 >= kLeastRounds - 1) many = true;
   }
+  MeasureCorrelation(line);
+}
+
+void Refinement::MeasureCorrelation(const Line& line) {
+  correlation_ = CorrelationFactor(problem_.planes, state_);
+  char text[120];
+  std::snprintf(text, sizeof(text), "points share errors: sigmas grow by a factor of %.2f",
+                std::sqrt(correlation_));
+  line(text);
 }
 
 double Refinement::ChangeInSigmas(const CalibrationState& before) const {
@@ -174,8 +183,8 @@ ObservabilityAnalysis Refinement::Analyze() const {
   guess.topLeftCorner(lidars, lidars) = prior.topLeftCorner(lidars, lidars);
   const double residuals = static_cast<double>(std::max<std::size_t>(1, last_solve_.observations));
   const double scatter = std::max(1.0, last_solve_.last_cost / (residuals + 6.0 * ImuSampleCount(dataset_)));
-  return AnalyzeObservability(last_solve_.information / scatter + (prior - guess), guess, problem_.guesses,
-                              problem_.lidar_held);
+  return AnalyzeObservability(last_solve_.information / (scatter * correlation_) + (prior - guess), guess,
+                              problem_.guesses, problem_.lidar_held);
 }
 
 void Refinement::Show(const std::string& stage, int iteration) {

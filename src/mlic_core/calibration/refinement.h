@@ -36,13 +36,14 @@ class Refinement {
   bool converged() const { return converged_; }
 
   // What the data show at the last linearisation. Sigmas grow by the square root of the mean squared whitened
-  // residual where that is above one.
+  // residual where that is above one, and of the points' correlation.
   ObservabilityAnalysis Analyze() const;
 
  private:
   double RootVoxel() const;
   void Associate(const std::vector<bool>& lidars, std::size_t points_per_scan);
   void MeasureImuSigma();
+  void MeasureCorrelation(const Line& line);
   // Largest change of a LiDAR since `before`, in sigmas of the last solve.
   double ChangeInSigmas(const CalibrationState& before) const;
   void Show(const std::string& stage, int iteration);
@@ -57,6 +58,7 @@ class Refinement {
   std::vector<ImuSigma> given_imu_sigma_;
   std::vector<PlaneNoise> noise_;
   SolveSummary last_solve_;
+  double correlation_ = 1.0;  // of the points, measured once the calibration stands still
   bool converged_ = false;
 };
 
