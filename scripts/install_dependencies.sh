@@ -32,6 +32,8 @@ required=(
   # mathematics, files, command line
   libeigen3-dev libceres-dev libopenblas-dev libtbb-dev libboost-dev libyaml-cpp-dev libcli11-dev libspdlog-dev
   robin-map-dev libembree-dev
+  # images, structure from motion
+  libopencv-dev colmap
   # tests
   libgtest-dev
 )

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "mlic_core/common/time.h"
+#include "mlic_core/sensors/images.h"
 
 namespace mlic {
 
@@ -46,6 +47,7 @@ struct Drive {
   TimeNs epoch = 0;  // absolute time of time 0
   std::vector<ImuSample> imu;
   std::vector<LidarRecording> lidars;
+  std::vector<CameraRecording> cameras;  // cameras[i] belongs to Rig::cameras[i]
 };
 
 // All that was recorded, one or several drives with the same rig. Const once loaded.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "mlic_core/geometry/rigid_transform.h"
+#include "mlic_core/sensors/camera_model.h"
 
 namespace mlic {
 
@@ -41,7 +42,6 @@ struct LidarConfig {
   bool fixed = false;                 // hold guess and time offset
 };
 
-enum class CameraModel { kPlumbBob, kRationalPolynomial, kEquidistant, kDoubleSphere };
 enum class Shutter { kGlobal, kRolling };
 
 struct CameraConfig {

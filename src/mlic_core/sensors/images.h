@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <opencv2/core/mat.hpp>
+
+#include "mlic_core/sensors/camera_model.h"
+
+namespace mlic {
+
+// The images of one camera, in order of time, read one at a time when asked for: a drive's images do not fit
+// into memory. All functions may be called by several threads at once.
+class ImageSource {
+ public:
+  virtual ~ImageSource() = default;
+  virtual std::size_t Count() const = 0;
+  // Stamp on the camera's own clock, seconds since the drive's epoch.
+  virtual double Time(std::size_t index) const = 0;
+  // CV_8UC1 (gray) or CV_8UC3 (BGR), as recorded; Bayer images are interpolated. Throws InputError for an
+  // image that cannot be decoded.
+  virtual cv::Mat Load(std::size_t index) const = 0;
+};
+
+// What one camera recorded in one drive.
+struct CameraRecording {
+  std::shared_ptr<const ImageSource> images;
+  int width = 0;  // pixels
+  int height = 0;
+  cv::Mat mask;  // CV_8UC1, 0: ignore; empty: all pixels count
+};
+
+}  // namespace mlic
