@@ -50,9 +50,10 @@ TEST(ResultFile, RoundTripKeepsEverything) {
     }
     ASSERT_EQ(a.intrinsics.has_value(), b.intrinsics.has_value());
     if (a.intrinsics) {
-      EXPECT_EQ(a.intrinsics->image_size, b.intrinsics->image_size);
+      EXPECT_EQ(a.intrinsics->width, b.intrinsics->width);
+      EXPECT_EQ(a.intrinsics->height, b.intrinsics->height);
       EXPECT_EQ(a.intrinsics->model, b.intrinsics->model);
-      EXPECT_EQ(a.intrinsics->params, b.intrinsics->params);
+      EXPECT_EQ(a.intrinsics->parameters, b.intrinsics->parameters);
     }
     EXPECT_EQ(a.rolling_shutter_readout, b.rolling_shutter_readout);
   }

@@ -96,7 +96,7 @@ CalibrationResult SampleResult() {
   SensorResult& camera = result.sensors[3];
   camera.type = SensorResult::Type::kCamera;
   camera.intrinsics =
-      CameraIntrinsics{CameraModel::kEquidistant, {1280, 800}, {369.5, 369.25, 640, 400, 0.01, 0, 0, 0}};
+      CameraIntrinsics{CameraModel::kEquidistant, 1280, 800, {369.5, 369.25, 640, 400, 0.01, 0, 0, 0}};
   camera.rolling_shutter_readout = 0.0221;
   camera.unobservable.push_back(
       {UnobservableDirection::Quantity::kRotation, Eigen::Vector3d::UnitX(), 2.0 * M_PI / 180.0});

@@ -29,12 +29,6 @@ struct UnobservableDirection {
   double sigma = 0.0;
 };
 
-struct CameraIntrinsics {
-  CameraModel model = CameraModel::kPlumbBob;
-  std::array<int, 2> image_size{0, 0};
-  std::vector<double> params;
-};
-
 struct SensorResult {
   enum class Type { kLidar, kCamera };
   std::string name;

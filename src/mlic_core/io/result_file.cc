@@ -85,9 +85,8 @@ std::string SensorText(const SensorResult& sensor) {
   if (sensor.intrinsics) {
     const CameraIntrinsics& intrinsics = *sensor.intrinsics;
     text += "    intrinsics: {model: " + CameraModelNames()[static_cast<std::size_t>(intrinsics.model)] +
-            ", image_size: [" + std::to_string(intrinsics.image_size[0]) + ", " +
-            std::to_string(intrinsics.image_size[1]) +
-            "], params: " + Short(intrinsics.params.data(), intrinsics.params.size()) + "}\n";
+            ", image_size: [" + std::to_string(intrinsics.width) + ", " + std::to_string(intrinsics.height) +
+            "], params: " + Short(intrinsics.parameters.data(), intrinsics.parameters.size()) + "}\n";
   }
   if (sensor.rolling_shutter_readout) {
     text += "    rolling_shutter_readout: " + FixedNumber(*sensor.rolling_shutter_readout, 9) + "\n";
@@ -153,11 +152,12 @@ CameraIntrinsics ReadIntrinsics(const YamlReader& node) {
   intrinsics.model = static_cast<CameraModel>(model.Choice(CameraModelNames()));
   if (node.Has("image_size")) {
     const std::vector<double> size = node.Get("image_size").Numbers(2, "width and height in pixels");
-    intrinsics.image_size = {static_cast<int>(size[0]), static_cast<int>(size[1])};
+    intrinsics.width = static_cast<int>(size[0]);
+    intrinsics.height = static_cast<int>(size[1]);
   }
   const std::size_t count = 4 + DistortionCount(intrinsics.model);
-  intrinsics.params = node.Get("params", "give fx fy cx cy and the distortion")
-                          .Numbers(count, "(fx fy cx cy and the distortion of this model)");
+  intrinsics.parameters = node.Get("params", "give fx fy cx cy and the distortion")
+                              .Numbers(count, "(fx fy cx cy and the distortion of this model)");
   return intrinsics;
 }
 

@@ -54,7 +54,7 @@ void Fields(Archive& archive, OdometryResult& odometry) {
 
 template <typename Archive>
 void Fields(Archive& archive, CameraIntrinsics& intrinsics) {
-  archive(intrinsics.model, intrinsics.image_size, intrinsics.params);
+  archive(intrinsics.model, intrinsics.width, intrinsics.height, intrinsics.parameters);
 }
 
 template <typename Archive>

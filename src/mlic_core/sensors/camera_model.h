@@ -26,7 +26,7 @@ struct CameraIntrinsics {
   CameraModel model = CameraModel::kPlumbBob;
   int width = 0;
   int height = 0;
-  Eigen::VectorXd parameters;
+  std::vector<double> parameters;
 };
 
 using CameraPointJacobian = Eigen::Matrix<double, 2, 3>;
