@@ -60,7 +60,7 @@ TEST(Serialize, ResultAndOdometryRoundTrip) {
   ASSERT_TRUE(FromBytes(ToBytes(result), &copy));
   EXPECT_EQ(copy.warnings, result.warnings);
   EXPECT_EQ(copy.sensors[3].unobservable[2].quantity, result.sensors[3].unobservable[2].quantity);
-  EXPECT_EQ(copy.sensors[3].intrinsics->params, result.sensors[3].intrinsics->params);
+  EXPECT_EQ(copy.sensors[3].intrinsics->parameters, result.sensors[3].intrinsics->parameters);
   EXPECT_FALSE(copy.sensors[0].intrinsics.has_value());
   EXPECT_EQ(copy.map[19999].position, result.map[19999].position);
   EXPECT_EQ(copy.residuals[4].over_time_rms, result.residuals[4].over_time_rms);
