@@ -1,0 +1,2 @@
+# Tests of camera models, the reprojection factor and the geometry of one or two views.
+mlic_add_test(camera_model_test LIBRARIES mlic_sensors opencv_calib3d)
