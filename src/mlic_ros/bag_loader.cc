@@ -20,19 +20,29 @@ namespace {
 constexpr std::size_t kProbeMessages = 10;
 constexpr const char* kImuType = "sensor_msgs/Imu";
 
-void CheckTopic(const BagSet& bags, const std::string& sensor, const std::string& topic, bool lidar) {
+// A kind of sensor and the messages that it may have.
+struct Kind {
+  bool (*is_type)(const std::string&);
+  const char* types;
+};
+
+bool IsImuType(const std::string& type) { return type == kImuType; }
+
+constexpr Kind kImu{IsImuType, kImuType};
+constexpr Kind kLidar{IsLidarType,
+                      "sensor_msgs/PointCloud2, livox_ros_driver/CustomMsg or livox_ros_driver2/CustomMsg"};
+constexpr Kind kCamera{IsImageType, "sensor_msgs/Image or sensor_msgs/CompressedImage"};
+
+void CheckTopic(const BagSet& bags, const std::string& sensor, const std::string& topic, const Kind& kind) {
   const auto found = bags.topics().find(topic);
   if (found == bags.topics().end()) {
     throw InputError("bag " + bags.names() + ": no topic " + topic + " (" + sensor +
                      "); the topics are: " + bags.ListTopics());
   }
   const std::string& type = found->second.type;
-  if (lidar ? IsLidarType(type) : type == kImuType) return;
-  throw InputError(
-      "bag " + bags.names() + ": topic " + topic + " (" + sensor + ") is of type " + type + ", expected " +
-      (lidar ? "sensor_msgs/PointCloud2, livox_ros_driver/CustomMsg or livox_ros_driver2/CustomMsg"
-             : kImuType) +
-      "; the topics are: " + bags.ListTopics());
+  if (kind.is_type(type)) return;
+  throw InputError("bag " + bags.names() + ": topic " + topic + " (" + sensor + ") is of type " + type +
+                   ", expected " + kind.types + "; the topics are: " + bags.ListTopics());
 }
 
 BagSet::Interval ChosenInterval(const BagSet& bags, const LoadOptions& options) {
@@ -67,25 +77,31 @@ StampedImu DecodeImu(const RawMessage& raw, const std::string& topic, std::strin
           {message.linear_acceleration.x, message.linear_acceleration.y, message.linear_acceleration.z}};
 }
 
-// Collects the decoded messages of all drives, in order of recording.
+// Collects the decoded messages of all drives, in order of recording. Topics: IMU, LiDARs, cameras.
 class Collector {
  public:
   Collector(const std::vector<BagSet::Interval>& drives, const std::string& imu_topic,
-            const std::vector<LidarFormat>& formats)
+            const std::vector<LidarFormat>& formats, std::size_t cameras)
       : intervals_(drives), imu_topic_(imu_topic), formats_(formats), drives_(drives.size()) {
-    for (DriveMessages& drive : drives_) drive.lidars.resize(formats.size());
+    for (DriveMessages& drive : drives_) {
+      drive.lidars.resize(formats.size());
+      drive.cameras.resize(cameras);
+    }
   }
 
   void Add(const std::vector<RawMessage>& batch) {
     std::vector<ReadScan> scans(batch.size());
     std::vector<StampedImu> samples(batch.size());
+    std::vector<ImageHeader> images(batch.size());
     std::vector<std::string> frames(batch.size());
     ParallelFor(batch.size(), [&](std::size_t i) {
       if (batch[i].topic == 0) {
         samples[i] = DecodeImu(batch[i], imu_topic_, frames[i]);
-      } else {
+      } else if (batch[i].topic <= formats_.size()) {
         scans[i] = ReadOneScan(batch[i].content, formats_[batch[i].topic - 1]);
         scans[i].scan.points.shrink_to_fit();
+      } else {
+        images[i] = ReadImageHeader(batch[i].content);
       }
     });
     for (std::size_t i = 0; i < batch.size(); ++i) {
@@ -93,8 +109,10 @@ class Collector {
       if (batch[i].topic == 0) {
         drive.imu.push_back(samples[i]);
         if (imu_frame_.empty()) imu_frame_ = frames[i];
-      } else {
+      } else if (batch[i].topic <= formats_.size()) {
         drive.lidars[batch[i].topic - 1].push_back(std::move(scans[i]));
+      } else {
+        drive.cameras[batch[i].topic - 1 - formats_.size()].push_back({std::move(images[i]), batch[i].place});
       }
     }
   }
@@ -143,18 +161,46 @@ void NoteFormats(const std::vector<LidarFormat>& formats, LoadReport& report) {
   }
 }
 
+std::vector<ImageFormat> FindImageFormats(const Rig& rig, const BagSet& bags,
+                                          const BagSet::Interval& interval,
+                                          const CancellationToken& cancellation, LoadReport& report) {
+  std::vector<ImageFormat> formats;
+  for (const CameraConfig& camera : rig.cameras) {
+    cancellation.ThrowIfCancelled();
+    formats.push_back(FindImageFormat(ReadFirst(bags, camera.topic, interval, kProbeMessages), camera.topic));
+    report.camera_frame_ids.push_back(formats.back().frame_id);
+  }
+  return formats;
+}
+
+std::vector<cv::Mat> LoadMasks(const Rig& rig, const std::vector<ImageFormat>& formats,
+                               const std::filesystem::path& directory) {
+  std::vector<cv::Mat> masks(rig.cameras.size());
+  for (std::size_t i = 0; i < masks.size(); ++i) {
+    const CameraConfig& camera = rig.cameras[i];
+    if (camera.mask.empty()) continue;
+    masks[i] = LoadMask(directory / camera.mask, camera.name, formats[i].width, formats[i].height);
+  }
+  return masks;
+}
+
 }  // namespace
 
 Dataset LoadDataset(const Rig& rig, const std::vector<std::filesystem::path>& paths,
                     const LoadOptions& options, LoadReport& report, const CancellationToken& cancellation,
                     ProgressSink& progress) {
   progress.OnProgress("loading", 0.0);
-  const BagSet bags(paths);
+  const auto shared_bags = std::make_shared<const BagSet>(paths);
+  const BagSet& bags = *shared_bags;
   std::vector<std::string> topics{rig.imu.topic};
-  CheckTopic(bags, "imu", rig.imu.topic, false);
+  CheckTopic(bags, "imu", rig.imu.topic, kImu);
   for (const LidarConfig& lidar : rig.lidars) {
-    CheckTopic(bags, lidar.name, lidar.topic, true);
+    CheckTopic(bags, lidar.name, lidar.topic, kLidar);
     topics.push_back(lidar.topic);
+  }
+  for (const CameraConfig& camera : rig.cameras) {
+    CheckTopic(bags, camera.name, camera.topic, kCamera);
+    topics.push_back(camera.topic);
   }
   const BagSet::Interval interval = ChosenInterval(bags, options);
   const std::vector<BagSet::Interval> drives = DrivesWithin(bags, interval);
@@ -165,8 +211,10 @@ Dataset LoadDataset(const Rig& rig, const std::vector<std::filesystem::path>& pa
     formats.push_back(FindLidarFormat(ReadFirst(bags, lidar.topic, interval, kProbeMessages), lidar.topic));
   }
   NoteFormats(formats, report);
+  const std::vector<ImageFormat> image_formats = FindImageFormats(rig, bags, interval, cancellation, report);
+  const std::vector<cv::Mat> masks = LoadMasks(rig, image_formats, options.rig_directory);
 
-  Collector collector(drives, rig.imu.topic, formats);
+  Collector collector(drives, rig.imu.topic, formats, rig.cameras.size());
   ReadInBatches(bags, topics, interval, cancellation,
                 [&](const std::vector<RawMessage>& batch, double fraction) {
                   collector.Add(batch);
@@ -177,7 +225,9 @@ Dataset LoadDataset(const Rig& rig, const std::vector<std::filesystem::path>& pa
   Dataset dataset;
   for (DriveMessages& messages : collector.TakeDrives()) {
     DriveNotes notes;
-    dataset.drives.push_back(BuildDrive(std::move(messages), rig.imu.topic, formats, notes));
+    dataset.drives.push_back(
+        BuildDrive(std::move(messages), rig.imu.topic, formats, image_formats, shared_bags, notes));
+    for (std::size_t i = 0; i < masks.size(); ++i) dataset.drives.back().cameras[i].mask = masks[i];
     report.lines.insert(report.lines.end(), notes.lines.begin(), notes.lines.end());
     report.warnings.insert(report.warnings.end(), notes.warnings.begin(), notes.warnings.end());
   }
@@ -188,6 +238,9 @@ Rig WithMessageFrames(Rig rig, const LoadReport& report) {
   if (rig.imu.frame_id.empty()) rig.imu.frame_id = report.imu_frame_id;
   for (std::size_t i = 0; i < rig.lidars.size(); ++i) {
     if (rig.lidars[i].frame_id.empty()) rig.lidars[i].frame_id = report.lidar_frame_ids[i];
+  }
+  for (std::size_t i = 0; i < rig.cameras.size(); ++i) {
+    if (rig.cameras[i].frame_id.empty()) rig.cameras[i].frame_id = report.camera_frame_ids[i];
   }
   return rig;
 }

@@ -12,8 +12,9 @@
 namespace mlic {
 
 struct LoadOptions {
-  double start = 0.0;              // s after the first message of the earliest bag
-  std::optional<double> duration;  // s; until the end when absent
+  double start = 0.0;                   // s after the first message of the earliest bag
+  std::optional<double> duration;       // s; until the end when absent
+  std::filesystem::path rig_directory;  // what the rig's mask files are relative to
 };
 
 // What was found and left out, in plain words for log and report; frames as the messages name them.
@@ -21,11 +22,13 @@ struct LoadReport {
   std::vector<std::string> lines;
   std::vector<std::string> warnings;
   std::string imu_frame_id;
-  std::vector<std::string> lidar_frame_ids;  // in the rig's order
+  std::vector<std::string> lidar_frame_ids;   // in the rig's order
+  std::vector<std::string> camera_frame_ids;  // in the rig's order
 };
 
-// Reads IMU and LiDARs of the rig from the bags, in one pass and with bounded memory besides the result:
-// messages are read in turn while the ones before are decoded and thinned out in parallel. Bags that overlap
+// Reads IMU, LiDARs and cameras of the rig from the bags, in one pass and with bounded memory besides the
+// result: messages are read in turn while the ones before are decoded and thinned out in parallel. Images are
+// indexed and stay in the bags, which stay open for as long as the dataset's images live. Bags that overlap
 // in time are one drive, disjoint ones are several. The result does not depend on the number of threads.
 // Throws InputError for all that cannot be used, Cancelled when the token is set.
 Dataset LoadDataset(const Rig& rig, const std::vector<std::filesystem::path>& bags,

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -44,7 +45,11 @@ class BagSet {
   std::unique_ptr<rosbag::View> Messages(const std::vector<std::string>& topics,
                                          const Interval& interval) const;
 
+  // To be held while reading single messages: a rosbag::Bag serves one reader at a time.
+  std::mutex& reading() const { return reading_; }
+
  private:
+  mutable std::mutex reading_;
   std::vector<std::unique_ptr<rosbag::Bag>> bags_;
   std::string names_;
   std::map<std::string, Topic> topics_;

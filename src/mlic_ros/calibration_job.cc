@@ -58,7 +58,9 @@ JobOutcome Run(const JobOptions& options, const Rig& rig_file, const Cancellatio
                JobLog& log) {
   const auto start = std::chrono::steady_clock::now();
   LoadReport report;
-  const Dataset dataset = LoadDataset(rig_file, options.bags, options.load, report, cancellation, log);
+  LoadOptions load = options.load;
+  load.rig_directory = options.rig.parent_path();
+  const Dataset dataset = LoadDataset(rig_file, options.bags, load, report, cancellation, log);
   const Rig rig = WithMessageFrames(rig_file, report);
   if (!rig.cameras.empty()) {
     report.warnings.push_back(

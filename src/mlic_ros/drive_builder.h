@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "mlic_core/sensors/measurements.h"
+#include "mlic_ros/bag_images.h"
 #include "mlic_ros/imu_check.h"
 #include "mlic_ros/scan_reader.h"
 
@@ -12,7 +13,8 @@ namespace mlic {
 // What was read of one drive, in order of recording: before sorting, checking and leaving out.
 struct DriveMessages {
   std::vector<StampedImu> imu;
-  std::vector<std::vector<ReadScan>> lidars;  // one for each format
+  std::vector<std::vector<ReadScan>> lidars;    // one for each LiDAR format
+  std::vector<std::vector<ReadImage>> cameras;  // one for each image format
 };
 
 // Text for people about one topic: counts and what was left out; and what is odd.
@@ -22,8 +24,10 @@ struct DriveNotes {
 };
 
 // Sorts and cleans the messages, reports what was odd about them and puts all times on one epoch, the first
-// IMU stamp. Throws InputError when a topic has nothing usable, or IMU and a LiDAR do not overlap in time.
+// IMU stamp. The images stay in the bags, without masks. Throws InputError when a topic has nothing usable,
+// or IMU and a sensor do not overlap in time.
 Drive BuildDrive(DriveMessages messages, const std::string& imu_topic,
-                 const std::vector<LidarFormat>& formats, DriveNotes& notes);
+                 const std::vector<LidarFormat>& lidar_formats, const std::vector<ImageFormat>& image_formats,
+                 const std::shared_ptr<const BagSet>& bags, DriveNotes& notes);
 
 }  // namespace mlic

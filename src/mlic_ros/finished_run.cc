@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "mlic_core/common/error.h"
+#include "mlic_core/io/rig_file.h"
 #include "mlic_core/io/text_file.h"
 
 namespace mlic {
@@ -70,6 +71,10 @@ std::string InputKey(const JobOptions& options) {
   try {
     Hash(SizeAndTime(fs::read_symlink("/proc/self/exe")), hash);
     Hash(ReadFile(options.rig), hash);
+    for (const CameraConfig& camera : LoadRigFile(options.rig).cameras) {
+      const fs::path mask = options.rig.parent_path() / camera.mask;
+      if (!camera.mask.empty() && fs::exists(mask)) Hash(SizeAndTime(mask), hash);
+    }
     for (const fs::path& bag : options.bags) HashBag(bag, hash);
   } catch (const fs::filesystem_error& error) {
     throw InputError(error.path1().string() + ": cannot be read (" + error.code().message() + ")");

@@ -41,7 +41,8 @@ class BatchReader {
     try {
       for (; at_ != end_ && bytes < kBatchBytes && batch.size() < kBatchMessages; ++at_) {
         cancellation_.ThrowIfCancelled();
-        batch.push_back({indices_.at(at_->getTopic()), Serialised(*at_)});
+        batch.push_back({indices_.at(at_->getTopic()), Serialised(*at_),
+                         std::make_shared<const rosbag::MessageInstance>(*at_)});
         bytes += batch.back().content.bytes.size();
       }
     } catch (const Cancelled&) {
@@ -91,6 +92,15 @@ std::vector<RawCloud> ReadFirst(const BagSet& bags, const std::string& topic,
     ThrowDamaged(bags, error);
   }
   return messages;
+}
+
+RawCloud ReadMessage(const BagSet& bags, const rosbag::MessageInstance& place) {
+  const std::lock_guard<std::mutex> lock(bags.reading());
+  try {
+    return Serialised(place);
+  } catch (const std::exception& error) {
+    ThrowDamaged(bags, error);
+  }
 }
 
 }  // namespace mlic

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@ namespace mlic {
 struct RawMessage {
   std::size_t topic = 0;
   RawCloud content;
+  std::shared_ptr<const rosbag::MessageInstance> place;  // to read it again; valid while the bags are open
 };
 
 // Hands over the messages of the topics in order of recording, in batches of bounded size. While a batch is
@@ -26,5 +28,8 @@ void ReadInBatches(const BagSet& bags, const std::vector<std::string>& topics,
 // The first `count` messages of one topic.
 std::vector<RawCloud> ReadFirst(const BagSet& bags, const std::string& topic,
                                 const BagSet::Interval& interval, std::size_t count);
+
+// One message once more; for several threads at once. Throws InputError for a damaged bag.
+RawCloud ReadMessage(const BagSet& bags, const rosbag::MessageInstance& place);
 
 }  // namespace mlic
