@@ -1,2 +1,4 @@
 # Tests of camera models, the reprojection factor and the geometry of one or two views.
 mlic_add_test(camera_model_test LIBRARIES mlic_sensors opencv_calib3d)
+mlic_add_test(camera_two_view_test LIBRARIES mlic_camera)
+mlic_add_test(camera_triangulation_test LIBRARIES mlic_camera)

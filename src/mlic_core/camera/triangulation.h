@@ -14,8 +14,8 @@ struct BearingObservation {
 };
 
 struct TriangulationOptions {
-  double largest_error = 4.0;                 // of an observation that agrees, in its sigmas
-  double least_parallax = 0.5 * 0.017453293;  // rad, the largest angle between two rays at the point
+  double largest_error = 4.0;       // of an observation that agrees, in its sigmas
+  double least_parallax_deg = 0.5;  // of the largest angle between two rays at the point
   double least_inlier_share = 0.5;
   double farthest = 1e4;  // m, from any centre
 };
