@@ -1,0 +1,53 @@
+#include "mlic_core/calibration/joint_problem.h"
+#include "mlic_core/geometry/so3.h"
+
+namespace mlic {
+
+void CalibrationPrior(const JointProblem& problem, const CalibrationState& state, const Layout& layout,
+                      Eigen::MatrixXd* information, Eigen::VectorXd* gradient) {
+  *information = Eigen::MatrixXd::Zero(layout.calibration, layout.calibration);
+  *gradient = Eigen::VectorXd::Zero(layout.calibration);
+  for (std::size_t i = 0; i < state.lidars.size(); ++i) {
+    if (!problem.guesses[i]) continue;
+    const ExtrinsicGuess& guess = *problem.guesses[i];
+    const RigidTransform& T = state.lidars[i].T_imu_sensor;
+    const Eigen::Vector3d rotation = Log(T.rotation * guess.T_imu_sensor.rotation.conjugate());
+    const Eigen::Vector3d translation = T.translation - guess.T_imu_sensor.translation;
+    const int at = Layout::Lidar(i);
+    for (int a = 0; a < 3; ++a) {
+      const double rotation_weight = 1.0 / (guess.sigma_rotation[a] * guess.sigma_rotation[a]);
+      const double translation_weight = 1.0 / (guess.sigma_translation[a] * guess.sigma_translation[a]);
+      (*information)(at + a, at + a) = rotation_weight;
+      (*information)(at + 3 + a, at + 3 + a) = translation_weight;
+      (*gradient)[at + a] = rotation_weight * rotation[a];
+      (*gradient)[at + 3 + a] = translation_weight * translation[a];
+    }
+  }
+  // An accelerometer bias of 0.2 m/s^2 and a gyroscope bias of 0.05 rad/s are large for any IMU in use.
+  for (std::size_t d = 0; d < state.drives.size(); ++d) {
+    const int at = layout.Bias(d);
+    for (int a = 0; a < 3; ++a) {
+      (*information)(at + a, at + a) = 1.0 / (0.05 * 0.05);
+      (*gradient)[at + a] = state.drives[d].gyroscope_bias[a] / (0.05 * 0.05);
+      (*information)(at + 3 + a, at + 3 + a) = 1.0 / (0.2 * 0.2);
+      (*gradient)[at + 3 + a] = state.drives[d].accelerometer_bias[a] / (0.2 * 0.2);
+    }
+  }
+  if (layout.matrices < 0) return;
+  // Scale and misalignment of a per cent or two (0.02) are the rule; only what the motion shows moves
+  // further.
+  constexpr double kMatrixWeight = 1.0 / (0.02 * 0.02);
+  int lower = layout.matrices + 9;
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) {
+      const double identity = r == c ? 1.0 : 0.0;
+      (*information)(layout.matrices + 3 * r + c, layout.matrices + 3 * r + c) = kMatrixWeight;
+      (*gradient)[layout.matrices + 3 * r + c] = kMatrixWeight * (state.gyroscope_matrix(r, c) - identity);
+      if (c > r) continue;
+      (*information)(lower, lower) = kMatrixWeight;
+      (*gradient)[lower++] = kMatrixWeight * (state.accelerometer_matrix(r, c) - identity);
+    }
+  }
+}
+
+}  // namespace mlic

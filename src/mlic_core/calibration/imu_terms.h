@@ -1,0 +1,17 @@
+#pragma once
+
+#include "mlic_core/calibration/linear_terms.h"
+
+namespace mlic {
+
+// Adds part `chunk` (of kLinearizationChunks) of one drive's IMU samples.
+void AddImu(const LinearizationPoint& at, std::size_t drive, std::size_t chunk, Accumulator* sum);
+
+// Adds the poses that one drive's trajectory is drawn to.
+void AddPoses(const LinearizationPoint& at, std::size_t drive, Accumulator* sum);
+
+// The map's position and yaw are free: they are held where they are, at the start (4 rows with zero
+// residual), with a sigma so small that it holds and so large that it does not spoil the conditioning.
+void AddGauge(const LinearizationPoint& at, std::size_t drive, Accumulator* sum);
+
+}  // namespace mlic

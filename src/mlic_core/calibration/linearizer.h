@@ -1,0 +1,17 @@
+#pragma once
+
+#include <vector>
+
+#include "mlic_core/calibration/linear_terms.h"
+
+namespace mlic {
+
+// The normal equations of the joint problem at a state: all that the problem says but for the priors.
+// landmarks: the planes' ties, in the order of drives and planes.
+Accumulator Linearize(const LinearizationPoint& at, std::vector<LandmarkTies>* landmarks);
+
+// The landmarks' own steps after the control points' and the calibration's (delta).
+void MoveLandmarks(const std::vector<LandmarkTies>& ties, const Eigen::VectorXd& delta,
+                   JointProblem* problem);
+
+}  // namespace mlic
