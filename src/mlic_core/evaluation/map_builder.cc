@@ -1,32 +1,9 @@
 #include <algorithm>
 
 #include "mlic_core/evaluation/map_quality.h"
+#include "mlic_core/evaluation/pose_interpolation.h"
 
 namespace mlic {
-namespace {
-
-// Pose at a time by the two neighbours; false outside the trajectory. `next` is a hint, moved along as times
-// grow.
-bool PoseAt(const std::vector<StampedPose>& trajectory, TimeNs time, std::size_t* next,
-            RigidTransform* pose) {
-  const auto after = [](TimeNs t, const StampedPose& p) { return t < p.time; };
-  std::size_t upper = *next;
-  if (upper == 0 || upper >= trajectory.size() || trajectory[upper - 1].time > time ||
-      trajectory[upper].time <= time) {
-    upper = static_cast<std::size_t>(std::upper_bound(trajectory.begin(), trajectory.end(), time, after) -
-                                     trajectory.begin());
-  }
-  if (upper == 0 || upper == trajectory.size()) return false;
-  *next = upper;
-  const StampedPose &a = trajectory[upper - 1], &b = trajectory[upper];
-  const double u = static_cast<double>(time - a.time) / static_cast<double>(b.time - a.time);
-  pose->rotation = a.pose.rotation.slerp(u, b.pose.rotation);
-  pose->translation = (1.0 - u) * a.pose.translation + u * b.pose.translation;
-  return true;
-}
-
-}  // namespace
-
 std::vector<MapPoint> BuildMap(const Drive& drive, const std::vector<std::string>& names,
                                const std::vector<StampedPose>& trajectory,
                                const CalibrationResult& calibration, std::size_t stride) {
@@ -42,7 +19,7 @@ std::vector<MapPoint> BuildMap(const Drive& drive, const std::vector<std::string
         if (counter++ % std::max<std::size_t>(1, stride) != 0) continue;
         RigidTransform T_map_imu;
         const double time = scan.time + static_cast<double>(point.time) + pose_and_clock.time_offset;
-        if (!PoseAt(trajectory, TimeFrom(drive.epoch, time), &hint, &T_map_imu)) continue;
+        if (!InterpolatePose(trajectory, TimeFrom(drive.epoch, time), &hint, &T_map_imu)) continue;
         MapPoint mapped;
         const Eigen::Vector3d in_imu = pose_and_clock.T_imu_sensor * point.position.cast<double>().eval();
         mapped.position = (T_map_imu * in_imu).cast<float>();

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <vector>
+
+#include "mlic_core/calibration/result.h"
+
+namespace mlic {
+
+// Pose of a trajectory in order of time, by the two neighbours (linear and slerp); false outside it. `next`
+// is a hint, moved along as times grow; begin with 0.
+bool InterpolatePose(const std::vector<StampedPose>& trajectory, TimeNs time, std::size_t* next,
+                     RigidTransform* pose);
+
+}  // namespace mlic

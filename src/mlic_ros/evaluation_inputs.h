@@ -1,0 +1,27 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "mlic_core/calibration/result.h"
+#include "mlic_core/sensors/rig.h"
+#include "mlic_ros/bag_set.h"
+
+namespace mlic {
+
+// What `evaluate` reads besides the calibration itself.
+
+// The trajectory of the first drive, trajectory.tum beside the calibration. InputError when it is not there
+// or has fewer than two poses, or poses out of order.
+std::vector<StampedPose> ReadTrajectoryBeside(const std::filesystem::path& calibration);
+
+// The bag's topics of the calibration's LiDARs, found by frame_id, where a frame is not unique by the name
+// drafted from the topic. InputError names a LiDAR whose topic is not found, with the bag's LiDAR topics and
+// frames.
+Rig RigOfCalibration(const BagSet& bags, const CalibrationResult& calibration);
+
+// A calibration whose LiDARs stand where the other one (the truth) says; sensors that it lacks are left out.
+CalibrationResult WithPosesOf(const CalibrationResult& calibration, const CalibrationResult& other);
+
+}  // namespace mlic
