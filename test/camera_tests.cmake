@@ -2,3 +2,4 @@
 mlic_add_test(camera_model_test LIBRARIES mlic_sensors opencv_calib3d)
 mlic_add_test(camera_two_view_test LIBRARIES mlic_camera)
 mlic_add_test(camera_triangulation_test LIBRARIES mlic_camera)
+mlic_add_test(camera_reprojection_test LIBRARIES mlic_factors)
