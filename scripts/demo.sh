@@ -74,8 +74,9 @@ if [ -f "$output/calibration.yaml" ]; then
   echo "== results in $output:"
   ls "$output"
   if [ -n "$truth" ]; then
-    echo "== error against the simulated truth"
-    "$repository/scripts/compare_with_truth.py" "$output/calibration.yaml" "$truth"
+    echo "== against the simulated truth"
+    rosrun mlic evaluate --bag "$bag" --calibration "$output/calibration.yaml" --truth "$truth" \
+      --output "$(dirname "$output")/evaluation"
   fi
 fi
 exit "$status"

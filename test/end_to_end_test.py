@@ -4,6 +4,7 @@
 usage: end_to_end_test.py PROGRAM_DIRECTORY REPOSITORY
 """
 
+import csv
 import math
 import pathlib
 import shutil
@@ -17,8 +18,6 @@ import yaml
 
 PROGRAMS = pathlib.Path(sys.argv[1])
 REPOSITORY = pathlib.Path(sys.argv[2])
-sys.path.insert(0, str(REPOSITORY / 'scripts'))
-import compare_with_truth  # noqa: E402
 
 
 def run(program, *arguments):
@@ -52,16 +51,45 @@ class EndToEnd(unittest.TestCase):
         calibration = yaml.safe_load((output / 'calibration.yaml').read_text())
         self.assertEqual(calibration['format'], 'mlic_calibration/1')
         self.assertEqual(calibration['verdict'], 'trusted')
-        rows = compare_with_truth.errors(calibration, yaml.safe_load(truth.read_text()))
-        self.assertEqual(len(rows), 1)
-        name, rotation, translation, offset, _ = rows[0]
-        self.assertLess(math.hypot(*rotation), 0.03, name)
-        self.assertLess(math.hypot(*translation), 0.008, name)
-        self.assertLess(abs(offset), 1e-4, name)
+        self.check_evaluation(drive, output, truth)
         urdf = subprocess.run(['check_urdf', output / 'sensors.urdf.xacro'], capture_output=True, text=True)
         self.assertEqual(urdf.returncode, 0, urdf.stdout + urdf.stderr)
         launch = xml.etree.ElementTree.parse(output / 'static_transforms.launch').getroot()
         self.assertEqual([node.get('pkg') for node in launch.iter('node')], ['tf2_ros'])
+
+    def check_evaluation(self, drive, calibration, truth):
+        output = self.folder / 'evaluation'
+        arguments = ['--bag', drive, '--calibration', calibration / 'calibration.yaml', '--output', output]
+        done = run('evaluate', *arguments, '--truth', truth)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertEqual((output / 'evaluation.txt').read_text(), done.stdout)
+        with (output / 'errors.csv').open() as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual(len(rows), 1)
+        self.assertLess(float(rows[0]['rotation_deg']), 0.03)
+        self.assertLess(math.hypot(*(float(rows[0][f'translation_{axis}']) for axis in 'xyz')), 0.008)
+        self.assertLess(abs(float(rows[0]['time_offset'])), 1e-4)
+        entropies = []
+        for name in ['map_quality.csv', 'map_quality_truth.csv']:
+            with (output / name).open() as file:
+                entropies.append(float(next(row['value'] for row in csv.DictReader(file) if row['name'] == 'all')))
+        self.assertLess(abs(entropies[0] - entropies[1]), 0.05, 'the map is as crisp as with the true calibration')
+        # Without a truth the old comparison goes; bad input is one line, and nothing is written.
+        self.assertEqual(run('evaluate', *arguments).returncode, 0)
+        self.assertFalse((output / 'errors.csv').exists())
+        shutil.rmtree(output)
+        for bad, part in [(['--reference-topic', '/not/there'], '/not/there'),
+                          (['--reference-topic', '/imu/data'], 'nav_msgs/Odometry'),
+                          (['--truth', self.folder / 'none.yaml'], 'none.yaml')]:
+            done = run('evaluate', *arguments, *bad)
+            self.assertEqual(done.returncode, 1, done.stderr)
+            self.assertIn(part, done.stderr)
+            self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+        (calibration / 'trajectory.tum').unlink()
+        done = run('evaluate', *arguments)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn('trajectory.tum', done.stderr)
+        self.assertFalse(output.exists())
 
     def test_a_parked_vehicle_is_refused(self):
         drive, rig, _ = self.simulate('static', 10)
