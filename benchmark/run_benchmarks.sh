@@ -22,6 +22,22 @@ for text, name in [('IMU: gyroscope and accelerometer', 'Imu'), ('point to plane
     print(f'{text:36} {closed:7.0f} ns {autodiff:9.0f} ns {autodiff / closed:7.1f}')
 print(f'Preparation of a control point, once for each change: {median["PreparationOfOneControlPoint"]:.0f} ns')
 EOF
+"$build/benchmark/reprojection_benchmark" --benchmark_out="$build/benchmark/reprojection.json" \
+  --benchmark_out_format=json --benchmark_repetitions=5 --benchmark_report_aggregates_only=true >/dev/null
+/usr/bin/python3 - "$build/benchmark/reprojection.json" <<'EOF'
+import json
+import sys
+
+with open(sys.argv[1]) as file:
+    runs = json.load(file)['benchmarks']
+median = {run['run_name']: run['cpu_time'] for run in runs if run.get('aggregate_name') == 'median'}
+print('\nReprojection with all Jacobians, rolling shutter included; camera models alone; one core, median of 5 runs')
+print(f'{"":20} {"residual":>12} {"project":>12} {"unproject":>12}')
+for number, name in enumerate(['plumb_bob', 'rational_polynomial', 'equidistant', 'double_sphere']):
+    times = [median[f'{what}/model:{number}'] for what in ['ReprojectionClosedForm', 'ProjectWithJacobians', 'UnprojectPixel']]
+    print(f'{name:20}' + ''.join(f'{time:10.0f} ns' for time in times))
+print(f'plumb_bob by autodiff: {median["ReprojectionCeresAutodiff"]:.0f} ns')
+EOF
 cd "$repository"
 echo
 echo 'LiDAR odometry, one thread'
