@@ -73,6 +73,7 @@ struct TestBag {
   bool with_imu = true, with_lidar = true, livox = false;
   std::function<bool(int index, sensor_msgs::Imu&)> on_imu;            // false: left out
   std::function<bool(int index, sensor_msgs::PointCloud2&)> on_cloud;  // false: left out
+  std::function<void(rosbag::Bag&)> write_more;                        // other topics
 };
 
 inline sensor_msgs::PointField Field(const std::string& name, std::uint32_t offset, std::uint8_t type) {
@@ -180,7 +181,7 @@ inline void WriteTestBag(const TestBag& recipe) {
   rosbag::Bag bag(recipe.path, rosbag::bagmode::Write);
   for (int i = 0; recipe.with_imu && i < static_cast<int>(recipe.seconds * 100.0); ++i) {
     sensor_msgs::Imu imu;
-    const TimeNs time = recipe.start + i * 10'000'000;
+    const TimeNs time = recipe.start + TimeNs{i} * 10'000'000;
     imu.header.stamp = RosTimeAt(time);
     imu.header.frame_id = "imu_frame";
     imu.linear_acceleration.z = 9.81;
@@ -188,7 +189,7 @@ inline void WriteTestBag(const TestBag& recipe) {
     if (!recipe.on_imu || recipe.on_imu(i, imu)) bag.write("/imu", RosTimeAt(time), imu);
   }
   for (int i = 0; recipe.with_lidar && i < static_cast<int>(recipe.seconds / kScanPeriod); ++i) {
-    const TimeNs start = recipe.start + i * 100'000'000;
+    const TimeNs start = recipe.start + TimeNs{i} * 100'000'000;
     const TimeNs clock = TimeFrom(start, recipe.lidar_clock_ahead);
     const ros::Time record = RosTimeAt(TimeFrom(start, kScanPeriod));
     if (recipe.livox) {
@@ -198,6 +199,7 @@ inline void WriteTestBag(const TestBag& recipe) {
     sensor_msgs::PointCloud2 cloud = MakeTestCloud(recipe, clock);
     if (!recipe.on_cloud || recipe.on_cloud(i, cloud)) bag.write("/points", record, cloud);
   }
+  if (recipe.write_more) recipe.write_more(bag);
 }
 
 }  // namespace mlic

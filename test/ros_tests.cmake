@@ -2,6 +2,7 @@
 mlic_add_test(lidar_point_time_test LIBRARIES mlic_lidar)
 if(MLIC_WITH_ROS)
   mlic_add_test(ros_bag_loader_test LIBRARIES mlic_bag)
+  mlic_add_test(ros_camera_loader_test LIBRARIES mlic_bag)
 endif()
 
 if(BUILD_TESTING AND TARGET calibrate_node AND TARGET simulate)

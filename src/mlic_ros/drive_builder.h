@@ -5,6 +5,7 @@
 
 #include "mlic_core/sensors/measurements.h"
 #include "mlic_ros/bag_images.h"
+#include "mlic_ros/drive_notes.h"
 #include "mlic_ros/imu_check.h"
 #include "mlic_ros/scan_reader.h"
 
@@ -15,12 +16,6 @@ struct DriveMessages {
   std::vector<StampedImu> imu;
   std::vector<std::vector<ReadScan>> lidars;    // one for each LiDAR format
   std::vector<std::vector<ReadImage>> cameras;  // one for each image format
-};
-
-// Text for people about one topic: counts and what was left out; and what is odd.
-struct DriveNotes {
-  std::vector<std::string> lines;
-  std::vector<std::string> warnings;
 };
 
 // Sorts and cleans the messages, reports what was odd about them and puts all times on one epoch, the first
