@@ -2,6 +2,23 @@
 #include "mlic_core/geometry/so3.h"
 
 namespace mlic {
+namespace {
+
+void AddGuess(const ExtrinsicGuess& guess, const RigidTransform& T, int at, Eigen::MatrixXd* information,
+              Eigen::VectorXd* gradient) {
+  const Eigen::Vector3d rotation = Log(T.rotation * guess.T_imu_sensor.rotation.conjugate());
+  const Eigen::Vector3d translation = T.translation - guess.T_imu_sensor.translation;
+  for (int a = 0; a < 3; ++a) {
+    const double rotation_weight = 1.0 / (guess.sigma_rotation[a] * guess.sigma_rotation[a]);
+    const double translation_weight = 1.0 / (guess.sigma_translation[a] * guess.sigma_translation[a]);
+    (*information)(at + a, at + a) = rotation_weight;
+    (*information)(at + 3 + a, at + 3 + a) = translation_weight;
+    (*gradient)[at + a] = rotation_weight * rotation[a];
+    (*gradient)[at + 3 + a] = translation_weight * translation[a];
+  }
+}
+
+}  // namespace
 
 void CalibrationPrior(const JointProblem& problem, const CalibrationState& state, const Layout& layout,
                       Eigen::MatrixXd* information, Eigen::VectorXd* gradient) {
@@ -9,19 +26,18 @@ void CalibrationPrior(const JointProblem& problem, const CalibrationState& state
   *gradient = Eigen::VectorXd::Zero(layout.calibration);
   for (std::size_t i = 0; i < state.lidars.size(); ++i) {
     if (!problem.guesses[i]) continue;
-    const ExtrinsicGuess& guess = *problem.guesses[i];
-    const RigidTransform& T = state.lidars[i].T_imu_sensor;
-    const Eigen::Vector3d rotation = Log(T.rotation * guess.T_imu_sensor.rotation.conjugate());
-    const Eigen::Vector3d translation = T.translation - guess.T_imu_sensor.translation;
-    const int at = Layout::Lidar(i);
-    for (int a = 0; a < 3; ++a) {
-      const double rotation_weight = 1.0 / (guess.sigma_rotation[a] * guess.sigma_rotation[a]);
-      const double translation_weight = 1.0 / (guess.sigma_translation[a] * guess.sigma_translation[a]);
-      (*information)(at + a, at + a) = rotation_weight;
-      (*information)(at + 3 + a, at + 3 + a) = translation_weight;
-      (*gradient)[at + a] = rotation_weight * rotation[a];
-      (*gradient)[at + 3 + a] = translation_weight * translation[a];
+    AddGuess(*problem.guesses[i], state.lidars[i].T_imu_sensor, Layout::Lidar(i), information, gradient);
+  }
+  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
+    if (c < problem.camera_guesses.size() && problem.camera_guesses[c]) {
+      AddGuess(*problem.camera_guesses[c], state.cameras[c].sensor.T_imu_sensor, layout.Camera(c),
+               information, gradient);
     }
+    if (layout.Readout(c) < 0) continue;
+    // A rolling shutter takes between nothing and an image's period to read out.
+    constexpr double kReadoutWeight = 1.0 / (0.05 * 0.05);
+    (*information)(layout.Readout(c), layout.Readout(c)) = kReadoutWeight;
+    (*gradient)[layout.Readout(c)] = kReadoutWeight * state.cameras[c].readout;
   }
   // An accelerometer bias of 0.2 m/s^2 and a gyroscope bias of 0.05 rad/s are large for any IMU in use.
   for (std::size_t d = 0; d < state.drives.size(); ++d) {

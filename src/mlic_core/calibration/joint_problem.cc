@@ -5,6 +5,41 @@
 #include "mlic_core/calibration/linearizer.h"
 
 namespace mlic {
+namespace {
+
+// Where the landmarks are, to go back to.
+struct LandmarkGeometry {
+  std::vector<std::vector<MapPlane>> planes;
+  std::vector<std::vector<PointLandmark>> points;
+};
+
+LandmarkGeometry GeometryOf(const JointProblem& problem) {
+  LandmarkGeometry geometry;
+  for (const PlaneAssociation& association : problem.planes) geometry.planes.push_back(association.planes);
+  for (const LandmarkSet& set : problem.landmarks) geometry.points.push_back(set.points);
+  return geometry;
+}
+
+void RestoreGeometry(const LandmarkGeometry& geometry, JointProblem* problem) {
+  for (std::size_t d = 0; d < geometry.planes.size(); ++d) problem->planes[d].planes = geometry.planes[d];
+  for (std::size_t d = 0; d < geometry.points.size(); ++d) problem->landmarks[d].points = geometry.points[d];
+}
+
+void HoldCamera(const HeldCameraParameters& held, const Layout& layout, std::size_t camera,
+                std::vector<bool>* free_calibration) {
+  const auto hold = [&](int first, int count) {
+    std::fill_n(free_calibration->begin() + first, count, false);
+  };
+  if (held.rotation) hold(layout.Camera(camera), 3);
+  if (held.translation) hold(layout.Camera(camera) + 3, 3);
+  if (held.time_offset) hold(layout.Camera(camera) + 6, 1);
+  if (held.readout && layout.Readout(camera) >= 0) hold(layout.Readout(camera), 1);
+  for (std::size_t i = 0; i < held.intrinsics.size(); ++i) {
+    if (held.intrinsics[i]) hold(layout.Intrinsics(camera) + static_cast<int>(i), 1);
+  }
+}
+
+}  // namespace
 
 SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
                                const CancellationToken& cancellation, CalibrationState* state) {
@@ -15,11 +50,16 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
     if (problem.lidar_held[i]) std::fill_n(free_calibration.begin() + Layout::Lidar(i), 7, false);
   }
   if (problem.hold_trajectory) {
-    std::fill(free_calibration.begin() + 7 * state->lidars.size(), free_calibration.end(), false);
+    std::fill(free_calibration.begin() + (layout.matrices >= 0 ? layout.matrices : layout.biases),
+              free_calibration.end(), false);
+  }
+  for (std::size_t c = 0; c < problem.camera_held.size(); ++c) {
+    HoldCamera(problem.camera_held[c], layout, c, &free_calibration);
   }
   SolveSummary summary;
   for (const PlaneAssociation& association : problem.planes)
     summary.observations += association.observations.size();
+  for (const LandmarkSet& set : problem.landmarks) summary.landmark_observations += set.observations.size();
   std::vector<LandmarkTies> ties;
   const auto linearize = [&](const CalibrationState& at) { return Linearize({problem, at, layout}, &ties); };
   Eigen::MatrixXd prior;
@@ -39,14 +79,14 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
     }
     summary.information = solution.information;
     CalibrationState moved = *state;
-    const JointProblem before = problem;
+    const LandmarkGeometry before = GeometryOf(problem);
     layout.Update(solution.delta, &moved);
     if (problem.hold_trajectory) moved.drives = state->drives;
     MoveLandmarks(ties, solution.delta, &problem);
     Accumulator next = linearize(moved);
     if (next.cost > sum.cost * (1.0 + 1e-3) + 1e-9 && iteration + 1 < iterations) {
       // Priors may rightly raise the data's cost a little; more than that is a step too far.
-      problem = before;
+      RestoreGeometry(before, &problem);
       damping = std::max(1e-4, 10.0 * damping);
       sum = linearize(*state);
       continue;
@@ -55,9 +95,10 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
     if (damping < 1e-6) damping = 0.0;
     *state = std::move(moved);
     summary.last_cost = next.cost;
-    summary.last_step = solution.delta.segment(layout.knots, 7 * state->lidars.size()).cwiseAbs().maxCoeff();
+    summary.last_step = solution.delta.segment(layout.knots, 7 * layout.sensors).cwiseAbs().maxCoeff();
     sum = std::move(next);
   }
+  for (LandmarkSet& set : problem.landmarks) summary.points.push_back(std::move(set.points));
   return summary;
 }
 

@@ -30,6 +30,37 @@ struct PlaneAssociation {
   std::vector<std::size_t> begin;  // of each plane's observations; one more than planes
 };
 
+// A sight of a point landmark.
+struct LandmarkObservation {
+  std::int32_t camera;
+  float sigma;  // px, of each coordinate
+  double time;  // of the image, camera clock
+  Eigen::Vector2d pixel;
+};
+
+// A point that cameras see. The anchor, a place near the cameras, is where its bearing and inverse distance
+// are taken from as parameters, so that far points are well-behaved. Map frame.
+struct PointLandmark {
+  Eigen::Vector3d position;
+  Eigen::Vector3d anchor;
+};
+
+// One drive's point landmarks and the sights of each.
+struct LandmarkSet {
+  std::vector<PointLandmark> points;
+  std::vector<LandmarkObservation> observations;
+  std::vector<std::size_t> begin;  // of each point's observations; one more than points
+};
+
+// Which parameters of a camera do not move.
+struct HeldCameraParameters {
+  bool rotation = false;
+  bool translation = false;
+  bool time_offset = false;
+  bool readout = false;
+  std::vector<bool> intrinsics;  // for each parameter; empty: all move
+};
+
 // A pose of the IMU that the trajectory is drawn to while it is being initialised.
 struct PoseObservation {
   double time;  // IMU clock
@@ -47,12 +78,15 @@ struct ImuSigma {
 // Everything that the joint solve is made of. What is held constant is said by the flags and the mask.
 struct JointProblem {
   const Dataset* dataset = nullptr;
-  std::vector<ImuSigma> imu_sigma;                     // for each drive
-  std::vector<PlaneAssociation> planes;                // for each drive; may be empty
-  std::vector<std::vector<PoseObservation>> poses;     // for each drive; may be empty
-  std::vector<std::optional<ExtrinsicGuess>> guesses;  // for each LiDAR: priors
-  std::vector<bool> lidar_held;                        // neither pose nor offset moves
-  bool hold_trajectory = false;                        // and the biases
+  std::vector<ImuSigma> imu_sigma;                            // for each drive
+  std::vector<PlaneAssociation> planes;                       // for each drive; may be empty
+  std::vector<LandmarkSet> landmarks;                         // for each drive; may be empty
+  std::vector<std::vector<PoseObservation>> poses;            // for each drive; may be empty
+  std::vector<std::optional<ExtrinsicGuess>> guesses;         // for each LiDAR: priors
+  std::vector<bool> lidar_held;                               // neither pose nor offset moves
+  std::vector<std::optional<ExtrinsicGuess>> camera_guesses;  // for each camera: priors; may be empty
+  std::vector<HeldCameraParameters> camera_held;              // for each camera; empty: all move
+  bool hold_trajectory = false;                               // and the biases
   bool estimate_imu_matrices = false;
 };
 
@@ -61,8 +95,10 @@ struct SolveSummary {
   double first_cost = 0.0;
   double last_cost = 0.0;
   std::size_t observations = 0;  // of points to planes
-  double last_step = 0.0;        // largest step of the calibration in the last iteration: m, rad
-  Eigen::MatrixXd information;   // of the calibration, from the data alone, at the last linearisation
+  std::size_t landmark_observations = 0;
+  double last_step = 0.0;       // largest step of the calibration in the last iteration: m, rad
+  Eigen::MatrixXd information;  // of the calibration, from the data alone, at the last linearisation
+  std::vector<std::vector<PointLandmark>> points;  // as the solve moved them, for each drive
 };
 
 // Gauss-Newton with Marquardt damping on steps that do not lower the cost. The result does not depend on the
@@ -81,6 +117,11 @@ struct ImuResiduals {
   std::vector<Eigen::Matrix<double, 6, 1>> values;
 };
 ImuResiduals EvaluateImuResiduals(const Dataset& dataset, const CalibrationState& state, std::size_t drive);
+
+// Reprojection errors in pixels of all observations of one drive's landmarks, in their order; not a number
+// where the point cannot be projected.
+std::vector<Eigen::Vector2d> LandmarkResiduals(const LandmarkSet& landmarks, const CalibrationState& state,
+                                               std::size_t drive);
 
 // Signed distances in metres of all observations of one drive to their planes, in their order.
 std::vector<float> PlaneResiduals(const PlaneAssociation& association, const CalibrationState& state,

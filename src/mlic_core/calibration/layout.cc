@@ -39,6 +39,13 @@ int Bandwidth(const SplitSpline& trajectory, const Layout::DriveKnots& knots) {
   return widest + 6;
 }
 
+void Move(const Eigen::Matrix<double, 7, 1>& step, SensorCalibration* sensor) {
+  RigidTransform& T = sensor->T_imu_sensor;
+  T.rotation = (ExpQuaternion(step.head<3>()) * T.rotation).normalized();
+  T.translation += step.segment<3>(3);
+  sensor->time_offset += step[6];
+}
+
 }  // namespace
 
 Layout::Layout(const CalibrationState& state, bool with_imu_matrices) {
@@ -48,7 +55,14 @@ Layout::Layout(const CalibrationState& state, bool with_imu_matrices) {
     bandwidth = std::max(bandwidth, Bandwidth(drive.trajectory, indices));
     drives.push_back(std::move(indices));
   }
-  calibration = 7 * static_cast<int>(state.lidars.size());
+  first_camera = Lidar(state.lidars.size());
+  sensors = static_cast<int>(state.lidars.size() + state.cameras.size());
+  calibration = 7 * sensors;
+  for (const CameraCalibration& camera : state.cameras) {
+    readout.push_back(camera.rolling_shutter ? calibration++ : -1);
+    intrinsics.push_back(calibration);
+    calibration += ParameterCount(camera.intrinsics.model);
+  }
   if (with_imu_matrices) {
     matrices = calibration;
     calibration += 15;
@@ -65,11 +79,15 @@ void Layout::Update(const Eigen::VectorXd& delta, CalibrationState* state) const
     state->drives[d].accelerometer_bias += delta.segment<3>(knots + Bias(d) + 3);
   }
   for (std::size_t i = 0; i < state->lidars.size(); ++i) {
-    const int at = knots + Lidar(i);
-    RigidTransform& T = state->lidars[i].T_imu_sensor;
-    T.rotation = (ExpQuaternion(delta.segment<3>(at)) * T.rotation).normalized();
-    T.translation += delta.segment<3>(at + 3);
-    state->lidars[i].time_offset += delta[at + 6];
+    Move(delta.segment<7>(knots + Lidar(i)), &state->lidars[i]);
+  }
+  for (std::size_t c = 0; c < state->cameras.size(); ++c) {
+    CameraCalibration& camera = state->cameras[c];
+    Move(delta.segment<7>(knots + Camera(c)), &camera.sensor);
+    if (Readout(c) >= 0) camera.readout += delta[knots + Readout(c)];
+    for (std::size_t i = 0; i < camera.intrinsics.parameters.size(); ++i) {
+      camera.intrinsics.parameters[i] += delta[knots + Intrinsics(c) + static_cast<int>(i)];
+    }
   }
   if (matrices < 0) return;
   int lower = knots + matrices + 9;

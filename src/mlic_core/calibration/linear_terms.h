@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -66,6 +67,18 @@ void AddRows(const KnotColumns& columns, const std::vector<int>& calibration, co
       sum->corner(calibration[i], calibration[k]) += H(24 + i, 24 + k);
     }
   }
+}
+
+// Where to cut landmarks into kLinearizationChunks parts with equal numbers of observations; one more than
+// parts. begin: of each landmark's observations, one more than landmarks.
+inline std::vector<std::size_t> CutByObservations(const std::vector<std::size_t>& begin) {
+  const std::size_t count = begin.size() - 1;
+  std::vector<std::size_t> cut(kLinearizationChunks + 1, count);
+  for (std::size_t c = 0; c < kLinearizationChunks; ++c) {
+    const std::size_t observation = begin[count] * c / kLinearizationChunks;
+    cut[c] = std::lower_bound(begin.begin(), begin.end() - 1, observation) - begin.begin();
+  }
+  return cut;
 }
 
 // The ties of one landmark while its observations are summed; slots are found by control point.

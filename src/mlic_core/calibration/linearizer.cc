@@ -1,8 +1,10 @@
 #include "mlic_core/calibration/linearizer.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 
 #include "mlic_core/calibration/imu_terms.h"
+#include "mlic_core/calibration/landmark_terms.h"
 #include "mlic_core/calibration/plane_terms.h"
 #include "mlic_core/common/parallel.h"
 
@@ -29,14 +31,20 @@ Accumulator Linearize(const LinearizationPoint& at, std::vector<LandmarkTies>* l
   landmarks->clear();
   for (std::size_t d = 0; d < at.state.drives.size(); ++d) {
     const std::size_t planes = d < problem.planes.size() ? problem.planes[d].planes.size() : 0;
+    const std::size_t points = d < problem.landmarks.size() ? problem.landmarks[d].points.size() : 0;
     const std::size_t first = landmarks->size();
-    landmarks->resize(first + planes);
-    std::vector<std::size_t> cut;
-    if (planes > 0) cut = PlaneTerms::Cut(problem.planes[d].begin);
+    landmarks->resize(first + planes + points);
+    std::vector<std::size_t> plane_cut, point_cut;
+    if (planes > 0) plane_cut = CutByObservations(problem.planes[d].begin);
+    if (points > 0) point_cut = CutByObservations(problem.landmarks[d].begin);
     std::vector<Accumulator> parts(kLinearizationChunks,
                                    Accumulator(layout.knots, layout.bandwidth, layout.calibration));
     ParallelFor(kLinearizationChunks, [&](std::size_t c) {
-      if (planes > 0) plane_terms.Add(d, cut[c], cut[c + 1], landmarks->data() + first, &parts[c]);
+      if (planes > 0)
+        plane_terms.Add(d, plane_cut[c], plane_cut[c + 1], landmarks->data() + first, &parts[c]);
+      if (points > 0) {
+        AddLandmarks(at, d, point_cut[c], point_cut[c + 1], landmarks->data() + first + planes, &parts[c]);
+      }
       if (!problem.hold_trajectory) AddImu(at, d, c, &parts[c]);
     });
     for (const Accumulator& part : parts) sum += part;
@@ -50,8 +58,16 @@ Accumulator Linearize(const LinearizationPoint& at, std::vector<LandmarkTies>* l
 void MoveLandmarks(const std::vector<LandmarkTies>& ties, const Eigen::VectorXd& delta,
                    JointProblem* problem) {
   std::size_t at = 0;
-  for (PlaneAssociation& association : problem->planes) {
-    for (MapPlane& plane : association.planes) MovePlane(LandmarkStep(ties[at++], delta), &plane);
+  const std::size_t drives = std::max(problem->planes.size(), problem->landmarks.size());
+  for (std::size_t d = 0; d < drives; ++d) {
+    if (d < problem->planes.size()) {
+      for (MapPlane& plane : problem->planes[d].planes) MovePlane(LandmarkStep(ties[at++], delta), &plane);
+    }
+    if (d < problem->landmarks.size()) {
+      for (PointLandmark& point : problem->landmarks[d].points) {
+        MovePoint(LandmarkStep(ties[at++], delta), &point);
+      }
+    }
   }
 }
 

@@ -7,7 +7,7 @@
 namespace mlic {
 
 // The normal equations of the joint problem at a state: all that the problem says but for the priors.
-// landmarks: the planes' ties, in the order of drives and planes.
+// landmarks: for each drive the planes' ties, then the points'.
 Accumulator Linearize(const LinearizationPoint& at, std::vector<LandmarkTies>* landmarks);
 
 // The landmarks' own steps after the control points' and the calibration's (delta).

@@ -62,18 +62,6 @@ class PlaneTerms::RowBuffer {
 
 PlaneTerms::PlaneTerms(const LinearizationPoint& at) : at_(at), extrinsics_(Extrinsics(at.state)) {}
 
-std::vector<std::size_t> PlaneTerms::Cut(const std::vector<std::size_t>& observations_begin) {
-  const std::size_t count = observations_begin.size() - 1;
-  std::vector<std::size_t> cut(kLinearizationChunks + 1, count);
-  const std::size_t total = observations_begin[count];
-  for (std::size_t c = 0; c < kLinearizationChunks; ++c) {
-    cut[c] = std::lower_bound(observations_begin.begin(), observations_begin.end() - 1,
-                              total * c / kLinearizationChunks) -
-             observations_begin.begin();
-  }
-  return cut;
-}
-
 void PlaneTerms::Add(std::size_t d, std::size_t begin, std::size_t end, LandmarkTies* ties,
                      Accumulator* sum) const {
   const PlaneAssociation& association = at_.problem.planes[d];

@@ -15,10 +15,6 @@ class PlaneTerms {
   // Adds the planes [begin, end) of one drive; ties: one for each plane of the drive.
   void Add(std::size_t drive, std::size_t begin, std::size_t end, LandmarkTies* ties, Accumulator* sum) const;
 
-  // Where to cut one drive's planes into kLinearizationChunks parts with equal numbers of observations; one
-  // more than parts.
-  static std::vector<std::size_t> Cut(const std::vector<std::size_t>& observations_begin);
-
  private:
   class RowBuffer;
   void Flush(std::size_t drive, int rotation_first, int position_first, int lidar, RowBuffer* buffer,

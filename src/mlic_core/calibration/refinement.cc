@@ -177,10 +177,10 @@ ObservabilityAnalysis Refinement::Analyze() const {
   Eigen::MatrixXd prior;
   Eigen::VectorXd gradient;
   CalibrationPrior(problem_, state_, layout, &prior, &gradient);
-  const int lidars = 7 * static_cast<int>(state_.lidars.size());
+  const int sensors = 7 * layout.sensors;
   // Priors of biases and matrices are knowledge about IMUs and belong to the data; guesses do not.
   Eigen::MatrixXd guess = Eigen::MatrixXd::Zero(prior.rows(), prior.cols());
-  guess.topLeftCorner(lidars, lidars) = prior.topLeftCorner(lidars, lidars);
+  guess.topLeftCorner(sensors, sensors) = prior.topLeftCorner(sensors, sensors);
   const double residuals = static_cast<double>(std::max<std::size_t>(1, last_solve_.observations));
   const double scatter = std::max(1.0, last_solve_.last_cost / (residuals + 6.0 * ImuSampleCount(dataset_)));
   return AnalyzeObservability(last_solve_.information / (scatter * correlation_) + (prior - guess), guess,

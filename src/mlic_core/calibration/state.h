@@ -16,8 +16,16 @@ struct DriveState {
   Eigen::Vector3d accelerometer_bias = Eigen::Vector3d::Zero();
 };
 
+struct CameraCalibration {
+  SensorCalibration sensor;  // the time offset belongs to row 0, in the middle of its exposure
+  CameraIntrinsics intrinsics;
+  bool rolling_shutter = false;
+  double readout = 0.0;  // s, from row 0 to the row below the last; 0 for global shutters
+};
+
 struct CalibrationState {
   std::vector<SensorCalibration> lidars;
+  std::vector<CameraCalibration> cameras;
   Eigen::Matrix3d gyroscope_matrix = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d accelerometer_matrix = Eigen::Matrix3d::Identity();
   std::vector<DriveState> drives;
