@@ -160,6 +160,27 @@ TEST(TwoView, RotationAloneShowsNoTranslation) {
   }
 }
 
+// A few near points among many far ones show the translation, and are not lost to a rotation.
+TEST(TwoView, FewNearPointsShowTheTranslation) {
+  for (int seed = 0; seed < 10; ++seed) {
+    SceneOptions options;
+    options.noise = 0.0005;
+    options.baseline = 0.05;
+    options.matches = 270;
+    const Scene far = MakeScene(seed, options);
+    options.baseline = 1.0;
+    options.matches = 30;
+    Scene scene = MakeScene(seed, options);  // the same motion, 20 times as near
+    scene.a.insert(scene.a.end(), far.a.begin(), far.a.end());
+    scene.b.insert(scene.b.end(), far.b.begin(), far.b.end());
+    const auto geometry = EstimateTwoView(scene.a, scene.b, {});
+    ASSERT_TRUE(geometry);
+    EXPECT_TRUE(geometry->has_translation) << seed;
+    EXPECT_GT(geometry->inliers, 290) << seed;
+    EXPECT_LT(DirectionError(geometry->t_b_a, scene), 0.1) << seed;
+  }
+}
+
 TEST(TwoView, SwappedViewsInvertTheResult) {
   SceneOptions options;
   options.noise = 0.0005;

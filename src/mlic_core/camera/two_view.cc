@@ -1,11 +1,11 @@
 #include "mlic_core/camera/two_view.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 
+#include "mlic_core/camera/epipolar_refinement.h"
 #include "mlic_core/camera/five_point.h"
 #include "mlic_core/common/error.h"
 #include "mlic_core/common/random.h"
@@ -22,10 +22,10 @@ constexpr double kRotationErrorFactor = 1.6;
 constexpr int kFewestIterations = 50;
 constexpr int kMostRefinements = 10;
 
-struct Pose {
-  Eigen::Matrix3d R;
-  Eigen::Vector3d t;
-};
+// Of the matches that a rotation does not explain this share at most meets the epipolar constraint of the
+// luckiest translation by chance; and a few more prove nothing.
+constexpr double kShareByChance = 0.1;
+constexpr int kFewestWithParallax = 5;
 
 class Matches {
  public:
@@ -36,16 +36,15 @@ class Matches {
   int size() const { return static_cast<int>(a_.size()); }
 
   std::optional<Eigen::Matrix3d> RansacRotation(std::vector<bool>* inlier) const;
-  std::optional<Pose> RansacPose(std::vector<bool>* inlier) const;
+  std::optional<RelativePose> RansacPose(std::vector<bool>* inlier) const;
 
  private:
   double RotationCost(const Eigen::Matrix3d& R, double bound, std::vector<bool>* inlier) const;
   double EssentialCost(const Eigen::Matrix3d& E, double bound, std::vector<bool>* inlier) const;
   Eigen::Matrix3d FitRotation(const std::vector<bool>& inlier) const;
-  Pose Decompose(const Eigen::Matrix3d& E, const std::vector<bool>& inlier) const;
-  Pose Refine(Pose pose, const std::vector<bool>& inlier) const;
-  Pose Polish(Pose pose, std::vector<bool>* inlier) const;
-  bool InFront(const Pose& pose, int i) const;
+  RelativePose Decompose(const Eigen::Matrix3d& E, const std::vector<bool>& inlier) const;
+  RelativePose Polish(RelativePose pose, std::vector<bool>* inlier) const;
+  bool InFront(const RelativePose& pose, int i) const;
   int IterationsNeeded(int inliers, int sample) const;
 
   const std::vector<Eigen::Vector3d>& a_;
@@ -58,7 +57,7 @@ int Count(const std::vector<bool>& inlier) {
   return static_cast<int>(std::count(inlier.begin(), inlier.end(), true));
 }
 
-Eigen::Matrix3d Essential(const Pose& pose) { return Hat(pose.t) * pose.R; }
+Eigen::Matrix3d Essential(const RelativePose& pose) { return Hat(pose.t) * pose.R; }
 
 // Columns: orthonormal, from two directions.
 Eigen::Matrix3d Frame(const Eigen::Vector3d& u, const Eigen::Vector3d& v) {
@@ -155,7 +154,7 @@ std::optional<Eigen::Matrix3d> Matches::RansacRotation(std::vector<bool>* inlier
 }
 
 // Along both bearings the point lies ahead; or so far that its side cannot be told.
-bool Matches::InFront(const Pose& pose, int i) const {
+bool Matches::InFront(const RelativePose& pose, int i) const {
   const Eigen::Vector3d q = pose.R * a_[i];
   const Eigen::Vector3d& b = b_[i];
   if ((q - b).squaredNorm() < limit_ * kRotationErrorFactor * kRotationErrorFactor) return true;
@@ -164,19 +163,19 @@ bool Matches::InFront(const Pose& pose, int i) const {
   return c * bt - qt > 0.0 && bt - c * qt > 0.0;
 }
 
-Pose Matches::Decompose(const Eigen::Matrix3d& E, const std::vector<bool>& inlier) const {
+RelativePose Matches::Decompose(const Eigen::Matrix3d& E, const std::vector<bool>& inlier) const {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(E, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Matrix3d U = svd.matrixU(), V = svd.matrixV();
   if (U.determinant() < 0.0) U.col(2) *= -1.0;
   if (V.determinant() < 0.0) V.col(2) *= -1.0;
   Eigen::Matrix3d W;
   W << 0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0;
-  Pose best;
+  RelativePose best;
   int most = -1;
   for (int candidate = 0; candidate < 4; ++candidate) {
     const Eigen::Matrix3d turn = candidate < 2 ? W : Eigen::Matrix3d(W.transpose());
     const double sign = candidate % 2 == 0 ? 1.0 : -1.0;
-    const Pose pose{U * turn * V.transpose(), sign * U.col(2)};
+    const RelativePose pose{U * turn * V.transpose(), sign * U.col(2)};
     int ahead = 0;
     for (int i = 0; i < size(); ++i) ahead += inlier[i] && InFront(pose, i);
     if (ahead > most) {
@@ -187,75 +186,9 @@ Pose Matches::Decompose(const Eigen::Matrix3d& E, const std::vector<bool>& inlie
   return best;
 }
 
-// Gauss-Newton with damping on Sampson's error e / sqrt(D), with q = R a: e = t . (q x b),
-// D = |t x q|^2 + |t x b|^2 - 2 e^2. Unknowns: left perturbation of R (3), t within its tangent plane (2).
-struct EpipolarSystem {
-  Eigen::Matrix<double, 5, 5> H = Eigen::Matrix<double, 5, 5>::Zero();
-  Eigen::Matrix<double, 5, 1> g = Eigen::Matrix<double, 5, 1>::Zero();
-  double cost = 0.0;
-
-  void Add(const Pose& pose, const Eigen::Matrix<double, 3, 2>& tangents, const Eigen::Vector3d& a,
-           const Eigen::Vector3d& b) {
-    const Eigen::Vector3d q = pose.R * a;
-    const Eigen::Vector3d q_b = q.cross(b), q_t = q.cross(pose.t);
-    const double e = pose.t.dot(q_b), tq = pose.t.dot(q), tb = pose.t.dot(b);
-    const double D = std::max(1e-12, 2.0 - tq * tq - tb * tb - 2.0 * e * e);
-    const Eigen::Vector3d e_R = q.cross(b.cross(pose.t));
-    const Eigen::Vector3d D_R = -2.0 * tq * q_t - 4.0 * e * e_R;
-    const Eigen::Vector3d D_t = -2.0 * (tq * q + tb * b) - 4.0 * e * q_b;
-    const double root = 1.0 / std::sqrt(D), slope = -0.5 * e / D;
-    Eigen::Matrix<double, 5, 1> row;
-    row.head<3>() = root * (e_R + slope * D_R);
-    row.tail<2>() = tangents.transpose() * (root * (q_b + slope * D_t));
-    const double r = e * root;
-    H.noalias() += row * row.transpose();
-    g.noalias() += r * row;
-    cost += r * r;
-  }
-};
-
-Pose Matches::Refine(Pose pose, const std::vector<bool>& inlier) const {
-  const auto build = [&](const Pose& at, const Eigen::Matrix<double, 3, 2>& tangents) {
-    EpipolarSystem system;
-    for (int i = 0; i < size(); ++i) {
-      if (inlier[i]) system.Add(at, tangents, a_[i], b_[i]);
-    }
-    return system;
-  };
-  const auto tangents_at = [](const Eigen::Vector3d& t) {
-    Eigen::Matrix<double, 3, 2> tangents;
-    tangents.col(0) = t.unitOrthogonal();
-    tangents.col(1) = t.cross(tangents.col(0));
-    return tangents;
-  };
-  Eigen::Matrix<double, 3, 2> tangents = tangents_at(pose.t);
-  EpipolarSystem system = build(pose, tangents);
-  double damping = 1e-6;
-  for (int iteration = 0; iteration < 20 && damping < 1e3; ++iteration) {
-    Eigen::Matrix<double, 5, 5> H = system.H;
-    H.diagonal() *= 1.0 + damping;
-    H.diagonal().array() += 1e-12;
-    const Eigen::Matrix<double, 5, 1> step = -H.ldlt().solve(system.g);
-    const Pose trial{ExpMatrix(step.head<3>()) * pose.R, (pose.t + tangents * step.tail<2>()).normalized()};
-    const Eigen::Matrix<double, 3, 2> trial_tangents = tangents_at(trial.t);
-    const EpipolarSystem trial_system = build(trial, trial_tangents);
-    if (!(trial_system.cost < system.cost)) {
-      damping *= 10.0;
-      continue;
-    }
-    const bool done = system.cost - trial_system.cost < 1e-9 * system.cost;
-    pose = trial;
-    tangents = trial_tangents;
-    system = trial_system;
-    damping = std::max(1e-9, 0.1 * damping);
-    if (done) break;
-  }
-  return pose;
-}
-
 // The limit is wider than the noise may be, and outliers within it would bias the result: the last fit uses
 // what lies within three sigmas as measured. `inlier` is by the limit, about the pose returned.
-Pose Matches::Polish(Pose pose, std::vector<bool>* inlier) const {
+RelativePose Matches::Polish(RelativePose pose, std::vector<bool>* inlier) const {
   const std::vector<bool> candidates = *inlier;
   std::vector<double> errors(size()), sorted;
   for (int round = 0; round < 3; ++round) {
@@ -269,17 +202,17 @@ Pose Matches::Polish(Pose pose, std::vector<bool>* inlier) const {
     const double largest = std::max(1e-12, 3.0 * 1.4826 * sorted[sorted.size() / 2]);
     std::vector<bool> used(size());
     for (int i = 0; i < size(); ++i) used[i] = candidates[i] && errors[i] < largest;
-    pose = Refine(pose, used);
+    pose = RefineRelativePose(pose, a_, b_, used);
   }
   EssentialCost(Essential(pose), size() + 1.0, inlier);
   for (int i = 0; i < size(); ++i) (*inlier)[i] = (*inlier)[i] && InFront(pose, i);
   return pose;
 }
 
-std::optional<Pose> Matches::RansacPose(std::vector<bool>* inlier) const {
+std::optional<RelativePose> Matches::RansacPose(std::vector<bool>* inlier) const {
   Random random(options_.seed);
   std::vector<bool> inside(size());
-  std::optional<Pose> best;
+  std::optional<RelativePose> best;
   double best_cost = size();
   int needed = options_.most_iterations;
   for (int iteration = 0; iteration < needed; ++iteration) {
@@ -293,14 +226,14 @@ std::optional<Pose> Matches::RansacPose(std::vector<bool>* inlier) const {
       if (!(EssentialCost(solutions[s], best_cost, nullptr) < best_cost)) continue;
       // Refined at once: a sample's own noise costs inliers, and those cost iterations.
       EssentialCost(solutions[s], size() + 1.0, &inside);
-      Pose pose = Decompose(solutions[s], inside);
+      RelativePose pose = Decompose(solutions[s], inside);
       for (int refinement = 0; refinement < kMostRefinements; ++refinement) {
         const double cost = EssentialCost(Essential(pose), size() + 1.0, &inside);
         if (!(cost < best_cost)) break;
         best_cost = cost;
         best = pose;
         *inlier = inside;
-        pose = Refine(pose, inside);
+        pose = RefineRelativePose(pose, a_, b_, inside);
       }
       needed = IterationsNeeded(Count(*inlier), 5);
     }
@@ -332,7 +265,7 @@ std::optional<TwoViewGeometry> EstimateTwoView(const std::vector<Eigen::Vector3d
   by_rotation.inlier.assign(matches.size(), false);
   by_pose.inlier.assign(matches.size(), false);
   const std::optional<Eigen::Matrix3d> rotation = matches.RansacRotation(&by_rotation.inlier);
-  const std::optional<Pose> pose = matches.RansacPose(&by_pose.inlier);
+  const std::optional<RelativePose> pose = matches.RansacPose(&by_pose.inlier);
   by_rotation.inliers = Count(by_rotation.inlier);
   by_pose.inliers = Count(by_pose.inlier);
   if (rotation) by_rotation.R_b_a = *rotation;
@@ -341,8 +274,10 @@ std::optional<TwoViewGeometry> EstimateTwoView(const std::vector<Eigen::Vector3d
     by_pose.t_b_a = pose->t;
     by_pose.has_translation = true;
   }
+  const int unexplained = matches.size() - by_rotation.inliers;
   const bool parallax_shown =
-      by_rotation.inliers <= (1.0 - options.least_share_with_parallax) * by_pose.inliers;
+      by_pose.inliers - by_rotation.inliers > options.least_share_with_parallax * by_pose.inliers +
+                                                  kShareByChance * unexplained + kFewestWithParallax;
   const TwoViewGeometry& chosen = parallax_shown ? by_pose : by_rotation;
   if (chosen.inliers < options.fewest_inliers) return std::nullopt;
   return chosen;

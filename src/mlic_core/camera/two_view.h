@@ -14,8 +14,9 @@ struct TwoViewOptions {
   // (about three sigmas of one bearing). 2 px at a focal length of 400 px is 0.005.
   double largest_error = 0.004;
   int fewest_inliers = 15;
-  // Translation counts as shown when a rotation alone leaves out at least this share of the inliers.
-  double least_share_with_parallax = 0.1;
+  // Translation counts as shown when it explains, beyond what a rotation alone and chance do, at least this
+  // share of the inliers.
+  double least_share_with_parallax = 0.02;
   int most_iterations = 1000;
   double confidence = 0.9999;  // of having drawn one sample without outliers
   std::uint64_t seed = 1;
