@@ -32,6 +32,12 @@ class StageClock {
     observer_.OnMessage(summary_.name + ": " + line);
   }
   void Progress(double fraction) { observer_.OnProgress(summary_.name, fraction); }
+  // lines: what an earlier run said, for the report.
+  void TakeOver(const std::vector<std::string>& lines, const std::string& how_far = "") {
+    summary_.lines = lines;
+    Line("taken over from an earlier run" + how_far);
+  }
+  const std::vector<std::string>& lines() const { return summary_.lines; }
 
  private:
   CalibrationObserver& observer_;
@@ -42,14 +48,22 @@ class StageClock {
 
 std::vector<DriveOdometry> OdometryStage(const Rig& rig, const Dataset& dataset,
                                          const CancellationToken& cancellation, CalibrationObserver& observer,
-                                         CalibrationResult* result) {
+                                         StageStore& store, CalibrationResult* result) {
   StageClock stage("LiDAR odometry", observer, result);
   std::vector<DriveOdometry> odometry;
   const double share = 1.0 / static_cast<double>(dataset.drives.size());
   for (const Drive& drive : dataset.drives) {
     const double done = share * static_cast<double>(odometry.size());
-    odometry.push_back(
-        RunDriveOdometry(rig, drive, cancellation, [&](double f) { stage.Progress(done + share * f); }));
+    const std::string name = "odometry_" + std::to_string(odometry.size() + 1);
+    DriveOdometry of_drive;
+    if (store.Load(name, &of_drive)) {
+      stage.TakeOver(stage.lines());
+    } else {
+      of_drive =
+          RunDriveOdometry(rig, drive, cancellation, [&](double f) { stage.Progress(done + share * f); });
+      store.Save(name, of_drive);
+    }
+    odometry.push_back(std::move(of_drive));
     for (std::size_t l = 0; l < rig.lidars.size(); ++l) {
       const AngularRateAlignment& a = odometry.back().alignments[l];
       char line[200];
@@ -62,24 +76,75 @@ std::vector<DriveOdometry> OdometryStage(const Rig& rig, const Dataset& dataset,
   return odometry;
 }
 
+Initialization InitializationStage(const Rig& rig, const Dataset& dataset,
+                                   const std::vector<DriveOdometry>& odometry,
+                                   const CancellationToken& cancellation, CalibrationObserver& observer,
+                                   StageStore& store, CalibrationResult* result) {
+  StageClock stage("initialisation", observer, result);
+  Initialization start;
+  if (store.Load("initialisation", &start)) {
+    stage.TakeOver({});
+  } else {
+    start = Initialize(rig, dataset, odometry, cancellation);
+    store.Save("initialisation", start);
+  }
+  for (const std::string& note : start.notes) stage.Line(note);
+  for (const std::string& problem : start.problems) stage.Line(problem);
+  return start;
+}
+
+void Keep(const Refinement& refinement, const StageClock& stage, const std::string& name, StageStore& store) {
+  RefinementProgress progress = refinement.Checkpoint();
+  progress.lines = stage.lines();
+  store.Save(name, progress);
+}
+
+void LidarAdjustmentStage(CalibrationObserver& observer, StageStore& store, CalibrationResult* result,
+                          Refinement* refinement) {
+  constexpr const char* kName = "lidar_adjustment";
+  StageClock stage("plane adjustment of each LiDAR", observer, result);
+  RefinementProgress kept;
+  if (store.Load(kName, &kept)) {
+    refinement->Restore(kept);
+    stage.TakeOver(kept.lines);
+    return;
+  }
+  refinement->AdjustEachLidar([&](double fraction) { stage.Progress(fraction); },
+                              [&](const std::string& line) { stage.Line(line); });
+  Keep(*refinement, stage, kName, store);
+}
+
+void JointAdjustmentStage(CalibrationObserver& observer, StageStore& store, CalibrationResult* result,
+                          Refinement* refinement) {
+  constexpr const char* kName = "joint_adjustment";
+  StageClock stage("joint adjustment", observer, result);
+  RefinementProgress kept;
+  if (store.Load(kName, &kept)) {
+    refinement->Restore(kept);
+    stage.TakeOver(kept.lines, " up to round " + std::to_string(kept.rounds));
+  }
+  refinement->AdjustJointly([&](double fraction) { stage.Progress(fraction); },
+                            [&](const std::string& line) { stage.Line(line); },
+                            [&] { Keep(*refinement, stage, kName, store); });
+}
+
 }  // namespace
 
 CalibrationResult Calibrate(const Rig& rig, const Dataset& dataset, const CancellationToken& cancellation,
                             CalibrationObserver& observer) {
+  NoStageStore no_store;
+  return Calibrate(rig, dataset, cancellation, observer, no_store);
+}
+
+CalibrationResult Calibrate(const Rig& rig, const Dataset& dataset, const CancellationToken& cancellation,
+                            CalibrationObserver& observer, StageStore& store) {
   CalibrationResult result;
   result.imu_frame_id = rig.imu.frame_id;
   if (rig.lidars.empty()) {
     throw InputError("the rig file has no enabled LiDAR under 'lidars'; at least one is needed");
   }
-  const auto odometry = OdometryStage(rig, dataset, cancellation, observer, &result);
-
-  Initialization start;
-  {
-    StageClock stage("initialisation", observer, &result);
-    start = Initialize(rig, dataset, odometry, cancellation);
-    for (const std::string& note : start.notes) stage.Line(note);
-    for (const std::string& problem : start.problems) stage.Line(problem);
-  }
+  const auto odometry = OdometryStage(rig, dataset, cancellation, observer, store, &result);
+  Initialization start = InitializationStage(rig, dataset, odometry, cancellation, observer, store, &result);
   if (start.state.drives.size() < dataset.drives.size()) {
     result.reasons = start.problems;
     FinishRefused(&result);
@@ -88,16 +153,8 @@ CalibrationResult Calibrate(const Rig& rig, const Dataset& dataset, const Cancel
   result.warnings = start.problems;
 
   Refinement refinement(rig, dataset, std::move(start), cancellation, observer);
-  if (rig.lidars.size() > 1) {
-    StageClock stage("plane adjustment of each LiDAR", observer, &result);
-    refinement.AdjustEachLidar([&](double fraction) { stage.Progress(fraction); },
-                               [&](const std::string& line) { stage.Line(line); });
-  }
-  {
-    StageClock stage("joint adjustment", observer, &result);
-    refinement.AdjustJointly([&](double fraction) { stage.Progress(fraction); },
-                             [&](const std::string& line) { stage.Line(line); });
-  }
+  if (rig.lidars.size() > 1) LidarAdjustmentStage(observer, store, &result, &refinement);
+  JointAdjustmentStage(observer, store, &result, &refinement);
   AssembleResult(rig, dataset, refinement, &result);
   return result;
 }

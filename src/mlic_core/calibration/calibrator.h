@@ -5,6 +5,7 @@
 
 #include "mlic_core/calibration/observer.h"
 #include "mlic_core/calibration/result.h"
+#include "mlic_core/calibration/stage_store.h"
 #include "mlic_core/common/progress.h"
 #include "mlic_core/sensors/measurements.h"
 #include "mlic_core/sensors/rig.h"
@@ -15,5 +16,10 @@ namespace mlic {
 // cannot be used, Cancelled when the token is set; too little motion is not an error but a refused result.
 CalibrationResult Calibrate(const Rig& rig, const Dataset& dataset, const CancellationToken& cancellation,
                             CalibrationObserver& observer);
+
+// The same, but stages that the store holds are taken over and those that are finished are put there. The
+// store must belong to this rig and dataset. The result is that of a run without it, bit for bit.
+CalibrationResult Calibrate(const Rig& rig, const Dataset& dataset, const CancellationToken& cancellation,
+                            CalibrationObserver& observer, StageStore& store);
 
 }  // namespace mlic

@@ -118,9 +118,11 @@ void Refinement::AdjustEachLidar(const Progress& progress, const Line& line) {
   for (PlaneNoise& noise : noise_) noise.floor = std::max(noise.floor, 0.05);
 }
 
-void Refinement::AdjustJointly(const Progress& progress, const Line& line) {
-  bool many = false;
-  for (int round = 0; round < kMostRounds; ++round) {
+void Refinement::AdjustJointly(const Progress& progress, const Line& line,
+                               const std::function<void()>& after_round) {
+  while (rounds_ < kMostRounds) {
+    const int round = rounds_;
+    const bool many = many_points_;
     const CalibrationState before = state_;
     problem_.estimate_imu_matrices =
         rig_.imu.intrinsics == ImuIntrinsicsModel::kScaleMisalignment && round >= 2;
@@ -141,9 +143,23 @@ void Refinement::AdjustJointly(const Progress& progress, const Line& line) {
     converged_ = many && change < kStandsStill;
     if (converged_ && round + 1 >= kLeastRounds) break;
     // The map has settled once the noise has: then all points take part.
-    if (change < 1.0 || round + 1 >= kLeastRounds - 1) many = true;
+    if (change < 1.0 || round + 1 >= kLeastRounds - 1) many_points_ = true;
+    ++rounds_;
+    if (rounds_ < kMostRounds) after_round();
   }
   MeasureCorrelation(line);
+}
+
+RefinementProgress Refinement::Checkpoint() const {
+  return {state_, problem_.imu_sigma, noise_, rounds_, many_points_, {}};
+}
+
+void Refinement::Restore(const RefinementProgress& progress) {
+  state_ = progress.state;
+  problem_.imu_sigma = progress.imu_sigma;
+  noise_ = progress.noise;
+  rounds_ = progress.rounds;
+  many_points_ = progress.many_points;
 }
 
 void Refinement::MeasureCorrelation(const Line& line) {

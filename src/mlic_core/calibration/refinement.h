@@ -9,6 +9,7 @@
 #include "mlic_core/calibration/joint_problem.h"
 #include "mlic_core/calibration/observability.h"
 #include "mlic_core/calibration/observer.h"
+#include "mlic_core/calibration/stage_store.h"
 
 namespace mlic {
 
@@ -26,8 +27,13 @@ class Refinement {
   // Stage 6a: each LiDAR on planes of its own. The base LiDAR's refines the trajectory, the others' hold it.
   void AdjustEachLidar(const Progress& progress, const Line& line);
 
-  // Stages 6b and 6c: one map of all LiDARs, everything moves.
-  void AdjustJointly(const Progress& progress, const Line& line);
+  // Stages 6b and 6c: one map of all LiDARs, everything moves. Calls after_round when another round follows.
+  void AdjustJointly(
+      const Progress& progress, const Line& line, const std::function<void()>& after_round = [] {});
+
+  // What to keep between rounds, and how to go on from it.
+  RefinementProgress Checkpoint() const;
+  void Restore(const RefinementProgress& progress);
 
   const CalibrationState& state() const { return state_; }
   const JointProblem& problem() const { return problem_; }
@@ -57,6 +63,8 @@ class Refinement {
   JointProblem problem_;
   std::vector<ImuSigma> given_imu_sigma_;
   std::vector<PlaneNoise> noise_;
+  int rounds_ = 0;            // of the joint adjustment, done
+  bool many_points_ = false;  // the map has settled: all points take part
   SolveSummary last_solve_;
   double correlation_ = 1.0;  // of the points, measured once the calibration stands still
   bool converged_ = false;

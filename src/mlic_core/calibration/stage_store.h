@@ -1,0 +1,49 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "mlic_core/calibration/association.h"
+#include "mlic_core/calibration/initialization.h"
+
+namespace mlic {
+
+// What the refinement hands from one round to the next, planes aside, which each round finds anew. From here
+// on a later run gives the same bits as one that was never interrupted.
+struct RefinementProgress {
+  CalibrationState state;
+  std::vector<ImuSigma> imu_sigma;  // of each drive, as measured last
+  std::vector<PlaneNoise> noise;    // of each LiDAR, likewise
+  int rounds = 0;                   // of the joint adjustment, done
+  bool many_points = false;         // the map has settled: all points take part
+  std::vector<std::string> lines;   // what the stage has said so far
+};
+
+// Where finished stages of a run are kept, so that a killed run goes on where it was. Load returns false when
+// there is no such stage of the same inputs; the object is then unspecified. A new kind of stage gets its own
+// pair of functions. Neither throws for a stage that cannot be read or written.
+class StageStore {
+ public:
+  virtual ~StageStore() = default;
+
+  virtual bool Load(const std::string& stage, DriveOdometry* odometry) = 0;
+  virtual bool Load(const std::string& stage, Initialization* start) = 0;
+  virtual bool Load(const std::string& stage, RefinementProgress* progress) = 0;
+
+  virtual void Save(const std::string& stage, const DriveOdometry& odometry) = 0;
+  virtual void Save(const std::string& stage, const Initialization& start) = 0;
+  virtual void Save(const std::string& stage, const RefinementProgress& progress) = 0;
+};
+
+// Keeps nothing.
+class NoStageStore : public StageStore {
+ public:
+  bool Load(const std::string&, DriveOdometry*) override { return false; }
+  bool Load(const std::string&, Initialization*) override { return false; }
+  bool Load(const std::string&, RefinementProgress*) override { return false; }
+  void Save(const std::string&, const DriveOdometry&) override {}
+  void Save(const std::string&, const Initialization&) override {}
+  void Save(const std::string&, const RefinementProgress&) override {}
+};
+
+}  // namespace mlic
