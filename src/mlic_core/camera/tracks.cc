@@ -119,8 +119,9 @@ TrackSet TracksOfFeatures(const std::vector<Keyframe>& keyframes, const std::vec
   return set;
 }
 
-TrackSet SelectTracks(const TrackSet& tracks, const std::vector<std::pair<int, int>>& image_sizes,
-                      const TrackSelectionOptions& options) {
+std::vector<std::size_t> SelectTracks(const TrackSet& tracks,
+                                      const std::vector<std::pair<int, int>>& image_sizes,
+                                      const TrackSelectionOptions& options) {
   Check(image_sizes.size() == tracks.keyframes.size(), "SelectTracks: one image size for each keyframe");
   const int grid = std::max(1, options.grid);
   // As many in a cell that a full grid has most_in_keyframe; images are wider than high, so a grid has fewer
@@ -156,10 +157,7 @@ TrackSet SelectTracks(const TrackSet& tracks, const std::vector<std::pair<int, i
     chosen.push_back(i);
   }
   std::sort(chosen.begin(), chosen.end());
-  TrackSet selected;
-  selected.keyframes = tracks.keyframes;
-  for (const std::size_t i : chosen) selected.tracks.push_back(tracks.tracks[i]);
-  return selected;
+  return chosen;
 }
 
 }  // namespace mlic

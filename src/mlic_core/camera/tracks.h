@@ -71,8 +71,9 @@ struct TrackSelectionOptions {
 
 // The most useful tracks: long ones first, as long as at least two of their keyframes (and a third of them)
 // still have room in the cell of the grid where they see the point. image_sizes: of each keyframe, width and
-// height.
-TrackSet SelectTracks(const TrackSet& tracks, const std::vector<std::pair<int, int>>& image_sizes,
-                      const TrackSelectionOptions& options);
+// height. Returns indices into tracks.tracks, in their order.
+std::vector<std::size_t> SelectTracks(const TrackSet& tracks,
+                                      const std::vector<std::pair<int, int>>& image_sizes,
+                                      const TrackSelectionOptions& options);
 
 }  // namespace mlic

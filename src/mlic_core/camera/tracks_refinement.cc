@@ -1,0 +1,138 @@
+#include "mlic_core/camera/tracks_refinement.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "mlic_core/camera/image_quality.h"
+#include "mlic_core/camera/tracks_patch.h"
+#include "mlic_core/common/error.h"
+#include "mlic_core/common/parallel.h"
+
+namespace mlic {
+namespace {
+
+constexpr int kLevels = 6;
+
+// The warp from patch to patch that the features' own scales and angles give.
+Eigen::Matrix2f WarpOfFeatures(const FeatureSet& a, int feature_a, int level_a, const FeatureSet& b,
+                               int feature_b, int level_b) {
+  const float scale_a = a.scales[feature_a] / static_cast<float>(1 << level_a);
+  const float scale_b = b.scales[feature_b] / static_cast<float>(1 << level_b);
+  const float angle = b.angles[feature_b] - a.angles[feature_a];
+  Eigen::Matrix2f rotation;
+  rotation << std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle);
+  return (scale_b / scale_a) * rotation;
+}
+
+class Refinement {
+ public:
+  Refinement(const TrackSet& tracks, const std::vector<FeatureTrack>& feature_tracks,
+             const std::vector<FeatureSet>& features, const TrackRefinementOptions& options)
+      : tracks_(tracks), feature_tracks_(feature_tracks), features_(features), options_(options) {
+    patches_.resize(tracks.tracks.size());
+    of_keyframe_.resize(tracks.keyframes.size());
+    for (std::size_t t = 0; t < tracks.tracks.size(); ++t) {
+      Check(feature_tracks[t].size() == tracks.tracks[t].observations.size(),
+            "RefineTracks: one feature for each observation");
+      patches_[t].resize(feature_tracks[t].size());
+      for (std::size_t i = 0; i < feature_tracks[t].size(); ++i) {
+        of_keyframe_[feature_tracks[t][i].keyframe].emplace_back(t, i);
+      }
+    }
+  }
+
+  bool Uses(std::size_t keyframe) const { return !of_keyframe_[keyframe].empty(); }
+
+  void CutPatches(std::size_t keyframe, const cv::Mat& gray) {
+    const std::vector<cv::Mat> pyramid = AreaPyramid(gray, kLevels);
+    const FeatureSet& features = features_[keyframe];
+    for (const auto& [t, i] : of_keyframe_[keyframe]) {
+      const int feature = feature_tracks_[t][i].feature;
+      const int level = LevelOfScale(features.scales[feature], static_cast<int>(pyramid.size()));
+      patches_[t][i] = CutPatch(pyramid, features.pixels[feature], level);
+    }
+  }
+
+  Track Refine(std::size_t t) const {
+    Track refined;
+    const auto& observations = tracks_.tracks[t].observations;
+    // The middle of the track differs least from its ends.
+    const std::size_t reference = observations.size() / 2;
+    const auto fixed = PatchTemplate::Make(patches_[t][reference], options_.radius);
+    std::vector<float> sigmas;
+    std::size_t place_of_reference = 0;
+    for (std::size_t i = 0; i < observations.size(); ++i) {
+      if (i == reference) {
+        place_of_reference = refined.observations.size();
+        refined.observations.push_back(observations[i]);
+        continue;
+      }
+      TrackObservation observation = observations[i];
+      if (fixed && AlignOne(t, reference, i, *fixed, &observation)) {
+        sigmas.push_back(observation.sigma);
+      } else if (!options_.keep_unrefined) {
+        continue;
+      }
+      refined.observations.push_back(observation);
+    }
+    if (!sigmas.empty()) {
+      std::nth_element(sigmas.begin(), sigmas.begin() + sigmas.size() / 2, sigmas.end());
+      refined.observations[place_of_reference].sigma = sigmas[sigmas.size() / 2];
+    }
+    return refined;
+  }
+
+ private:
+  bool AlignOne(std::size_t t, std::size_t reference, std::size_t i, const PatchTemplate& fixed,
+                TrackObservation* observation) const {
+    const FeatureReference &a = feature_tracks_[t][reference], &b = feature_tracks_[t][i];
+    const Patch& patch = patches_[t][i];
+    const Eigen::Matrix2f warp =
+        WarpOfFeatures(features_[a.keyframe], a.feature, patches_[t][reference].level, features_[b.keyframe],
+                       b.feature, patch.level);
+    const auto aligned = fixed.Align(patch, warp);
+    if (!aligned || aligned->correlation < options_.least_correlation) return false;
+    if ((aligned->pixel - patch.feature).norm() > options_.largest_shift) return false;
+    const Eigen::Matrix2f deformation = warp.inverse() * aligned->affine - Eigen::Matrix2f::Identity();
+    if (deformation.norm() > options_.largest_deformation) return false;
+    observation->pixel = FromLevel(aligned->pixel + patch.corner.cast<float>(), patch.level);
+    const double fit = options_.sigma_inflation * aligned->sigma * M_SQRT1_2;
+    observation->sigma = static_cast<float>(std::hypot(options_.sigma_floor, fit) * (1 << patch.level));
+    return true;
+  }
+
+  const TrackSet& tracks_;
+  const std::vector<FeatureTrack>& feature_tracks_;
+  const std::vector<FeatureSet>& features_;
+  const TrackRefinementOptions& options_;
+  std::vector<std::vector<Patch>> patches_;                                    // of each observation
+  std::vector<std::vector<std::pair<std::size_t, std::size_t>>> of_keyframe_;  // track and observation
+};
+
+}  // namespace
+
+TrackSet RefineTracks(const TrackSet& tracks, const std::vector<FeatureTrack>& feature_tracks,
+                      const std::vector<FeatureSet>& features, const std::vector<const ImageSource*>& images,
+                      const TrackRefinementOptions& options, const CancellationToken* cancellation) {
+  Check(tracks.tracks.size() == feature_tracks.size(), "RefineTracks: one feature track for each track");
+  Refinement refinement(tracks, feature_tracks, features, options);
+  ParallelFor(tracks.keyframes.size(), [&](std::size_t k) {
+    if (!refinement.Uses(k)) return;
+    if (cancellation != nullptr) cancellation->ThrowIfCancelled();
+    const Keyframe& keyframe = tracks.keyframes[k];
+    refinement.CutPatches(k, ToGray(images[keyframe.camera]->Load(keyframe.image)));
+  });
+  std::vector<Track> refined(tracks.tracks.size());
+  ParallelChunks(refined.size(), 256, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) refined[t] = refinement.Refine(t);
+  });
+  TrackSet result;
+  result.keyframes = tracks.keyframes;
+  for (Track& track : refined) {
+    if (track.observations.size() >= 2) result.tracks.push_back(std::move(track));
+  }
+  return result;
+}
+
+}  // namespace mlic

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <vector>
+
+#include "mlic_core/camera/features.h"
+#include "mlic_core/camera/tracks.h"
+#include "mlic_core/common/progress.h"
+#include "mlic_core/sensors/images.h"
+
+namespace mlic {
+
+// Features of one point are found in each image for themselves, a few tenths of a pixel off. Here the patch
+// about the feature in one image of the track, the reference, is found again in all others (Lucas and Kanade,
+// IJCAI 1981; inverse compositional: Baker and Matthews, IJCV 2004) under an affine warp and a change of gain
+// and offset. The reference's own error is no error of the track: it only says which point of the surface is
+// meant.
+struct TrackRefinementOptions {
+  int radius = 7;              // px of the patch, in the pyramid's level that fits the feature's scale
+  double largest_shift = 3.0;  // px of that level, from the feature
+  double least_correlation = 0.85;
+  double largest_deformation =
+      0.5;  // of the affine part, from the one that the features' scales and angles give
+  // sigma^2 = floor^2 + (inflation * sigma of the fit)^2, px of the level; half of the variance of the
+  // difference of two images goes to each. Measured: docs in test/camera_tracks_refinement_test.cc.
+  double sigma_floor = 0.03;
+  double sigma_inflation = 1.3;
+  // Observations that do not fit keep their feature's pixel and sigma when true; else they are dropped.
+  bool keep_unrefined = false;
+};
+
+// images: of each camera. feature_tracks[i] are the features of tracks.tracks[i]'s observations. Images are
+// read one at a time for each thread; of each only the patches are kept. Tracks with fewer than two
+// observations left are dropped.
+TrackSet RefineTracks(const TrackSet& tracks, const std::vector<FeatureTrack>& feature_tracks,
+                      const std::vector<FeatureSet>& features, const std::vector<const ImageSource*>& images,
+                      const TrackRefinementOptions& options, const CancellationToken* cancellation = nullptr);
+
+}  // namespace mlic
