@@ -143,7 +143,7 @@ int main(int argc, char** argv) {
   const std::vector<mlic::Case> cases{
       {"hand-held, 32 rings", "handheld.yaml", Scenario::kHandheld, false},
       {"hand-held, two rosettes", "dual_rosette.yaml", Scenario::kHandheld, false},
-      {"car, figure eight, 4 LiDARs", "paper_rig.yaml", Scenario::kFigureEight, true}};
+      {"car, figure eight, 4 LiDARs", "paper_rig_lidars.yaml", Scenario::kFigureEight, true}};
   std::printf(
       "| drive | stage | LiDAR-IMU, deg | mm | ms | LiDAR-LiDAR, deg | mm | s |\n"
       "|---|---|---|---|---|---|---|---|\n");

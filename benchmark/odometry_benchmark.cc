@@ -114,10 +114,10 @@ int main(int argc, char** argv) {
       {"hand-held, 32 rings", "handheld.yaml", Scenario::kHandheld, 0},
       {"hand-held, rosette 70 deg", "dual_rosette.yaml", Scenario::kHandheld, 0},
       {"car, spinning", "spinning_car.yaml", Scenario::kFigureEight, 0},
-      {"car, 120 x 25 deg, front", "paper_rig.yaml", Scenario::kFigureEight, 0},
-      {"car, 120 x 25 deg, back", "paper_rig.yaml", Scenario::kFigureEight, 1},
-      {"car, 120 x 25 deg, left", "paper_rig.yaml", Scenario::kFigureEight, 2},
-      {"car, 120 x 25 deg, right", "paper_rig.yaml", Scenario::kFigureEight, 3}};
+      {"car, 120 x 25 deg, front", "paper_rig_lidars.yaml", Scenario::kFigureEight, 0},
+      {"car, 120 x 25 deg, back", "paper_rig_lidars.yaml", Scenario::kFigureEight, 1},
+      {"car, 120 x 25 deg, left", "paper_rig_lidars.yaml", Scenario::kFigureEight, 2},
+      {"car, 120 x 25 deg, right", "paper_rig_lidars.yaml", Scenario::kFigureEight, 3}};
   std::printf("| drive | ms/scan | 1 s, mm | 1 s, deg | drift, %% | path, cm |\n|---|---|---|---|---|---|\n");
   try {
     for (const mlic::Case& test : cases) mlic::RunCase(test, duration);

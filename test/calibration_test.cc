@@ -67,7 +67,7 @@ TEST(Calibration, NoisyHandHeldDriveNeedsNoGuessAndKeepsItsSigmas) {
 
 TEST(Calibration, FourLidarsOfACarShareTheirMap) {
   const SimulatedRun run =
-      CalibrateSimulated("paper_rig.yaml", sim::Scenario::kFigureEight, 20.0, 1, true, true);
+      CalibrateSimulated("paper_rig_lidars.yaml", sim::Scenario::kFigureEight, 20.0, 1, true, true);
   ASSERT_TRUE(run.result.trusted);
   ASSERT_EQ(run.result.sensors.size(), 4u);
   for (std::size_t l = 0; l < 4; ++l) {
@@ -89,7 +89,7 @@ TEST(Calibration, FourLidarsOfACarShareTheirMap) {
 }
 
 TEST(Calibration, PlanarDriveHoldsTheHeight) {
-  const SimulatedRun run = CalibrateSimulated("paper_rig.yaml", sim::Scenario::kPlanar, 20.0, 1, true, true);
+  const SimulatedRun run = CalibrateSimulated("paper_rig_lidars.yaml", sim::Scenario::kPlanar, 20.0, 1, true, true);
   ASSERT_TRUE(run.result.trusted);
   for (const SensorResult& sensor : run.result.sensors) {
     EXPECT_FALSE(sensor.translation_observable[2]) << sensor.name;
@@ -101,7 +101,7 @@ TEST(Calibration, PlanarDriveHoldsTheHeight) {
 
 TEST(Calibration, PlanarDriveWithoutGuessIsRefused) {
   EXPECT_FALSE(
-      CalibrateSimulated("paper_rig.yaml", sim::Scenario::kPlanar, 12.0, 1, true, false).result.trusted);
+      CalibrateSimulated("paper_rig_lidars.yaml", sim::Scenario::kPlanar, 12.0, 1, true, false).result.trusted);
 }
 
 TEST(Calibration, DrivesWithoutExcitationAreRefusedThoughThereIsAGuess) {

@@ -126,7 +126,7 @@ TEST(LidarOdometry, TheGyroscopeMakesItMorePrecise) {
 }
 
 TEST(LidarOdometry, FollowsASolidStateLidarOnACar) {
-  const SimulatedRecording data = Record("paper_rig.yaml", sim::Scenario::kFigureEight, 10.0, 1);
+  const SimulatedRecording data = Record("paper_rig_lidars.yaml", sim::Scenario::kFigureEight, 10.0, 1);
   const Errors errors = ErrorsOver(data, RunOn(data.recording));
   EXPECT_LT(errors.translation, 0.03);
   EXPECT_LT(errors.rotation, 0.15 * kDegree);

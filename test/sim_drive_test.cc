@@ -87,6 +87,7 @@ TEST(Simulate, MessagesComeInOrderOfReceptionAndScansAreComplete) {
       EXPECT_EQ(scan.points.size(), 1600u);
       last = scan.received, ++scans;
     }
+    void OnImage(SimulatedImage) override { ADD_FAILURE() << "no cameras in the set"; }
   } order;
   Simulate(TwoLidars(), Short(Scenario::kStatic), order);
   EXPECT_EQ(order.imu, 401);

@@ -82,7 +82,7 @@ Eigen::Vector3d Boresight(const SimulatedLidar& lidar) {
 }
 
 TEST(SensorSet, PaperRigLooksOutwardAndDown) {
-  const SensorSet set = LoadSensorSet(fs::path(MLIC_SOURCE_DIRECTORY) / "config/simulation/paper_rig.yaml");
+  const SensorSet set = LoadSensorSet(fs::path(MLIC_SOURCE_DIRECTORY) / "config/simulation/paper_rig_lidars.yaml");
   ASSERT_EQ(set.lidars.size(), 4u);
   const Eigen::Vector3d outward[] = {{0, 1, 0}, {0, -1, 0}, {-1, 0, 0}, {1, 0, 0}};
   for (int i = 0; i < 4; ++i) {

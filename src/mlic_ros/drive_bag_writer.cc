@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "mlic_core/common/error.h"
+#include "mlic_ros/camera_messages.h"
 #include "mlic_ros/driver_messages.h"
 
 namespace mlic {
@@ -20,8 +21,11 @@ ros::Time ToRos(TimeNs time) {
 }  // namespace
 
 DriveBagWriter::DriveBagWriter(const std::filesystem::path& path, const sim::SensorSet& sensors,
-                               std::function<void(double)> on_time)
-    : path_(path), part_path_(path.string() + ".part"), sensors_(sensors), on_time_(std::move(on_time)) {
+                               Progress on_progress)
+    : path_(path),
+      part_path_(path.string() + ".part"),
+      sensors_(sensors),
+      on_progress_(std::move(on_progress)) {
   try {
     bag_.open(part_path_.string(), rosbag::bagmode::Write);
   } catch (const rosbag::BagException& error) {
@@ -63,7 +67,22 @@ void DriveBagWriter::OnScan(sim::SimulatedScan scan) {
   } else {
     bag_.write(lidar.topic, received, MakePointCloud(lidar, scan));
   }
-  if (on_time_) on_time_(SecondsSince(sim::kSimulationEpoch, scan.received));
+  if (on_progress_) on_progress_(SecondsSince(sim::kSimulationEpoch, scan.received), images_);
+}
+
+void DriveBagWriter::OnImage(sim::SimulatedImage image) {
+  const sim::SimulatedCamera& camera = sensors_.cameras[image.camera];
+  const ros::Time received = ToRos(image.received);
+  if (IsCompressed(camera.encoding)) {
+    bag_.write(camera.topic, received, MakeCompressedMessage(camera, image));
+  } else {
+    bag_.write(camera.topic, received, MakeImageMessage(camera, image));
+  }
+  if (camera.camera_info != sim::CameraInfoContent::kNone) {
+    bag_.write(CameraInfoTopic(camera), received, MakeCameraInfo(camera, image));
+  }
+  ++images_;
+  if (on_progress_) on_progress_(SecondsSince(sim::kSimulationEpoch, image.received), images_);
 }
 
 void DriveBagWriter::Finish() {

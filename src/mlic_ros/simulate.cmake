@@ -1,9 +1,9 @@
 # The simulator's program; left out where Embree is missing.
 if(TARGET mlic_sim)
   find_package(CLI11 REQUIRED)
-  add_library(mlic_drive_bag STATIC drive_bag_writer.cc driver_messages.cc)
+  add_library(mlic_drive_bag STATIC camera_messages.cc drive_bag_writer.cc driver_messages.cc)
   target_include_directories(mlic_drive_bag SYSTEM PUBLIC ${catkin_INCLUDE_DIRS})
-  target_link_libraries(mlic_drive_bag PUBLIC mlic_sim ${catkin_LIBRARIES})
+  target_link_libraries(mlic_drive_bag PUBLIC mlic_sim opencv_imgcodecs ${catkin_LIBRARIES})
   add_executable(simulate simulate_main.cc)
   target_link_libraries(simulate PRIVATE mlic_drive_bag mlic_io CLI11::CLI11)
   install(TARGETS simulate RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})

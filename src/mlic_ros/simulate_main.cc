@@ -15,6 +15,7 @@
 #include "mlic_core/io/result_file.h"
 #include "mlic_core/io/rig_file.h"
 #include "mlic_ros/drive_bag_writer.h"
+#include "mlic_sim/image_stage.h"
 #include "mlic_sim/imu_simulator.h"
 #include "mlic_sim/simulation.h"
 
@@ -63,19 +64,32 @@ CalibrationResult TrueResult(const sim::SensorSet& sensors) {
   truth.imu_frame_id = sensors.imu.frame_id;
   truth.imu = sensors.imu.calibration;
   truth.gravity = sim::MapGravity();
-  for (const sim::SimulatedLidar& lidar : sensors.lidars) {
+  const auto add = [&](const SensorResult& sensor) {
     for (const SensorResult& other : truth.sensors) {
       PairResult pair;
       pair.a = other.name;
-      pair.b = lidar.name;
-      pair.T_a_b = other.calibration.T_imu_sensor.Inverse() * lidar.calibration.T_imu_sensor;
+      pair.b = sensor.name;
+      pair.T_a_b = other.calibration.T_imu_sensor.Inverse() * sensor.calibration.T_imu_sensor;
       truth.pairs.push_back(pair);
     }
+    truth.sensors.push_back(sensor);
+  };
+  for (const sim::SimulatedLidar& lidar : sensors.lidars) {
     SensorResult sensor;
     sensor.name = lidar.name;
     sensor.frame_id = lidar.frame_id;
     sensor.calibration = lidar.calibration;
-    truth.sensors.push_back(sensor);
+    add(sensor);
+  }
+  for (const sim::SimulatedCamera& camera : sensors.cameras) {
+    SensorResult sensor;
+    sensor.name = camera.name;
+    sensor.type = SensorResult::Type::kCamera;
+    sensor.frame_id = camera.frame_id;
+    sensor.calibration = camera.calibration;
+    sensor.intrinsics = camera.intrinsics;
+    if (camera.rolling_shutter) sensor.rolling_shutter_readout = camera.readout;
+    add(sensor);
   }
   return truth;
 }
@@ -103,8 +117,14 @@ void Run(const Arguments& arguments) {
   guess.seed = arguments.seed;
 
   const bool show_progress = isatty(STDERR_FILENO) != 0;
-  DriveBagWriter writer(bag, sensors, [&](double time) {
-    if (show_progress) std::fprintf(stderr, "\rsimulated %5.1f of %.1f s", time, options.duration);
+  std::size_t images = 0;
+  for (const sim::SimulatedCamera& camera : sensors.cameras) {
+    images += sim::ImageTimes(camera, options.duration).size();
+  }
+  DriveBagWriter writer(bag, sensors, [&](double time, int written) {
+    if (!show_progress) return;
+    std::fprintf(stderr, "\rsimulated %5.1f of %.1f s", time, options.duration);
+    if (images > 0) std::fprintf(stderr, ", %d of %zu images", written, images);
   });
   sim::Simulate(sensors, options, writer, Cancellation());
   if (show_progress) std::fputc('\n', stderr);

@@ -1,6 +1,7 @@
 #include "mlic_sim/sensor_set.h"
 
 #include <cmath>
+#include <map>
 
 #include "mlic_core/common/error.h"
 #include "mlic_core/geometry/so3.h"
@@ -139,6 +140,85 @@ SimulatedLidar ReadLidar(const std::string& name, const Section& s) {
   return lidar;
 }
 
+void ReadIntrinsics(const Section& s, CameraIntrinsics& intrinsics) {
+  s.ReadName<CameraModel>("model",
+                          {{"plumb_bob", CameraModel::kPlumbBob},
+                           {"rational_polynomial", CameraModel::kRationalPolynomial},
+                           {"equidistant", CameraModel::kEquidistant},
+                           {"double_sphere", CameraModel::kDoubleSphere}},
+                          intrinsics.model);
+  double size[2] = {0, 0};
+  s.Need("image_size");
+  s.ReadNumbers("image_size", size, 2);
+  intrinsics.width = static_cast<int>(size[0]), intrinsics.height = static_cast<int>(size[1]);
+  if (intrinsics.width < 16 || intrinsics.height < 16 || intrinsics.width > 8192 ||
+      intrinsics.height > 8192) {
+    s.Fail(s.Need("image_size"), "'image_size' must be [width, height], each from 16 to 8192 pixels");
+  }
+  intrinsics.parameters.resize(static_cast<std::size_t>(ParameterCount(intrinsics.model)));
+  s.Need("intrinsics");
+  s.ReadNumbers("intrinsics", intrinsics.parameters.data(), intrinsics.parameters.size());
+  if (!(intrinsics.parameters[0] > 0.0) || !(intrinsics.parameters[1] > 0.0)) {
+    s.Fail(s.Need("intrinsics"), "the focal lengths, the first two of 'intrinsics', must be positive");
+  }
+}
+
+void ReadImage(const Section& s, SimulatedCamera& camera) {
+  s.ReadName<bool>("shutter", {{"global", false}, {"rolling", true}}, camera.rolling_shutter);
+  s.Read("readout", camera.readout);
+  if (camera.rolling_shutter != (camera.readout > 0.0)) {
+    s.Fail(s.node(), "'readout' (s) must be positive with 'shutter: rolling', and left out otherwise");
+  }
+  s.ReadName<ImageEncoding>("encoding",
+                            {{"mono8", ImageEncoding::kMono8},
+                             {"bgr8", ImageEncoding::kBgr8},
+                             {"bayer_rggb8", ImageEncoding::kBayerRggb8},
+                             {"jpeg", ImageEncoding::kJpeg},
+                             {"mono_jpeg", ImageEncoding::kMonoJpeg}},
+                            camera.encoding);
+  s.ReadName<CameraInfoContent>("camera_info",
+                                {{"none", CameraInfoContent::kNone},
+                                 {"empty", CameraInfoContent::kEmpty},
+                                 {"true", CameraInfoContent::kTrue}},
+                                camera.camera_info);
+  s.Read("exposure", camera.exposure);
+  s.Read("jpeg_quality", camera.jpeg_quality);
+  s.ReadPositive("gain", camera.gain);
+  s.Read("exposure_drift", camera.exposure_drift);
+  s.Read("vignetting", camera.vignetting);
+  s.ReadPositive("full_well", camera.full_well);
+  s.Read("read_noise", camera.read_noise);
+  if (camera.exposure < 0.0 || camera.exposure > 1.0 / camera.rate) {
+    s.Fail(s.Need("exposure"), "'exposure' (s) must be between 0 and the time between two images");
+  }
+  if (camera.jpeg_quality < 1 || camera.jpeg_quality > 100) {
+    s.Fail(s.Need("jpeg_quality"), "'jpeg_quality' must be from 1 to 100");
+  }
+}
+
+SimulatedCamera ReadCamera(const std::string& name, const Section& s) {
+  s.OnlyKeys({"topic",      "frame_id",   "T_imu_sensor", "time_offset",  "rate",    "phase",
+              "model",      "image_size", "intrinsics",   "fov_deg",      "shutter", "readout",
+              "exposure",   "encoding",   "camera_info",  "jpeg_quality", "gain",    "exposure_drift",
+              "vignetting", "full_well",  "read_noise"});
+  SimulatedCamera camera;
+  camera.name = name;
+  camera.topic = "/" + name + "/image_raw";
+  camera.frame_id = name;
+  s.Read("topic", camera.topic);
+  s.Read("frame_id", camera.frame_id);
+  s.Need("T_imu_sensor");
+  ReadTransform(s, "T_imu_sensor", camera.calibration.T_imu_sensor);
+  s.Read("time_offset", camera.calibration.time_offset);
+  s.ReadPositive("rate", camera.rate);
+  s.Read("phase", camera.phase);
+  ReadIntrinsics(s, camera.intrinsics);
+  s.Need("fov_deg");
+  s.ReadPositive("fov_deg", camera.fov_deg);
+  ReadImage(s, camera);
+  return camera;
+}
+
 }  // namespace
 
 SensorSet LoadSensorSet(const std::filesystem::path& path) {
@@ -153,20 +233,25 @@ SensorSet LoadSensorSet(const std::filesystem::path& path) {
                      ": not valid YAML: " + error.msg);
   }
   const Section root(path.string(), "file", file);
-  root.OnlyKeys({"imu", "lidars"});
+  root.OnlyKeys({"imu", "lidars", "cameras"});
   SensorSet set;
   set.imu = ReadImu(Section(path.string(), "imu", root.Need("imu")));
-  const Section lidars(path.string(), "lidars", root.Need("lidars"));
-  for (const auto& entry : lidars.node()) {
-    const std::string name = entry.first.as<std::string>();
-    const SimulatedLidar lidar = ReadLidar(name, Section(path.string(), "lidars." + name, entry.second));
-    for (const SimulatedLidar& other : set.lidars) {
-      if (other.topic == lidar.topic)
-        root.Fail(entry.second, "'" + name + "' has the topic of '" + other.name + "'");
+  std::map<std::string, std::string> name_of_topic;
+  const auto read_all = [&](const std::string& kind, const auto& read, auto& sensors) {
+    if (!root.Has(kind)) return;
+    const Section section(path.string(), kind, root.Need(kind));
+    for (const auto& entry : section.node()) {
+      const std::string name = entry.first.template as<std::string>();
+      sensors.push_back(read(name, Section(path.string(), kind + "." + name, entry.second)));
+      const auto [other, is_new] = name_of_topic.emplace(sensors.back().topic, name);
+      if (!is_new) root.Fail(entry.second, "'" + name + "' has the topic of '" + other->second + "'");
     }
-    set.lidars.push_back(lidar);
+  };
+  read_all("lidars", ReadLidar, set.lidars);
+  read_all("cameras", ReadCamera, set.cameras);
+  if (set.lidars.empty() && set.cameras.empty()) {
+    root.Fail(file, "no sensor: at least one is needed under 'lidars' or 'cameras'");
   }
-  if (set.lidars.empty()) root.Fail(root.Need("lidars"), "'lidars' is empty: at least one is needed");
   return set;
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "mlic_core/sensors/rig.h"
+#include "mlic_sim/camera_sensor.h"
 #include "mlic_sim/lidar_model.h"
 
 namespace mlic::sim {
@@ -48,6 +49,7 @@ struct SimulatedLidar {
 struct SensorSet {
   SimulatedImu imu;
   std::vector<SimulatedLidar> lidars;
+  std::vector<SimulatedCamera> cameras;
 };
 
 // Reads a sensors file (config/simulation/README.md says its keys). Throws InputError with file, line and

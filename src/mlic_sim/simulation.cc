@@ -7,6 +7,7 @@
 #include "mlic_core/common/error.h"
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_sim/image_stage.h"
 #include "mlic_sim/imu_simulator.h"
 
 namespace mlic::sim {
@@ -15,26 +16,39 @@ namespace {
 // Delays from the end of a measurement to the recorder, ns.
 constexpr TimeNs kImuDelay = 1000000;
 constexpr TimeNs kScanDelay = 4000000;
+constexpr TimeNs kImageDelay = 9000000;
 
-struct ScanJob {
-  std::size_t lidar;
+struct Job {
+  bool is_image;
+  std::size_t sensor;  // index among the LiDARs or the cameras
   std::int64_t index;
-  double start;     // s, IMU clock
-  double received;  // s, IMU clock, at the scan's end; the recorder's delay not included
+  double start;     // s, IMU clock: of the scan, or of the image's row 0
+  double received;  // s, IMU clock, at the measurement's end; the recorder's delay not included
 };
 
-// All scans that lie within the drive, in the order in which they end.
-std::vector<ScanJob> PlanScans(const SensorSet& sensors, double duration) {
-  std::vector<ScanJob> jobs;
+// All scans and images that lie within the drive, in the order in which they end.
+std::vector<Job> PlanJobs(const SensorSet& sensors, bool with_images, double duration) {
+  std::vector<Job> jobs;
   for (std::size_t l = 0; l < sensors.lidars.size(); ++l) {
     const double period = sensors.lidars[l].model.Period();
     for (std::int64_t k = 0;; ++k) {
       const double start = sensors.lidars[l].phase + period * static_cast<double>(k);
       if (start + period > duration + 1e-9) break;
-      jobs.push_back({l, k, start, start + period});
+      jobs.push_back({false, l, k, start, start + period});
     }
   }
-  if (jobs.empty()) throw InputError("duration: too short for a single scan; give some seconds at least");
+  for (std::size_t c = 0; c < sensors.cameras.size(); ++c) {
+    const SimulatedCamera& camera = sensors.cameras[c];
+    const std::vector<double> times = ImageTimes(camera, duration);
+    if (times.empty()) throw InputError("duration: too short for a single image; give some seconds at least");
+    for (std::size_t k = 0; with_images && k < times.size(); ++k) {
+      const double end = times[k] + camera.readout + 0.5 * camera.exposure;
+      jobs.push_back({true, c, static_cast<std::int64_t>(k), times[k], end});
+    }
+  }
+  if (jobs.empty() && !sensors.lidars.empty()) {
+    throw InputError("duration: too short for a single scan; give some seconds at least");
+  }
   std::stable_sort(jobs.begin(), jobs.end(),
                    [](const auto& a, const auto& b) { return a.received < b.received; });
   return jobs;
@@ -45,16 +59,17 @@ class Simulator {
   Simulator(const SensorSet& sensors, const SimulationOptions& options)
       : sensors_(sensors),
         options_(options),
-        world_(MakeWorld(options.scenario)),
-        trajectory_(MakeTrajectory(sensors, options)),
+        stage_(std::make_shared<ImageStage>(sensors, options)),
         random_(Random(options.seed).Fork(2)) {
     for (const SimulatedLidar& lidar : sensors.lidars) {
       patterns_.push_back(IsRepeating(lidar.model) ? MakeScanPattern(lidar.model, 0) : std::vector<Firing>());
     }
   }
 
-  void Run(DriveSink& sink, const CancellationToken& cancellation) {
-    const std::vector<ScanJob> jobs = PlanScans(sensors_, options_.duration);
+  const std::shared_ptr<const ImageStage>& stage() const { return stage_; }
+
+  void Run(DriveSink& sink, bool with_images, const CancellationToken& cancellation) {
+    const std::vector<Job> jobs = PlanJobs(sensors_, with_images, options_.duration);
     ImuSimulator imu(sensors_.imu, options_.with_noise, random_.Fork(0));
     const std::int64_t imu_count =
         static_cast<std::int64_t>(std::floor(options_.duration * sensors_.imu.rate)) + 1;
@@ -64,20 +79,32 @@ class Simulator {
         const double time = static_cast<double>(next_imu) / sensors_.imu.rate;
         const TimeNs stamp = TimeFrom(kSimulationEpoch, time);
         if (stamp + kImuDelay >= received) break;
-        sink.OnImu({stamp + kImuDelay, stamp, imu.Next(time, trajectory_->StateAt(time))});
+        sink.OnImu({stamp + kImuDelay, stamp, imu.Next(time, stage_->trajectory().StateAt(time))});
       }
     };
     for (std::size_t begin = 0; begin < jobs.size();) {
       std::size_t end = begin;
       while (end < jobs.size() && jobs[end].received < jobs[begin].received + 1.0) ++end;
       std::vector<SimulatedScan> scans(end - begin);
-      ParallelFor(scans.size(), [&](std::size_t i) {
-        if (!cancellation.IsCancelled()) scans[i] = Cast(jobs[begin + i]);
+      std::vector<SimulatedImage> images(end - begin);
+      ParallelFor(end - begin, [&](std::size_t i) {
+        if (cancellation.IsCancelled()) return;
+        const Job& job = jobs[begin + i];
+        if (job.is_image) {
+          images[i] = Take(job);
+        } else {
+          scans[i] = Cast(job);
+        }
       });
       cancellation.ThrowIfCancelled();
-      for (SimulatedScan& scan : scans) {
-        emit_imu_until(scan.received);
-        sink.OnScan(std::move(scan));
+      for (std::size_t i = 0; i < end - begin; ++i) {
+        if (jobs[begin + i].is_image) {
+          emit_imu_until(images[i].received);
+          sink.OnImage(std::move(images[i]));
+        } else {
+          emit_imu_until(scans[i].received);
+          sink.OnScan(std::move(scans[i]));
+        }
       }
       begin = end;
     }
@@ -85,26 +112,35 @@ class Simulator {
   }
 
  private:
-  SimulatedScan Cast(const ScanJob& job) const {
-    const SimulatedLidar& lidar = sensors_.lidars[job.lidar];
+  SimulatedImage Take(const Job& job) const {
+    const SimulatedCamera& camera = sensors_.cameras[job.sensor];
+    SimulatedImage image;
+    image.camera = job.sensor;
+    image.received = TimeFrom(kSimulationEpoch, job.received) + kImageDelay;
+    image.stamp = TimeFrom(kSimulationEpoch, job.start - camera.calibration.time_offset);
+    image.pixels = stage_->Render(job.sensor, static_cast<std::size_t>(job.index), job.start);
+    return image;
+  }
+
+  SimulatedScan Cast(const Job& job) const {
+    const SimulatedLidar& lidar = sensors_.lidars[job.sensor];
     const bool repeating = IsRepeating(lidar.model);
     const std::vector<Firing> own =
         repeating ? std::vector<Firing>() : MakeScanPattern(lidar.model, job.index);
     SimulatedScan scan;
-    scan.lidar = job.lidar;
+    scan.lidar = job.sensor;
     scan.received = TimeFrom(kSimulationEpoch, job.received) + kScanDelay;
     scan.start = TimeFrom(kSimulationEpoch, job.start - lidar.calibration.time_offset);
     scan.stamp = lidar.stamp_at_end ? TimeFrom(scan.start, lidar.model.Period()) : scan.start;
-    scan.points = CastScan(*world_, *trajectory_, lidar.calibration.T_imu_sensor, lidar.model,
-                           repeating ? patterns_[job.lidar] : own, job.start, options_.with_noise,
-                           random_.Fork(1 + job.lidar).Fork(static_cast<std::uint64_t>(job.index)));
+    scan.points = CastScan(stage_->world(), stage_->trajectory(), lidar.calibration.T_imu_sensor, lidar.model,
+                           repeating ? patterns_[job.sensor] : own, job.start, options_.with_noise,
+                           random_.Fork(1 + job.sensor).Fork(static_cast<std::uint64_t>(job.index)));
     return scan;
   }
 
   const SensorSet& sensors_;
   const SimulationOptions& options_;
-  std::unique_ptr<World> world_;
-  std::unique_ptr<Trajectory> trajectory_;
+  std::shared_ptr<const ImageStage> stage_;
   Random random_;
   std::vector<std::vector<Firing>> patterns_;  // of the LiDARs that repeat theirs
 };
@@ -130,6 +166,8 @@ class DriveCollector : public DriveSink {
     stored.points.shrink_to_fit();
     drive_.lidars[scan.lidar].scans.push_back(std::move(stored));
   }
+  // Images are rendered when asked for, and not here.
+  void OnImage(SimulatedImage) override {}
   Drive Take() { return std::move(drive_); }
 
  private:
@@ -144,30 +182,36 @@ Eigen::Vector3d RandomDirection(Random& random) {
 
 }  // namespace
 
-std::unique_ptr<World> MakeWorld(Scenario scenario) {
-  if (scenario == Scenario::kHandheld) return MakeHall();
-  return MakeYard(scenario == Scenario::kPlanar || scenario == Scenario::kCircle);
-}
-
-std::unique_ptr<Trajectory> MakeTrajectory(const SensorSet& sensors, const SimulationOptions& options) {
-  return MakeTrajectory(options.scenario, options.seed, options.duration, sensors.imu.T_body_imu);
-}
-
 void Simulate(const SensorSet& sensors, const SimulationOptions& options, DriveSink& sink,
               const CancellationToken& cancellation) {
-  Simulator(sensors, options).Run(sink, cancellation);
+  Simulator(sensors, options).Run(sink, true, cancellation);
 }
 
 Drive SimulateDrive(const SensorSet& sensors, const SimulationOptions& options,
                     const std::function<void(LidarScan&)>& on_scan) {
   DriveCollector collector(sensors, on_scan);
-  Simulate(sensors, options, collector);
-  return collector.Take();
+  Simulator simulator(sensors, options);
+  simulator.Run(collector, false, {});
+  Drive drive = collector.Take();
+  for (std::size_t c = 0; c < sensors.cameras.size(); ++c) {
+    CameraRecording recording;
+    recording.images = MakeRenderedImages(simulator.stage(), c, options.duration);
+    recording.width = sensors.cameras[c].intrinsics.width;
+    recording.height = sensors.cameras[c].intrinsics.height;
+    drive.cameras.push_back(recording);
+  }
+  return drive;
 }
 
 std::vector<SensorCalibration> TrueCalibrations(const SensorSet& sensors) {
   std::vector<SensorCalibration> calibrations;
   for (const SimulatedLidar& lidar : sensors.lidars) calibrations.push_back(lidar.calibration);
+  return calibrations;
+}
+
+std::vector<SensorCalibration> TrueCameraCalibrations(const SensorSet& sensors) {
+  std::vector<SensorCalibration> calibrations;
+  for (const SimulatedCamera& camera : sensors.cameras) calibrations.push_back(camera.calibration);
   return calibrations;
 }
 
@@ -179,21 +223,31 @@ Rig RigFromSensorSet(const SensorSet& sensors, const GuessOptions& options) {
     rig.imu.noise = sensors.imu.noise;
   rig.imu.intrinsics = sensors.imu.intrinsics;
   Random random = Random(options.seed).Fork(3);
+  const auto fill_common = [&](const auto& sensor, auto& config) {
+    config.name = sensor.name;
+    config.topic = sensor.topic;
+    config.frame_id = sensor.frame_id;
+    const Eigen::Vector3d axis = RandomDirection(random), direction = RandomDirection(random);
+    if (!options.with_guess) return;
+    ExtrinsicGuess guess;
+    const RigidTransform& truth = sensor.calibration.T_imu_sensor;
+    guess.T_imu_sensor.rotation =
+        (ExpQuaternion(options.rotation_error_deg * M_PI / 180.0 * axis) * truth.rotation).normalized();
+    guess.T_imu_sensor.translation = truth.translation + options.translation_error * direction;
+    config.guess = guess;
+  };
   for (const SimulatedLidar& lidar : sensors.lidars) {
     LidarConfig config;
-    config.name = lidar.name;
-    config.topic = lidar.topic;
-    config.frame_id = lidar.frame_id;
-    const Eigen::Vector3d axis = RandomDirection(random), direction = RandomDirection(random);
-    if (options.with_guess) {
-      ExtrinsicGuess guess;
-      const RigidTransform& truth = lidar.calibration.T_imu_sensor;
-      guess.T_imu_sensor.rotation =
-          (ExpQuaternion(options.rotation_error_deg * M_PI / 180.0 * axis) * truth.rotation).normalized();
-      guess.T_imu_sensor.translation = truth.translation + options.translation_error * direction;
-      config.guess = guess;
-    }
+    fill_common(lidar, config);
     rig.lidars.push_back(config);
+  }
+  for (const SimulatedCamera& camera : sensors.cameras) {
+    CameraConfig config;
+    fill_common(camera, config);
+    config.model = camera.intrinsics.model;
+    config.fov_deg = camera.fov_deg;
+    config.shutter = camera.rolling_shutter ? Shutter::kRolling : Shutter::kGlobal;
+    rig.cameras.push_back(config);
   }
   return rig;
 }

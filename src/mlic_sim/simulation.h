@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "mlic_core/common/progress.h"
+#include "mlic_core/sensors/images.h"
 #include "mlic_core/sensors/measurements.h"
 #include "mlic_core/sensors/rig.h"
 #include "mlic_sim/lidar_scanner.h"
@@ -40,31 +41,41 @@ struct SimulatedScan {
   std::vector<SimulatedPoint> points;  // every beam in order of time, also those without return
 };
 
+struct SimulatedImage {
+  TimeNs received;
+  std::size_t camera;  // index in SensorSet::cameras
+  TimeNs stamp;        // camera clock: the middle of row 0's exposure
+  cv::Mat pixels;      // as CameraRenderer::Render makes them
+};
+
 // Receives a drive, message after message in order of `received`, in the calling thread.
 class DriveSink {
  public:
   virtual ~DriveSink() = default;
   virtual void OnImu(const SimulatedImuMessage& message) = 0;
   virtual void OnScan(SimulatedScan scan) = 0;
+  virtual void OnImage(SimulatedImage image) = 0;
 };
 
 // The world and the motion of a scenario.
 std::unique_ptr<World> MakeWorld(Scenario scenario);
 std::unique_ptr<Trajectory> MakeTrajectory(const SensorSet& sensors, const SimulationOptions& options);
 
-// Simulates a drive. Scans are cast in parallel, a second of the drive at a time, so memory stays bounded;
-// the bytes do not depend on the number of threads. Throws InputError for a duration that is too short for a
-// scan.
+// Simulates a drive. Scans and images are made in parallel, a second of the drive at a time, so memory stays
+// bounded; the bytes do not depend on the number of threads. Throws InputError for a duration that is too
+// short for a scan or an image.
 void Simulate(const SensorSet& sensors, const SimulationOptions& options, DriveSink& sink,
               const CancellationToken& cancellation = {});
 
 // The same in memory, as a loader would give it, without beams that did not return. on_scan (optional) sees
-// every scan before it is stored, in order of time for each LiDAR: a place to filter it.
+// every scan before it is stored, in order of time for each LiDAR: a place to filter it. Images are rendered
+// when they are asked for (Drive::cameras).
 Drive SimulateDrive(const SensorSet& sensors, const SimulationOptions& options,
                     const std::function<void(LidarScan&)>& on_scan = nullptr);
 
-// The truth in the core's terms.
+// The truth in the core's terms: of the LiDARs, and of the cameras.
 std::vector<SensorCalibration> TrueCalibrations(const SensorSet& sensors);
+std::vector<SensorCalibration> TrueCameraCalibrations(const SensorSet& sensors);
 
 struct GuessOptions {
   bool with_guess = true;

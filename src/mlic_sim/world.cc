@@ -88,4 +88,58 @@ std::optional<RayHit> World::Cast(const Vector3d& origin, const Vector3d& direct
   return hit;
 }
 
+void World::CastPacket(float max_range, RayPacket& packet) const {
+  RTCRayHit8 rays;
+  static_assert(RayPacket::kSize == 8, "Embree's packets of eight are used");
+  for (int i = 0; i < RayPacket::kSize; ++i) {
+    rays.ray.org_x[i] = packet.origin[0][i];
+    rays.ray.org_y[i] = packet.origin[1][i];
+    rays.ray.org_z[i] = packet.origin[2][i];
+    rays.ray.dir_x[i] = packet.direction[0][i];
+    rays.ray.dir_y[i] = packet.direction[1][i];
+    rays.ray.dir_z[i] = packet.direction[2][i];
+    rays.ray.tnear[i] = 0.0f;
+    rays.ray.tfar[i] = max_range;
+    rays.ray.time[i] = 0.0f;
+    rays.ray.mask[i] = std::numeric_limits<unsigned>::max();
+    rays.ray.id[i] = 0;
+    rays.ray.flags[i] = 0;
+    rays.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+    rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+  }
+#if RTC_VERSION_MAJOR >= 4
+  RTCIntersectArguments arguments;
+  rtcInitIntersectArguments(&arguments);
+  arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+  rtcIntersect8(packet.valid, embree_->scene, &rays, &arguments);
+#else
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  rtcIntersect8(packet.valid, embree_->scene, &context, &rays);
+#endif
+  for (int i = 0; i < RayPacket::kSize; ++i) {
+    const bool hit = packet.valid[i] != 0 && rays.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
+    packet.range[i] = hit ? rays.ray.tfar[i] : std::numeric_limits<float>::infinity();
+    packet.triangle[i] = hit ? rays.hit.primID[i] : 0;
+  }
+}
+
+bool World::IsOccluded(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction,
+                       float max_range) const {
+  RTCRay ray{};
+  ray.org_x = origin.x(), ray.org_y = origin.y(), ray.org_z = origin.z();
+  ray.dir_x = direction.x(), ray.dir_y = direction.y(), ray.dir_z = direction.z();
+  ray.tfar = max_range;
+  ray.mask = std::numeric_limits<unsigned>::max();
+#if RTC_VERSION_MAJOR >= 4
+  rtcOccluded1(embree_->scene, &ray, nullptr);
+#else
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcOccluded1(embree_->scene, &context, &ray);
+#endif
+  return ray.tfar < 0.0f;  // Embree's mark of a hit
+}
+
 }  // namespace mlic::sim

@@ -18,6 +18,18 @@ struct RayHit {
   std::uint32_t object;
 };
 
+// Rays that are cast together, for pictures: single precision is good to some micrometres at 50 m, far below
+// a pixel.
+struct RayPacket {
+  static constexpr int kSize = 8;
+  alignas(32) float origin[3][kSize];
+  alignas(32) float direction[3][kSize];
+  alignas(32) int valid[kSize];  // -1: cast, 0: leave out
+  // Results: infinity where nothing was hit, and then no triangle.
+  alignas(32) float range[kSize];
+  std::uint32_t triangle[kSize];  // index in Mesh::triangles
+};
+
 // A world that can be ray-cast (Embree). Thread-safe once built.
 class World {
  public:
@@ -30,6 +42,12 @@ class World {
   // precision only picks the triangle: range and position come from the triangle's plane in double precision.
   std::optional<RayHit> Cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                              double max_range) const;
+
+  // Neighbouring rays of one picture.
+  void CastPacket(float max_range, RayPacket& packet) const;
+
+  // Whether anything lies within max_range (m) along the ray.
+  bool IsOccluded(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float max_range) const;
 
   const Mesh& mesh() const { return mesh_; }
 

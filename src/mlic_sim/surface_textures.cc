@@ -1,0 +1,213 @@
+#include "mlic_sim/surface_textures.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace mlic::sim {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+constexpr float kFullScale = 1.0f / 16384.0f;  // radiance of one count
+constexpr int kAmbientNodes = 9;               // along a tile's edge
+
+std::array<Vector3f, 3> Corners(const Mesh& mesh, const Triangle& t) {
+  return {mesh.vertices()[t.vertices[0]], mesh.vertices()[t.vertices[1]], mesh.vertices()[t.vertices[2]]};
+}
+
+}  // namespace
+
+SurfaceTextures::SurfaceTextures(const World& world, const Lighting& lighting)
+    : world_(world), lighting_(lighting) {
+  AddSurfaces();
+  PlaceTiles();
+}
+
+SurfaceTextures::~SurfaceTextures() {
+  for (std::size_t i = 0; i < tile_count_; ++i) delete tiles_[i].load();
+}
+
+void SurfaceTextures::AddSurfaces() {
+  const Mesh& mesh = world_.mesh();
+  surface_of_triangle_.reserve(mesh.triangles().size());
+  std::uint32_t ground = 0;
+  bool has_ground = false;
+  for (const Triangle& t : mesh.triangles()) {
+    const auto corners = Corners(mesh, t);
+    const bool is_ground = t.material == Material::kYardGround;
+    if (is_ground && has_ground) {
+      surface_of_triangle_.push_back(ground);
+    } else {
+      Surface s;
+      s.material = t.material, s.object = t.object, s.ground = is_ground;
+      s.normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalized();
+      const bool same_plane = !surfaces_.empty() && !is_ground && surfaces_.back().material == s.material &&
+                              surfaces_.back().object == s.object &&
+                              s.normal.dot(surfaces_.back().normal) > 0.999999f &&
+                              std::abs(s.normal.dot(corners[0] - surfaces_.back().origin)) < 1e-4f;
+      if (!same_plane) {
+        s.u = is_ground ? Vector3f::UnitX().eval() : (corners[1] - corners[0]).normalized().eval();
+        s.v = is_ground ? Vector3f::UnitY().eval() : s.normal.cross(s.u).eval();
+        if (is_ground) s.normal = Vector3f::UnitZ();
+        s.origin = corners[0];
+        surfaces_.push_back(s);
+        if (is_ground) ground = static_cast<std::uint32_t>(surfaces_.size() - 1), has_ground = true;
+      }
+      surface_of_triangle_.push_back(static_cast<std::uint32_t>(surfaces_.size() - 1));
+    }
+    Surface& s = surfaces_[surface_of_triangle_.back()];
+    // The origin moves to the lower left corner of all triangles so far.
+    for (const Vector3f& corner : corners) {
+      const float u = s.u.dot(corner - s.origin), v = s.v.dot(corner - s.origin);
+      if (u < 0.0f) s.origin += u * s.u, s.width -= u;
+      if (v < 0.0f) s.origin += v * s.v, s.height -= v;
+      s.width = std::max(s.width, u), s.height = std::max(s.height, v);
+    }
+  }
+}
+
+void SurfaceTextures::PlaceTiles() {
+  std::uint32_t next = 0;
+  for (Surface& s : surfaces_) {
+    const std::uint32_t begin = next;
+    for (int level = 0; level < kLevels; ++level) {
+      const float tile = kFinest * static_cast<float>(kTile << level);
+      const auto columns = static_cast<std::uint32_t>(s.width / tile) + 1;
+      const auto rows = static_cast<std::uint32_t>(s.height / tile) + 1;
+      s.first_tile[level] = next;
+      s.columns[level] = static_cast<std::uint16_t>(columns);
+      next += columns * rows;
+    }
+    s.back_side = next - begin;
+    next += s.back_side;
+  }
+  tile_count_ = next;
+  tiles_.reset(new std::atomic<Tile*>[tile_count_]());
+}
+
+Vector3f SurfaceTextures::Radiance(std::uint32_t triangle, const Vector3f& p, const Vector3f& direction,
+                                   float footprint) const {
+  const Surface& s = surfaces_[surface_of_triangle_[triangle]];
+  const float along = s.normal.dot(direction);
+  const bool back = along > 0.0f;
+  const float slant = std::max(0.04f, std::abs(along));
+  // A slanted view stretches the footprint along the ray: several texels side by side, somewhat larger ones.
+  const int taps = slant > 0.5f ? 1 : slant > 0.25f ? 2 : 4;
+  const float size = std::max(footprint, footprint / (slant * static_cast<float>(taps)));
+  const float detail = std::clamp(std::log2(size / kFinest), 0.0f, kLevels - 1.001f);
+  const int level = static_cast<int>(detail);
+  const float blend = detail - static_cast<float>(level);
+  const Vector3f relative = p - s.origin;
+  const float u = s.u.dot(relative), v = s.v.dot(relative);
+  const float du = s.u.dot(direction) / slant * footprint / static_cast<float>(taps);
+  const float dv = s.v.dot(direction) / slant * footprint / static_cast<float>(taps);
+  Vector3f sum = Vector3f::Zero();
+  for (int tap = 0; tap < taps; ++tap) {
+    const float at = static_cast<float>(tap) - 0.5f * static_cast<float>(taps - 1);
+    Vector3f color = Lookup(s, back, level, u + at * du, v + at * dv);
+    if (blend > 0.05f) color += blend * (Lookup(s, back, level + 1, u + at * du, v + at * dv) - color);
+    sum += color;
+  }
+  return sum * (kFullScale / static_cast<float>(taps));
+}
+
+Vector3f SurfaceTextures::Lookup(const Surface& s, bool back, int level, float u, float v) const {
+  // Texel i is the mean about the place i * size; tile c holds the texels from kTile c to kTile (c + 1), both
+  // ends included.
+  const float size = kFinest * static_cast<float>(1 << level);
+  const float x = std::clamp(u, 0.0f, s.width) / size, y = std::clamp(v, 0.0f, s.height) / size;
+  const int i = static_cast<int>(x), j = static_cast<int>(y);
+  const int column = i / kTile, row = j / kTile;
+  const std::size_t index = s.first_tile[level] + (back ? s.back_side : 0) +
+                            static_cast<std::size_t>(row) * s.columns[level] +
+                            static_cast<std::size_t>(column);
+  Tile* tile = tiles_[index].load(std::memory_order_acquire);
+  if (tile == nullptr) {
+    std::unique_ptr<Tile> baked = Bake(s, back, level, column, row);
+    if (tiles_[index].compare_exchange_strong(tile, baked.get(), std::memory_order_acq_rel))
+      tile = baked.release();
+  }
+  const float a = x - static_cast<float>(i), b = y - static_cast<float>(j);
+  const Texel* t =
+      &tile->texels[static_cast<std::size_t>((j - row * kTile) * kStride + (i - column * kTile))];
+  const float w00 = (1 - a) * (1 - b), w10 = a * (1 - b), w01 = (1 - a) * b, w11 = a * b;
+  Vector3f color;
+  for (int c = 0; c < 3; ++c) {
+    color[c] = w00 * t[0][c] + w10 * t[1][c] + w01 * t[kStride][c] + w11 * t[kStride + 1][c];
+  }
+  return color;
+}
+
+std::unique_ptr<SurfaceTextures::Tile> SurfaceTextures::Bake(const Surface& s, bool back, int level,
+                                                             int column, int row) const {
+  auto tile = std::make_unique<Tile>();
+  const float size = kFinest * static_cast<float>(1 << level);
+  const float u0 = static_cast<float>(column * kTile) * size, v0 = static_cast<float>(row * kTile) * size;
+  const Vector3f normal = back ? Vector3f(-s.normal) : s.normal;
+  const auto place = [&](float u, float v) {
+    Vector3f p = s.origin + u * s.u + v * s.v;
+    if (s.ground) {
+      const auto hit = world_.Cast(Vector3d(p.x(), p.y(), 0.05), -Vector3d::UnitZ(), 1.0);
+      if (hit) p.z() = static_cast<float>(hit->position.z());
+    }
+    return p;
+  };
+  // Only texels within the surface, and those about it that the interpolation needs.
+  const int columns = std::min(kStride, static_cast<int>((s.width - u0) / size) + 2);
+  const int rows = std::min(kStride, static_cast<int>((s.height - v0) / size) + 2);
+  // Light from all around is smooth: on a coarse grid.
+  std::array<Vector3f, kAmbientNodes * kAmbientNodes> ambient;
+  const float last_u = static_cast<float>(columns - 1), last_v = static_cast<float>(rows - 1);
+  for (int j = 0; j < kAmbientNodes; ++j) {
+    for (int i = 0; i < kAmbientNodes; ++i) {
+      const float u = std::min(s.width, u0 + size * last_u * static_cast<float>(i) / (kAmbientNodes - 1));
+      const float v = std::min(s.height, v0 + size * last_v * static_cast<float>(j) / (kAmbientNodes - 1));
+      ambient[static_cast<std::size_t>(j * kAmbientNodes + i)] =
+          AmbientLight(world_, lighting_, place(u, v), normal);
+    }
+  }
+  const auto ambient_at = [&](float x, float y) {
+    const float gx = x / last_u * (kAmbientNodes - 1), gy = y / last_v * (kAmbientNodes - 1);
+    const int i = std::min(kAmbientNodes - 2, static_cast<int>(gx)),
+              j = std::min(kAmbientNodes - 2, static_cast<int>(gy));
+    const float a = gx - static_cast<float>(i), b = gy - static_cast<float>(j);
+    const Vector3f* n = &ambient[static_cast<std::size_t>(j * kAmbientNodes + i)];
+    return Vector3f((1 - b) * ((1 - a) * n[0] + a * n[1]) +
+                    b * ((1 - a) * n[kAmbientNodes] + a * n[kAmbientNodes + 1]));
+  };
+  // A texel is the mean over a square of its own size; distant levels have more to average.
+  const int samples = level >= 5 ? 3 : 2;
+  const Vector3d normal_d = normal.cast<double>();
+  for (int j = 0; j < rows; ++j) {
+    for (int i = 0; i < columns; ++i) {
+      const Vector3f around = ambient_at(static_cast<float>(i), static_cast<float>(j));
+      Vector3f sum = Vector3f::Zero();
+      for (int k = 0; k < samples * samples; ++k) {
+        const float dx = (static_cast<float>(k % samples) + 0.5f) / static_cast<float>(samples) - 0.5f;
+        const float dy = (static_cast<float>(k / samples) + 0.5f) / static_cast<float>(samples) - 0.5f;
+        const float u = std::clamp(u0 + (static_cast<float>(i) + dx) * size, 0.0f, s.width);
+        const float v = std::clamp(v0 + (static_cast<float>(j) + dy) * size, 0.0f, s.height);
+        const Vector3f p = place(u, v);
+        const Vector3f albedo = ReflectanceOf(s.material, p.cast<double>(), normal_d, s.object).albedo;
+        sum += albedo.cwiseProduct(around + DirectLight(world_, lighting_, p, normal));
+      }
+      Texel& texel = tile->texels[static_cast<std::size_t>(j * kStride + i)];
+      for (int c = 0; c < 3; ++c) {
+        const float value = sum[c] / (kFullScale * static_cast<float>(samples * samples));
+        texel[c] = static_cast<std::uint16_t>(std::clamp(value, 0.0f, 65535.0f));
+      }
+    }
+  }
+  for (int j = 0; j < kStride; ++j) {
+    for (int i = 0; i < kStride; ++i) {
+      if (i < columns && j < rows) continue;
+      tile->texels[static_cast<std::size_t>(j * kStride + i)] =
+          tile->texels[static_cast<std::size_t>(std::min(j, rows - 1) * kStride + std::min(i, columns - 1))];
+    }
+  }
+  return tile;
+}
+
+}  // namespace mlic::sim
