@@ -55,7 +55,10 @@ TEST(ResultFile, RoundTripKeepsEverything) {
       EXPECT_EQ(a.intrinsics->model, b.intrinsics->model);
       EXPECT_EQ(a.intrinsics->parameters, b.intrinsics->parameters);
     }
+    EXPECT_EQ(a.intrinsics_sigma, b.intrinsics_sigma);
+    EXPECT_EQ(a.intrinsics_held, b.intrinsics_held);
     EXPECT_EQ(a.rolling_shutter_readout, b.rolling_shutter_readout);
+    EXPECT_EQ(a.readout_sigma, b.readout_sigma);
   }
   ASSERT_EQ(copy.pairs.size(), result.pairs.size());
   for (std::size_t i = 0; i < copy.pairs.size(); ++i) {

@@ -97,7 +97,11 @@ CalibrationResult SampleResult() {
   camera.type = SensorResult::Type::kCamera;
   camera.intrinsics =
       CameraIntrinsics{CameraModel::kEquidistant, 1280, 800, {369.5, 369.25, 640, 400, 0.01, 0, 0, 0}};
+  camera.topic = "/cam_front/image_raw";
+  camera.intrinsics_sigma = {0.11, 0.12, 0.21, 0.22, 1e-4, 2e-4, 3e-4, 4e-4};
+  camera.intrinsics_held = {false, false, false, false, false, false, true, true};
   camera.rolling_shutter_readout = 0.0221;
+  camera.readout_sigma = 1.5e-4;
   camera.unobservable.push_back(
       {UnobservableDirection::Quantity::kRotation, Eigen::Vector3d::UnitX(), 2.0 * M_PI / 180.0});
   camera.unobservable.push_back(

@@ -34,6 +34,7 @@ struct SensorResult {
   std::string name;
   Type type = Type::kLidar;
   std::string frame_id;
+  std::string topic;  // empty: not known
   SensorCalibration calibration;
   PoseSigma sigma;
   std::array<bool, 3> translation_observable{true, true, true};
@@ -41,7 +42,10 @@ struct SensorResult {
   bool time_offset_observable = true;
   std::vector<UnobservableDirection> unobservable;
   std::optional<CameraIntrinsics> intrinsics;
+  std::vector<double> intrinsics_sigma;           // of each parameter, in its unit; empty: not known
+  std::vector<bool> intrinsics_held;              // each parameter that the data do not show; empty: none
   std::optional<double> rolling_shutter_readout;  // s
+  std::optional<double> readout_sigma;            // s
 };
 
 // T_a_b: points of sensor b into sensor a; time_offset of sigma: of the difference of the two offsets.

@@ -73,6 +73,8 @@ class ByteReader {
   void operator()(T&... values) {
     (Read(values), ...);
   }
+  // For Fields that find values that contradict each other.
+  void Fail() { failed_ = true; }
   // Everything was there, and nothing is left.
   bool Complete() const { return !failed_ && at_ == end_; }
 

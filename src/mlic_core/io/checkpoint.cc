@@ -34,6 +34,11 @@ bool CheckpointStore::Load(const std::string& stage, const std::string& key, std
   return HashOf(bytes->data(), bytes->size()) == header.checksum;
 }
 
+bool CheckpointStore::Has(const std::string& stage) const {
+  std::error_code error;
+  return std::filesystem::exists(FileOf(stage), error);
+}
+
 void CheckpointStore::Save(const std::string& stage, const std::string& key,
                            const std::vector<char>& bytes) const {
   Header header;

@@ -14,6 +14,8 @@ class CheckpointStore {
   explicit CheckpointStore(std::filesystem::path directory) : directory_(std::move(directory)) {}
 
   bool Load(const std::string& stage, const std::string& key, std::vector<char>* bytes) const;
+  // Something was saved for the stage, under whatever key.
+  bool Has(const std::string& stage) const;
   // Replaces what the stage had, whole or not at all. InputError when it cannot be written.
   void Save(const std::string& stage, const std::string& key, const std::vector<char>& bytes) const;
   // Forgets all stages (--fresh).

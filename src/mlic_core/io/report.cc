@@ -77,6 +77,8 @@ void WriteReport(const std::filesystem::path& path, const CalibrationResult& res
       "content=\"width=device-width\">\n<title>MLIC calibration report</title>\n<style>";
   html += std::string(kStyle) + "</style>\n</head>\n<body>\n<main>\n" + VerdictBlock(result);
   html += Section("Sensors", SensorTable(result));
+  const std::string cameras = CameraTable(result);
+  if (!cameras.empty()) html += Section("Camera intrinsics", cameras);
   const std::string top_view = TopViewFigure(result);
   if (!top_view.empty()) html += Section("The first drive from above", top_view);
   if (!result.pairs.empty()) html += Section("Pairs of sensors", PairTable(result));

@@ -6,6 +6,7 @@
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/io/export_frames.h"
 #include "mlic_core/io/report_figures.h"
+#include "mlic_core/io/rig_parsing.h"
 #include "mlic_core/io/text_file.h"
 
 namespace mlic {
@@ -67,6 +68,36 @@ std::string MatrixText(const Eigen::Matrix3d& m) {
   return text;
 }
 
+// Colour, name, model and image size.
+std::string CameraNameCell(std::size_t index, const SensorResult& sensor) {
+  const CameraIntrinsics& intrinsics = *sensor.intrinsics;
+  return Cell("<i style=\"background:" + SensorColor(index) + "\"></i>" + EscapeXml(sensor.name) + "<small>" +
+              CameraModelNames()[static_cast<std::size_t>(intrinsics.model)] + ", " +
+              std::to_string(intrinsics.width) + " &times; " + std::to_string(intrinsics.height) +
+              "</small>");
+}
+
+// One cell for each parameter, its name above the value; the last one is the readout, where there is one.
+std::string IntrinsicsCells(const SensorResult& sensor) {
+  const std::vector<std::string> names = ParameterNames(sensor.intrinsics->model);
+  const std::vector<double>& values = sensor.intrinsics->parameters;
+  std::string cells;
+  for (std::size_t k = 0; k < values.size() && k < names.size(); ++k) {
+    const int decimals = k < 4 ? 2 : 6;  // pixels; shares of the radius
+    const bool held = k < sensor.intrinsics_held.size() && sensor.intrinsics_held[k];
+    const std::string sigma = k < sensor.intrinsics_sigma.size()
+                                  ? FixedNumber(sensor.intrinsics_sigma[k], decimals + 1)
+                                  : std::string("?");
+    cells += ValueCell("<small>" + names[k] + "</small>" + FixedNumber(values[k], decimals), sigma, !held);
+  }
+  if (sensor.rolling_shutter_readout) {
+    const std::string sigma = sensor.readout_sigma ? FixedNumber(1e3 * *sensor.readout_sigma, 3) : "?";
+    cells += ValueCell("<small>readout, ms</small>" + FixedNumber(1e3 * *sensor.rolling_shutter_readout, 3),
+                       sigma, true);
+  }
+  return cells;
+}
+
 const char* const kPoseHeader =
     "<th>x, m</th><th>y, m</th><th>z, m</th><th>roll, &deg;</th><th>pitch, &deg;</th><th>yaw, &deg;</th>"
     "<th>&sigma; rot x</th><th>&sigma; rot y</th><th>&sigma; rot z</th>";
@@ -99,6 +130,19 @@ std::string SensorTable(const CalibrationResult& result) {
     return html + "<p class=\"note\">The drive showed every direction of every sensor.</p>\n";
   return html + "<p>The drive did not show these; they stand at the guess:</p><ul>\n" + directions +
          "</ul>\n";
+}
+
+std::string CameraTable(const CalibrationResult& result) {
+  std::string html;
+  for (std::size_t i = 0; i < result.sensors.size(); ++i) {
+    const SensorResult& sensor = result.sensors[i];
+    if (sensor.intrinsics) html += "<tr>" + CameraNameCell(i, sensor) + IntrinsicsCells(sensor) + "</tr>\n";
+  }
+  if (html.empty()) return "";
+  return "<div class=\"wide\"><table>\n" + html +
+         "</table></div>\n<p class=\"note\">Pixels for focal lengths and centre (a pixel's centre is at "
+         "whole "
+         "coordinates). Held: not shown by the drive, or held by the rig file; it stands at its guess.</p>\n";
 }
 
 std::string PairTable(const CalibrationResult& result) {

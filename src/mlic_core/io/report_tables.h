@@ -12,6 +12,8 @@ namespace mlic {
 // Extrinsics and time offsets with sigmas; what the drive did not show is marked, its directions are listed
 // below.
 std::string SensorTable(const CalibrationResult& result);
+// Every parameter of every camera with its sigma; nothing where there are no intrinsics.
+std::string CameraTable(const CalibrationResult& result);
 // Of a result that has pairs.
 std::string PairTable(const CalibrationResult& result);
 std::string ImuTable(const CalibrationResult& result);

@@ -71,6 +71,15 @@ std::string UnobservableText(const std::vector<UnobservableDirection>& direction
   return "[" + text + "]";
 }
 
+std::string HeldNames(const SensorResult& sensor) {
+  const std::vector<std::string> names = ParameterNames(sensor.intrinsics->model);
+  std::string text;
+  for (std::size_t i = 0; i < sensor.intrinsics_held.size() && i < names.size(); ++i) {
+    if (sensor.intrinsics_held[i]) text += (text.empty() ? "" : ", ") + names[i];
+  }
+  return "[" + text + "]";
+}
+
 std::string SensorText(const SensorResult& sensor) {
   std::string text = "  " + sensor.name + ":\n";
   text += std::string("    type: ") + (sensor.type == SensorResult::Type::kLidar ? "lidar" : "camera") + "\n";
@@ -87,10 +96,17 @@ std::string SensorText(const SensorResult& sensor) {
     text += "    intrinsics: {model: " + CameraModelNames()[static_cast<std::size_t>(intrinsics.model)] +
             ", image_size: [" + std::to_string(intrinsics.width) + ", " + std::to_string(intrinsics.height) +
             "], params: " + Short(intrinsics.parameters.data(), intrinsics.parameters.size()) + "}\n";
+    if (!sensor.intrinsics_sigma.empty()) {
+      text +=
+          "    intrinsics_sigma: " + Short(sensor.intrinsics_sigma.data(), sensor.intrinsics_sigma.size()) +
+          "\n";
+    }
+    text += "    intrinsics_held: " + HeldNames(sensor) + "\n";
   }
   if (sensor.rolling_shutter_readout) {
     text += "    rolling_shutter_readout: " + FixedNumber(*sensor.rolling_shutter_readout, 9) + "\n";
   }
+  if (sensor.readout_sigma) text += "    readout_sigma: " + ShortNumber(*sensor.readout_sigma, 12) + "\n";
   return text;
 }
 
@@ -161,6 +177,20 @@ CameraIntrinsics ReadIntrinsics(const YamlReader& node) {
   return intrinsics;
 }
 
+// Sigmas and held parameters stand beside the intrinsics.
+void ReadIntrinsicsQuality(const YamlReader& node, SensorResult* sensor) {
+  const std::vector<std::string> names = ParameterNames(sensor->intrinsics->model);
+  if (node.Has("intrinsics_sigma")) {
+    sensor->intrinsics_sigma =
+        node.Get("intrinsics_sigma").Numbers(names.size(), "(the sigma of each parameter of this model)");
+  }
+  if (!node.Has("intrinsics_held")) return;
+  for (const YamlReader& name : node.Get("intrinsics_held").Elements()) {
+    sensor->intrinsics_held.resize(names.size(), false);
+    sensor->intrinsics_held[name.Choice(names)] = true;
+  }
+}
+
 SensorResult ReadSensor(const YamlReader& node) {
   SensorResult sensor;
   sensor.name = node.Name();
@@ -172,10 +202,14 @@ SensorResult ReadSensor(const YamlReader& node) {
   if (node.Has("time_offset")) sensor.calibration.time_offset = node.Get("time_offset").Number();
   sensor.sigma = ReadSigma(node);
   ReadObservability(node, &sensor);
-  if (node.Has("intrinsics")) sensor.intrinsics = ReadIntrinsics(node.Get("intrinsics"));
+  if (node.Has("intrinsics")) {
+    sensor.intrinsics = ReadIntrinsics(node.Get("intrinsics"));
+    ReadIntrinsicsQuality(node, &sensor);
+  }
   if (node.Has("rolling_shutter_readout")) {
     sensor.rolling_shutter_readout = node.Get("rolling_shutter_readout").Number();
   }
+  if (node.Has("readout_sigma")) sensor.readout_sigma = node.Get("readout_sigma").Number();
   return sensor;
 }
 

@@ -1,23 +1,15 @@
 #include "mlic_core/io/serialize.h"
 
-#include "mlic_core/io/byte_archive.h"
+#include "mlic_core/io/archive_types.h"
 
 namespace mlic {
 
-template <typename Scalar, int Rows, int Columns>
-struct IsFlat<Eigen::Matrix<Scalar, Rows, Columns>> : std::integral_constant<bool, Rows != Eigen::Dynamic> {};
-template <>
-struct IsFlat<RigidTransform> : std::true_type {};
-template <>
-struct IsFlat<SensorCalibration> : std::true_type {};
 template <>
 struct IsFlat<ImuCalibration> : std::true_type {};
 template <>
 struct IsFlat<ImuSample> : std::true_type {};
 template <>
 struct IsFlat<LidarPoint> : std::true_type {};
-template <>
-struct IsFlat<OdometryPose> : std::true_type {};
 template <>
 struct IsFlat<StampedPose> : std::true_type {};
 template <>
@@ -48,20 +40,14 @@ void Fields(Archive& archive, Dataset& dataset) {
 }
 
 template <typename Archive>
-void Fields(Archive& archive, OdometryResult& odometry) {
-  archive(odometry.poses);
-}
-
-template <typename Archive>
-void Fields(Archive& archive, CameraIntrinsics& intrinsics) {
-  archive(intrinsics.model, intrinsics.width, intrinsics.height, intrinsics.parameters);
-}
-
-template <typename Archive>
 void Fields(Archive& archive, SensorResult& sensor) {
-  archive(sensor.name, sensor.type, sensor.frame_id, sensor.calibration, sensor.sigma,
+  // A vector of bools has no array of bytes to copy.
+  std::vector<std::uint8_t> held(sensor.intrinsics_held.begin(), sensor.intrinsics_held.end());
+  archive(sensor.name, sensor.type, sensor.frame_id, sensor.topic, sensor.calibration, sensor.sigma,
           sensor.translation_observable, sensor.rotation_observable, sensor.time_offset_observable,
-          sensor.unobservable, sensor.intrinsics, sensor.rolling_shutter_readout);
+          sensor.unobservable, sensor.intrinsics, sensor.intrinsics_sigma, held,
+          sensor.rolling_shutter_readout, sensor.readout_sigma);
+  sensor.intrinsics_held.assign(held.begin(), held.end());
 }
 
 template <typename Archive>
@@ -87,32 +73,14 @@ void Fields(Archive& archive, CalibrationResult& result) {
           result.peak_memory_megabytes);
 }
 
-namespace {
+std::vector<char> ToBytes(const Dataset& dataset) { return WrittenBytes(dataset); }
+std::vector<char> ToBytes(const std::vector<OdometryResult>& odometry) { return WrittenBytes(odometry); }
+std::vector<char> ToBytes(const CalibrationResult& result) { return WrittenBytes(result); }
 
-template <typename T>
-std::vector<char> Written(const T& value) {
-  ByteWriter writer;
-  writer(value);
-  return writer.Take();
-}
-
-template <typename T>
-bool Read(const std::vector<char>& bytes, T* value) {
-  ByteReader reader(bytes);
-  reader(*value);
-  return reader.Complete();
-}
-
-}  // namespace
-
-std::vector<char> ToBytes(const Dataset& dataset) { return Written(dataset); }
-std::vector<char> ToBytes(const std::vector<OdometryResult>& odometry) { return Written(odometry); }
-std::vector<char> ToBytes(const CalibrationResult& result) { return Written(result); }
-
-bool FromBytes(const std::vector<char>& bytes, Dataset* dataset) { return Read(bytes, dataset); }
+bool FromBytes(const std::vector<char>& bytes, Dataset* dataset) { return ReadBytes(bytes, dataset); }
 bool FromBytes(const std::vector<char>& bytes, std::vector<OdometryResult>* odometry) {
-  return Read(bytes, odometry);
+  return ReadBytes(bytes, odometry);
 }
-bool FromBytes(const std::vector<char>& bytes, CalibrationResult* result) { return Read(bytes, result); }
+bool FromBytes(const std::vector<char>& bytes, CalibrationResult* result) { return ReadBytes(bytes, result); }
 
 }  // namespace mlic

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "mlic_core/calibration/result.h"
+#include "mlic_core/calibration/stage_store.h"
 #include "mlic_core/lidar/odometry.h"
 #include "mlic_core/sensors/measurements.h"
 
@@ -13,10 +14,16 @@ namespace mlic {
 std::vector<char> ToBytes(const Dataset& dataset);
 std::vector<char> ToBytes(const std::vector<OdometryResult>& odometry);
 std::vector<char> ToBytes(const CalibrationResult& result);
+std::vector<char> ToBytes(const DriveOdometry& odometry);
+std::vector<char> ToBytes(const Initialization& start);
+std::vector<char> ToBytes(const RefinementProgress& progress);
 
 // False, with the object unspecified, when the bytes are not exactly one such object.
 bool FromBytes(const std::vector<char>& bytes, Dataset* dataset);
 bool FromBytes(const std::vector<char>& bytes, std::vector<OdometryResult>* odometry);
 bool FromBytes(const std::vector<char>& bytes, CalibrationResult* result);
+bool FromBytes(const std::vector<char>& bytes, DriveOdometry* odometry);
+bool FromBytes(const std::vector<char>& bytes, Initialization* start);
+bool FromBytes(const std::vector<char>& bytes, RefinementProgress* progress);
 
 }  // namespace mlic

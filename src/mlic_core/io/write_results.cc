@@ -3,6 +3,8 @@
 #include <set>
 
 #include "mlic_core/common/error.h"
+#include "mlic_core/io/camera_info.h"
+#include "mlic_core/io/kalibr_camchain.h"
 #include "mlic_core/io/point_cloud_file.h"
 #include "mlic_core/io/report.h"
 #include "mlic_core/io/result_file.h"
@@ -22,9 +24,9 @@ std::string TrajectoryName(std::size_t drive) {
 // Results of an earlier run, calibration.yaml first: without it the rest is not taken for a result.
 void RemoveEarlierResults(const fs::path& directory) {
   std::error_code error;
-  for (const char* name :
-       {"calibration.yaml", "static_transforms.launch", "sensors.urdf.xacro", "report.html", "map.pcd"}) {
-    fs::remove(directory / name, error);
+  for (const char* name : {"calibration.yaml", "static_transforms.launch", "sensors.urdf.xacro",
+                           "kalibr_camchain.yaml", "camera_info", "report.html", "map.pcd"}) {
+    fs::remove_all(directory / name, error);
     if (error) throw InputError((directory / name).string() + ": cannot be replaced: " + error.message());
   }
   for (std::size_t drive = 0; fs::remove(directory / TrajectoryName(drive), error); ++drive) {
@@ -47,6 +49,8 @@ void WriteResults(const fs::path& directory, const CalibrationResult& result) {
   if (result.trusted) {
     WriteStaticTransforms(directory / "static_transforms.launch", result);
     WriteUrdf(directory / "sensors.urdf.xacro", result);
+    WriteCameraInfos(directory / "camera_info", result);
+    WriteKalibrCamchain(directory / "kalibr_camchain.yaml", result);
   }
   WriteCalibrationFile(directory / "calibration.yaml", result);
 }

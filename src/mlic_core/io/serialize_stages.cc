@@ -1,0 +1,95 @@
+// Stages of the calibration as bytes. A field that is added to the state, or to what a stage hands on, is
+// added here too: test/stage_resume_test.cc compares a resumed run with an uninterrupted one bit for bit.
+#include "mlic_core/io/archive_types.h"
+#include "mlic_core/io/serialize.h"
+
+namespace mlic {
+
+template <>
+struct IsFlat<UniformKnots> : std::true_type {};
+template <>
+struct IsFlat<ImuSigma> : std::true_type {};
+template <>
+struct IsFlat<PlaneNoise> : std::true_type {};
+
+// Splines are their knots and control points; the rest follows from these.
+template <typename Spline>
+void SplineFields(ByteWriter& archive, const Spline& spline) {
+  archive(spline.knots(), spline.control_points());
+}
+
+template <typename Spline>
+void SplineFields(ByteReader& archive, Spline& spline) {
+  UniformKnots knots;
+  auto control_points = spline.control_points();
+  archive(knots, control_points);
+  if (knots.count < 4 || control_points.size() != static_cast<std::size_t>(knots.count)) {
+    archive.Fail();
+    return;
+  }
+  spline = Spline(knots, std::move(control_points));
+}
+
+template <typename Archive>
+void Fields(Archive& archive, So3Spline& spline) {
+  SplineFields(archive, spline);
+}
+
+template <typename Archive>
+void Fields(Archive& archive, PositionSpline& spline) {
+  SplineFields(archive, spline);
+}
+
+template <typename Archive>
+void Fields(Archive& archive, DriveState& drive) {
+  archive(drive.trajectory.rotation, drive.trajectory.position, drive.gyroscope_bias,
+          drive.accelerometer_bias);
+}
+
+template <typename Archive>
+void Fields(Archive& archive, CameraCalibration& camera) {
+  archive(camera.sensor, camera.intrinsics, camera.rolling_shutter, camera.readout);
+}
+
+template <typename Archive>
+void Fields(Archive& archive, CalibrationState& state) {
+  archive(state.lidars, state.cameras, state.gyroscope_matrix, state.accelerometer_matrix, state.drives);
+}
+
+template <typename Archive>
+void Fields(Archive& archive, AngularRateAlignment& alignment) {
+  archive(alignment.valid, alignment.failure, alignment.time_offset, alignment.R_imu_lidar,
+          alignment.gyroscope_bias, alignment.rotation_information, alignment.information_values,
+          alignment.information_directions, alignment.rotation_covariance,
+          alignment.rotation_directions_shown, alignment.time_offset_sigma, alignment.residual_rms,
+          alignment.inlier_share, alignment.peak_correlation, alignment.second_peak_ratio,
+          alignment.second_peak_offset);
+}
+
+template <typename Archive>
+void Fields(Archive& archive, DriveOdometry& odometry) {
+  archive(odometry.lidars, odometry.alignments);
+}
+
+template <typename Archive>
+void Fields(Archive& archive, Initialization& start) {
+  archive(start.state, start.imu_sigma, start.base_lidar, start.problems, start.notes);
+}
+
+template <typename Archive>
+void Fields(Archive& archive, RefinementProgress& progress) {
+  archive(progress.state, progress.imu_sigma, progress.noise, progress.rounds, progress.many_points,
+          progress.lines);
+}
+
+std::vector<char> ToBytes(const DriveOdometry& odometry) { return WrittenBytes(odometry); }
+std::vector<char> ToBytes(const Initialization& start) { return WrittenBytes(start); }
+std::vector<char> ToBytes(const RefinementProgress& progress) { return WrittenBytes(progress); }
+
+bool FromBytes(const std::vector<char>& bytes, DriveOdometry* odometry) { return ReadBytes(bytes, odometry); }
+bool FromBytes(const std::vector<char>& bytes, Initialization* start) { return ReadBytes(bytes, start); }
+bool FromBytes(const std::vector<char>& bytes, RefinementProgress* progress) {
+  return ReadBytes(bytes, progress);
+}
+
+}  // namespace mlic
