@@ -1,5 +1,6 @@
 #include "mlic_core/camera/feature_matcher.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
