@@ -9,7 +9,9 @@
 
 #include "mlic_core/calibration/calibrator.h"
 #include "mlic_core/common/error.h"
+#include "mlic_core/io/checkpoint.h"
 #include "mlic_core/io/rig_file.h"
+#include "mlic_core/io/stage_files.h"
 #include "mlic_core/io/write_results.h"
 #include "mlic_ros/finished_run.h"
 #include "mlic_ros/job_log.h"
@@ -55,7 +57,7 @@ std::string RefusalLine(const CalibrationResult& result) {
 }
 
 JobOutcome Run(const JobOptions& options, const Rig& rig_file, const CancellationToken& cancellation,
-               JobLog& log) {
+               StageStore& stages, JobLog& log) {
   const auto start = std::chrono::steady_clock::now();
   LoadReport report;
   LoadOptions load = options.load;
@@ -72,7 +74,7 @@ JobOutcome Run(const JobOptions& options, const Rig& rig_file, const Cancellatio
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   log.OnRig(rig);
 
-  CalibrationResult result = Calibrate(rig, dataset, cancellation, log);
+  CalibrationResult result = Calibrate(rig, dataset, cancellation, log, stages);
   result.stages.insert(result.stages.begin(), LoadingSummary(report, seconds));
   result.warnings.insert(result.warnings.begin(), report.warnings.begin(), report.warnings.end());
   cancellation.ThrowIfCancelled();
@@ -92,7 +94,10 @@ JobOutcome RunOrReuse(const JobOptions& options, const CancellationToken& cancel
       return *finished;
     }
   }
-  const JobOutcome outcome = Run(options, rig, cancellation, log);
+  const std::filesystem::path stages = options.output / "stages";
+  if (options.fresh) CheckpointStore(stages).Clear();
+  StageFiles files(stages, key, [&](const std::string& line) { log.Line(line); });
+  const JobOutcome outcome = Run(options, rig, cancellation, files, log);
   NoteFinishedRun(options.output, key, outcome);
   return outcome;
 }
