@@ -17,11 +17,11 @@ cv::Mat ToGray(const cv::Mat& image) {
 }
 
 ImageQuality MeasureImageQuality(const cv::Mat& gray, const cv::Mat& mask) {
-  std::int64_t count = 0, sum = 0, square = 0, saturated = 0, dark = 0, fine = 0, coarse = 0;
+  std::int64_t count = 0, sum = 0, square = 0, saturated = 0, dark = 0, gradient = 0;
   for (int y = 0; y < gray.rows; y += 2) {
     const std::uint8_t* row = gray.ptr<std::uint8_t>(y);
     const std::uint8_t* allowed = mask.empty() ? nullptr : mask.ptr<std::uint8_t>(y);
-    for (int x = 3; x + 3 < gray.cols; ++x) {
+    for (int x = 1; x + 1 < gray.cols; ++x) {
       if (allowed != nullptr && allowed[x] == 0) continue;
       const int value = row[x];
       ++count;
@@ -29,11 +29,8 @@ ImageQuality MeasureImageQuality(const cv::Mat& gray, const cv::Mat& mask) {
       square += value * value;
       saturated += value >= 250;
       dark += value <= 5;
-      const int difference = row[x + 1] - row[x];
-      // The same difference after a running mean over three pixels, times three.
-      const int smoothed = row[x + 2] - row[x - 1];
-      fine += difference * difference;
-      coarse += smoothed * smoothed;
+      const int difference = row[x + 1] - row[x - 1];
+      gradient += difference * difference;
     }
   }
   ImageQuality quality;
@@ -43,7 +40,7 @@ ImageQuality MeasureImageQuality(const cv::Mat& gray, const cv::Mat& mask) {
   quality.contrast = std::sqrt(std::max(0.0, square / n - mean * mean));
   quality.saturated_share = saturated / n;
   quality.dark_share = dark / n;
-  if (fine > 0) quality.sharpness = 1.0 - coarse / (9.0 * static_cast<double>(fine));
+  quality.sharpness = std::sqrt(gradient / n) / std::max(1.0, mean);
   return quality;
 }
 

@@ -10,8 +10,10 @@ cv::Mat ToGray(const cv::Mat& image);
 
 // How well features can be found in an image.
 struct ImageQuality {
-  double sharpness = 0.0;  // share of the gradient's energy that a 3 px smoothing removes: falls with blur
-  double contrast = 0.0;   // standard deviation of the gray values
+  // Root mean square of the gradient along rows, relative to the mean: falls with blur, not with exposure.
+  // Compares images of one scene only.
+  double sharpness = 0.0;
+  double contrast = 0.0;         // standard deviation of the gray values
   double saturated_share = 0.0;  // of the pixels, at least 250
   double dark_share = 0.0;       // of the pixels, at most 5
   // Neither over- nor underexposed nor without any structure.
