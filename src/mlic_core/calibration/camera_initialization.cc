@@ -1,0 +1,236 @@
+#include "mlic_core/calibration/camera_initialization.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "mlic_core/calibration/camera_rotation.h"
+#include "mlic_core/calibration/intrinsics_observability.h"
+#include "mlic_core/common/error.h"
+#include "mlic_core/geometry/so3.h"
+
+namespace mlic {
+namespace {
+
+constexpr std::size_t kFewestObservations = 200;
+
+// What one round of triangulation and solve does.
+struct Round {
+  double least_sigma;  // px; covers what the calibration is still off by
+  double least_parallax_deg;
+  bool inner;  // intrinsics beyond the focal length, and the readout, may move
+};
+constexpr Round kRounds[] = {{8.0, 1.0, false}, {4.0, 1.0, false}, {2.0, 1.0, true}, {1.0, 0.5, true}};
+constexpr int kMostRounds = 12;
+constexpr double kStandsStill = 0.1;  // of a sigma
+
+// Rotation and offset of one camera before anything is triangulated; the focal length where it only comes
+// from the field of view.
+void AlignCamera(const CameraConfig& config, const CameraStart& start, std::size_t c,
+                 const std::vector<TrackSet>& tracks, const CalibrationState& state,
+                 CameraInitialization* result) {
+  CameraCalibration& camera = result->cameras[c];
+  std::vector<const SplitSpline*> trajectories;
+  for (const DriveState& drive : state.drives) trajectories.push_back(&drive.trajectory);
+  CameraRotation rotation;
+  for (int iteration = 0; iteration < 3; ++iteration) {
+    const auto motions = VisualMotions(tracks, static_cast<int>(c), camera.intrinsics);
+    rotation = AlignCameraRotation(motions, trajectories, config.guess, config.time_offset);
+    if (!rotation.valid || !start.from_field_of_view || std::abs(rotation.focal_ratio - 1.0) < 0.02) break;
+    camera.intrinsics.parameters[0] *= rotation.focal_ratio;
+    camera.intrinsics.parameters[1] *= rotation.focal_ratio;
+  }
+  if (!rotation.valid || rotation.inlier_share < 0.3) {
+    result->problems.push_back(
+        config.name +
+        ": its images do not turn as the IMU does (too few matches, a blocked view, or "
+        "another vehicle's topic)");
+    return;
+  }
+  camera.sensor.T_imu_sensor.rotation = rotation.R_imu_camera;
+  camera.sensor.time_offset = rotation.time_offset;
+  result->found[c] = true;
+  char line[200];
+  std::snprintf(line, sizeof(line), "%s: offset %.1f ms, focal length %.0f px, turns as the IMU to %.2f deg",
+                config.name.c_str(), 1e3 * rotation.time_offset, camera.intrinsics.parameters[0],
+                rotation.residual * 180.0 / M_PI);
+  result->notes.push_back(line);
+}
+
+// The tracks without what cameras that were not found saw.
+std::vector<TrackSet> WithoutLostCameras(std::vector<TrackSet> tracks, const std::vector<bool>& found) {
+  for (TrackSet& set : tracks) {
+    for (Track& track : set.tracks) {
+      auto& seen = track.observations;
+      seen.erase(
+          std::remove_if(seen.begin(), seen.end(),
+                         [&](const TrackObservation& o) { return !found[set.keyframes[o.keyframe].camera]; }),
+          seen.end());
+    }
+  }
+  return tracks;
+}
+
+// Holds all but what is meant to move in this round.
+std::vector<HeldCameraParameters> HeldInRound(const Rig& rig, const std::vector<CameraStart>& start,
+                                              const std::vector<bool>& found, bool inner) {
+  std::vector<HeldCameraParameters> held(rig.cameras.size());
+  for (std::size_t c = 0; c < held.size(); ++c) {
+    const bool fixed = rig.cameras[c].fixed || !found[c];
+    held[c] = {fixed, fixed, fixed, !inner || !found[c], {}};
+    held[c].intrinsics.assign(start[c].intrinsics.parameters.size(), !inner || !found[c]);
+    if (found[c] && start[c].from_field_of_view) held[c].intrinsics[0] = held[c].intrinsics[1] = false;
+  }
+  return held;
+}
+
+// Largest change of what is not held, in sigmas.
+double ChangeInSigmas(const CalibrationState& before, const CalibrationState& after, const Layout& layout,
+                      const std::vector<HeldCameraParameters>& held, const Eigen::MatrixXd& information) {
+  const Eigen::VectorXd limits = CalibrationLimits(after, layout);
+  Eigen::MatrixXd known = InformationWithHeld(information, after, layout, held);
+  known.diagonal() += 1e-6 * limits.cwiseAbs2().cwiseInverse();
+  const int cameras = 7 * layout.sensors;
+  const Eigen::MatrixXd scaled = limits.asDiagonal() * known * limits.asDiagonal();
+  const Eigen::VectorXd sigmas = scaled.ldlt()
+                                     .solve(Eigen::MatrixXd::Identity(scaled.rows(), scaled.cols()))
+                                     .diagonal()
+                                     .cwiseAbs()
+                                     .cwiseSqrt();
+  double largest = 0.0;
+  for (std::size_t c = 0; c < after.cameras.size(); ++c) {
+    const SensorCalibration &a = before.cameras[c].sensor, &b = after.cameras[c].sensor;
+    Eigen::Matrix<double, 7, 1> change;
+    change << Log(b.T_imu_sensor.rotation * a.T_imu_sensor.rotation.conjugate()),
+        b.T_imu_sensor.translation - a.T_imu_sensor.translation, b.time_offset - a.time_offset;
+    for (int i = 0; i < 7; ++i) {
+      const int at = layout.Camera(c) + i;
+      if (at < cameras) largest = std::max(largest, std::abs(change[i]) / (limits[at] * sigmas[at]));
+    }
+  }
+  return largest;
+}
+
+// Rounds of triangulation and solve with the trajectory held.
+void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start, const std::vector<TrackSet>& tracks,
+                   const CancellationToken& cancellation, CalibrationState* state,
+                   CameraInitialization* result) {
+  const std::size_t cameras = rig.cameras.size();
+  JointProblem problem;
+  problem.hold_trajectory = true;
+  for (const CameraConfig& camera : rig.cameras) {
+    problem.camera_guesses.push_back(camera.fixed ? std::nullopt : camera.guess);
+  }
+  LandmarkOptions options;
+  options.noise_scale.assign(cameras, 1.0);
+  std::vector<HeldCameraParameters> held;
+  const Layout layout(*state, false);
+  constexpr int kPlanned = static_cast<int>(std::size(kRounds));
+  for (int round = 0; round < kMostRounds; ++round) {
+    cancellation.ThrowIfCancelled();
+    const bool planned = round < kPlanned;
+    options.least_sigma = planned ? kRounds[round].least_sigma : 0.0;
+    options.least_parallax_deg = planned ? kRounds[round].least_parallax_deg : 0.5;
+    problem.landmarks = TriangulateLandmarks(tracks, *state, options);
+    const CalibrationState before = *state;
+    const bool inner = !planned || kRounds[round].inner;
+    problem.camera_held = HeldInRound(rig, start, result->found, inner);
+    if (inner) {
+      // What can be told is decided by the information at the present state.
+      Eigen::MatrixXd prior;
+      Eigen::VectorXd gradient;
+      CalibrationPrior(problem, *state, layout, &prior, &gradient);
+      CalibrationState probe = *state;
+      const Eigen::MatrixXd information = SolveJointProblem(problem, 1, cancellation, &probe).information;
+      if (information.size() == 0) break;
+      problem.camera_held =
+          HoldUndeterminedIntrinsics(information + prior, *state, layout, problem.camera_held);
+    }
+    const SolveSummary summary = SolveJointProblem(problem, planned ? 4 : 3, cancellation, state);
+    if (summary.information.size() == 0) break;
+    for (std::size_t d = 0; d < summary.points.size(); ++d) problem.landmarks[d].points = summary.points[d];
+    options.noise_scale = MeasureLandmarkNoise(problem.landmarks, *state, options);
+    result->information = summary.information;
+    if (planned) continue;
+    if (ChangeInSigmas(before, *state, layout, problem.camera_held, summary.information) < kStandsStill)
+      break;
+  }
+  result->held = problem.camera_held;
+  result->noise_scale = options.noise_scale;
+  result->landmarks = std::move(problem.landmarks);
+}
+
+}  // namespace
+
+std::vector<CameraStart> StartFromRig(const Rig& rig, const Dataset& dataset) {
+  std::vector<CameraStart> starts;
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+    const CameraConfig& config = rig.cameras[c];
+    int width = 0, height = 0;
+    for (const Drive& drive : dataset.drives) {
+      if (width > 0 || c >= drive.cameras.size()) continue;
+      width = drive.cameras[c].width;
+      height = drive.cameras[c].height;
+    }
+    if (config.intrinsics) {
+      starts.push_back({{config.model, width, height, *config.intrinsics}, false});
+    } else if (config.fov_deg) {
+      starts.push_back({IntrinsicsFromFieldOfView(config.model, width, height, *config.fov_deg), true});
+    } else {
+      throw InputError(
+          "camera '" + config.name +
+          "': the rig file gives neither intrinsics nor fov_deg; add the horizontal field of view "
+          "in degrees as fov_deg");
+    }
+  }
+  return starts;
+}
+
+CameraInitialization InitializeCameras(const Rig& rig, const std::vector<CameraStart>& start,
+                                       const std::vector<TrackSet>& tracks, const CalibrationState& given,
+                                       const CancellationToken& cancellation) {
+  CameraInitialization result;
+  const std::size_t cameras = rig.cameras.size();
+  result.cameras.resize(cameras);
+  result.found.assign(cameras, false);
+  for (std::size_t c = 0; c < cameras; ++c) {
+    cancellation.ThrowIfCancelled();
+    const CameraConfig& config = rig.cameras[c];
+    CameraCalibration& camera = result.cameras[c];
+    camera.intrinsics = start[c].intrinsics;
+    camera.rolling_shutter = config.shutter == Shutter::kRolling;
+    if (config.guess) camera.sensor.T_imu_sensor = config.guess->T_imu_sensor;
+    camera.sensor.time_offset = config.time_offset.value_or(0.0);
+    if (config.fixed) {
+      result.found[c] = true;
+    } else {
+      AlignCamera(config, start[c], c, tracks, given, &result);
+    }
+  }
+  CalibrationState state;
+  state.drives = given.drives;
+  state.cameras = result.cameras;
+  AdjustCameras(rig, start, WithoutLostCameras(tracks, result.found), cancellation, &state, &result);
+  result.cameras = state.cameras;
+  const std::vector<std::size_t> counts = CountObservations(result.landmarks, cameras);
+  for (std::size_t c = 0; c < cameras; ++c) {
+    if (!result.found[c]) continue;
+    char line[240];
+    if (counts[c] < kFewestObservations) {
+      result.found[c] = false;
+      std::snprintf(line, sizeof(line),
+                    "%s: only %zu sights of points agree with the trajectory; record more texture or nearer "
+                    "structure, or check model and field of view",
+                    rig.cameras[c].name.c_str(), counts[c]);
+      result.problems.push_back(line);
+      continue;
+    }
+    const SensorCalibration& sensor = state.cameras[c].sensor;
+    std::snprintf(line, sizeof(line), "%s: %zu sights, %.2f of the expected noise, offset %.2f ms",
+                  rig.cameras[c].name.c_str(), counts[c], result.noise_scale[c], 1e3 * sensor.time_offset);
+    result.notes.push_back(line);
+  }
+  return result;
+}
+
+}  // namespace mlic

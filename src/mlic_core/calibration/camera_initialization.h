@@ -1,0 +1,42 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "mlic_core/calibration/camera_landmarks.h"
+#include "mlic_core/calibration/joint_problem.h"
+#include "mlic_core/camera/tracks.h"
+#include "mlic_core/common/progress.h"
+
+namespace mlic {
+
+// Intrinsics that a camera starts with.
+struct CameraStart {
+  CameraIntrinsics intrinsics;
+  bool from_field_of_view = false;  // focal length good to some ten per cent, no distortion
+};
+
+// From the rig file: the intrinsics where given, else from the field of view. The image's size comes from the
+// first drive that has the camera's images. Throws InputError for a camera that has neither.
+std::vector<CameraStart> StartFromRig(const Rig& rig, const Dataset& dataset);
+
+// What the initialisation of the cameras found; problems are reasons for refusal, in plain words.
+struct CameraInitialization {
+  std::vector<CameraCalibration> cameras;
+  std::vector<HeldCameraParameters> held;  // fixed cameras, and intrinsics that the data do not determine
+  std::vector<double> noise_scale;         // of each camera, for LandmarkOptions
+  std::vector<bool> found;                 // cameras that can take part in the joint solve
+  std::vector<LandmarkSet> landmarks;      // of each drive, at the cameras found
+  Eigen::MatrixXd information;             // of the calibration of a state with these cameras and no LiDARs
+  std::vector<std::string> problems;
+  std::vector<std::string> notes;
+};
+
+// SPEC stage 5: time offset and rotation of every camera from visual rotations against the trajectory's, then
+// rounds of triangulation on the trajectory and of solving extrinsics, offsets, intrinsics and landmarks with
+// the trajectory held, all cameras together. tracks: of each drive. state: its drives' trajectories are used.
+CameraInitialization InitializeCameras(const Rig& rig, const std::vector<CameraStart>& start,
+                                       const std::vector<TrackSet>& tracks, const CalibrationState& state,
+                                       const CancellationToken& cancellation);
+
+}  // namespace mlic

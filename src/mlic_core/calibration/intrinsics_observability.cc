@@ -1,0 +1,142 @@
+#include "mlic_core/calibration/intrinsics_observability.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace mlic {
+namespace {
+
+// The order in which parameters are given up: the highest rank first.
+int Rank(CameraModel model, int parameter) {
+  if (parameter < 4) return parameter < 2 ? 0 : 1;  // focal lengths, centre
+  const int i = parameter - 4;
+  switch (model) {
+    case CameraModel::kPlumbBob: {
+      constexpr int kRanks[] = {2, 3, 4, 4, 5};
+      return kRanks[i];
+    }
+    case CameraModel::kRationalPolynomial: {
+      constexpr int kRanks[] = {2, 3, 4, 4, 5, 6, 7, 8};
+      return kRanks[i];
+    }
+    case CameraModel::kEquidistant:
+      return 2 + i;
+    case CameraModel::kDoubleSphere:
+      return 3 - i;  // xi before alpha
+  }
+  return 0;
+}
+
+Eigen::VectorXd Sigmas(const Eigen::MatrixXd& information, const Eigen::VectorXd& limits) {
+  const Eigen::MatrixXd scaled = limits.asDiagonal() * information * limits.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 * (scaled + scaled.transpose()));
+  const double largest = std::max(1.0, eigen.eigenvalues().maxCoeff());
+  const Eigen::VectorXd inverse = eigen.eigenvalues().unaryExpr(
+      [&](double v) { return 1.0 / std::max(v, std::max(1e-12, 1e-15 * largest)); });
+  Eigen::VectorXd sigmas(limits.size());
+  for (int i = 0; i < limits.size(); ++i) {
+    sigmas[i] = limits[i] * std::sqrt(eigen.eigenvectors().row(i).cwiseAbs2().dot(inverse));
+  }
+  return sigmas;
+}
+
+}  // namespace
+
+std::vector<double> ImageDisplacements(const CameraIntrinsics& intrinsics) {
+  constexpr int kGrid = 20;
+  std::vector<double> sums(intrinsics.parameters.size(), 0.0);
+  int count = 0;
+  for (int i = 0; i < kGrid * kGrid; ++i) {
+    const Eigen::Vector2d pixel((i % kGrid + 0.5) / kGrid * intrinsics.width - 0.5,
+                                (i / kGrid + 0.5) / kGrid * intrinsics.height - 0.5);
+    Eigen::Vector3d bearing;
+    Eigen::Vector2d again;
+    CameraPointJacobian J_point;
+    CameraParameterJacobian J;
+    if (!Unproject(intrinsics, pixel, &bearing) || !Project(intrinsics, bearing, &again, &J_point, &J))
+      continue;
+    ++count;
+    for (std::size_t k = 0; k < sums.size(); ++k) sums[k] += J.col(static_cast<int>(k)).norm();
+  }
+  for (double& sum : sums) sum = std::max(1e-9, sum / std::max(1, count));
+  return sums;
+}
+
+Eigen::VectorXd CalibrationLimits(const CalibrationState& state, const Layout& layout) {
+  Eigen::VectorXd limits = Eigen::VectorXd::Ones(layout.calibration);
+  for (int s = 0; s < layout.sensors; ++s) {
+    limits.segment<3>(7 * s).setConstant(0.5 * M_PI / 180.0);
+    limits.segment<3>(7 * s + 3).setConstant(0.05);
+    limits[7 * s + 6] = 5e-3;
+  }
+  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
+    if (layout.Readout(c) >= 0) limits[layout.Readout(c)] = 5e-3;
+    const std::vector<double> displacements = ImageDisplacements(state.cameras[c].intrinsics);
+    for (std::size_t i = 0; i < displacements.size(); ++i) {
+      limits[layout.Intrinsics(c) + static_cast<int>(i)] = 1.0 / displacements[i];
+    }
+  }
+  return limits;
+}
+
+Eigen::MatrixXd InformationWithHeld(const Eigen::MatrixXd& information, const CalibrationState& state,
+                                    const Layout& layout, const std::vector<HeldCameraParameters>& held) {
+  Eigen::MatrixXd result = information;
+  const Eigen::VectorXd limits = CalibrationLimits(state, layout);
+  const auto hold = [&](int at) {
+    result.row(at).setZero();
+    result.col(at).setZero();
+    result(at, at) = 1e6 / (limits[at] * limits[at]);  // a thousandth of the limit
+  };
+  for (std::size_t c = 0; c < held.size(); ++c) {
+    for (int i = 0; i < 7; ++i) {
+      const bool is_held = i < 3 ? held[c].rotation : i < 6 ? held[c].translation : held[c].time_offset;
+      if (is_held) hold(layout.Camera(c) + i);
+    }
+    if (held[c].readout && layout.Readout(c) >= 0) hold(layout.Readout(c));
+    for (std::size_t i = 0; i < held[c].intrinsics.size(); ++i) {
+      if (held[c].intrinsics[i]) hold(layout.Intrinsics(c) + static_cast<int>(i));
+    }
+  }
+  return result;
+}
+
+std::vector<HeldCameraParameters> HoldUndeterminedIntrinsics(const Eigen::MatrixXd& information,
+                                                             const CalibrationState& state,
+                                                             const Layout& layout,
+                                                             const std::vector<HeldCameraParameters>& start,
+                                                             double limit) {
+  std::vector<HeldCameraParameters> held = start;
+  held.resize(state.cameras.size());
+  for (std::size_t c = 0; c < held.size(); ++c) {
+    held[c].intrinsics.resize(state.cameras[c].intrinsics.parameters.size(), false);
+  }
+  const Eigen::VectorXd limits = CalibrationLimits(state, layout);
+  while (true) {
+    const Eigen::VectorXd sigmas = Sigmas(InformationWithHeld(information, state, layout, held), limits);
+    bool changed = false;
+    // One parameter of each camera at a time.
+    for (std::size_t c = 0; c < held.size(); ++c) {
+      int worst = -1, highest = -1;
+      double largest = 0.0;
+      for (std::size_t i = 0; i < held[c].intrinsics.size(); ++i) {
+        const int at = layout.Intrinsics(c) + static_cast<int>(i);
+        const double displacement = sigmas[at] / limits[at];
+        const int rank = Rank(state.cameras[c].intrinsics.model, static_cast<int>(i));
+        if (held[c].intrinsics[i] || displacement <= limit) continue;
+        if (rank > highest || (rank == highest && displacement > largest)) {
+          worst = static_cast<int>(i);
+          highest = rank;
+          largest = displacement;
+        }
+      }
+      if (worst < 0) continue;
+      held[c].intrinsics[worst] = true;
+      changed = true;
+    }
+    if (!changed) return held;
+  }
+}
+
+}  // namespace mlic

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "mlic_core/calibration/joint_problem.h"
+
+namespace mlic {
+
+// For each parameter by how many pixels the image moves, in the mean over the image, for a change of one.
+std::vector<double> ImageDisplacements(const CameraIntrinsics& intrinsics);
+
+// Decides which intrinsics the data determine. information: of the calibration (Layout) with what belongs to
+// it of the priors; the scatter of the residuals is taken out already. A parameter whose sigma moves the
+// image by more than `limit` px in the mean is held; higher terms of the distortion first, one after the
+// other, as each one that is held tells more of the others. start: what is held anyway.
+std::vector<HeldCameraParameters> HoldUndeterminedIntrinsics(const Eigen::MatrixXd& information,
+                                                             const CalibrationState& state,
+                                                             const Layout& layout,
+                                                             const std::vector<HeldCameraParameters>& start,
+                                                             double limit = 1.0);
+
+// The information with all that is held taken as known: for covariances.
+Eigen::MatrixXd InformationWithHeld(const Eigen::MatrixXd& information, const CalibrationState& state,
+                                    const Layout& layout, const std::vector<HeldCameraParameters>& held);
+
+// Steps of all calibration parameters that count as large (rotation, translation, offset: the limits of
+// observability; intrinsics: 1 px in the mean over the image; others: 1): scales for inverting information.
+Eigen::VectorXd CalibrationLimits(const CalibrationState& state, const Layout& layout);
+
+}  // namespace mlic
