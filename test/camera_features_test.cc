@@ -146,7 +146,7 @@ TEST(Matcher, AGuideForbidsWhatTheGeometryForbids) {
 
 TEST(ImageQuality, SeesBlurAndExposure) {
   const cv::Mat sharp = Render(1, Homography::Identity(), 1.0);
-  cv::Mat blurred(sharp.size(), CV_8UC1, cv::Scalar(0));
+  cv::Mat blurred = sharp.clone();
   for (int y = 0; y < sharp.rows; ++y) {
     for (int x = 4; x + 4 < sharp.cols; ++x) {
       int sum = 0;
