@@ -101,7 +101,7 @@ void CameraRenderer::Shade(const RayPacket& packet, int lane, float pixel_angle,
   } else {
     const Vector3f origin(packet.origin[0][lane], packet.origin[1][lane], packet.origin[2][lane]);
     color = textures_.Radiance(packet.triangle[lane], origin + range * direction, direction,
-                               0.7f * pixel_angle * range);
+                               0.8f * pixel_angle * range);
   }
   for (int c = 0; c < 3; ++c) light[c] = color[c];
 }

@@ -12,7 +12,7 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr float kFar = 200.0f;
-constexpr float kLift = 2e-3f;  // m: rays start above the surface
+constexpr float kLift = 4e-3f;  // m: rays start above the surface
 constexpr int kAmbientRays = 40;
 
 // Directions about +z with density proportional to the cosine (a Fibonacci spiral on the disc, lifted).

@@ -1,7 +1,5 @@
 #include "mlic_sim/procedural_noise.h"
 
-#include <cmath>
-
 namespace mlic::sim {
 namespace {
 
@@ -20,12 +18,15 @@ double Hash(std::int32_t x, std::int32_t y, std::int32_t z, std::uint32_t seed) 
 
 double Smooth(double u) { return u * u * (3.0 - 2.0 * u); }
 
+// std::floor calls a function where the processor's rounding instructions may not be used.
+std::int32_t Floor(double x) {
+  const auto i = static_cast<std::int32_t>(x);
+  return i - static_cast<std::int32_t>(x < static_cast<double>(i));
+}
+
 double Lattice(const Eigen::Vector3d& p, std::uint32_t seed) {
-  const Eigen::Vector3d floor = p.array().floor();
-  const std::int32_t x = static_cast<std::int32_t>(floor.x());
-  const std::int32_t y = static_cast<std::int32_t>(floor.y());
-  const std::int32_t z = static_cast<std::int32_t>(floor.z());
-  const double u = Smooth(p.x() - floor.x()), v = Smooth(p.y() - floor.y()), w = Smooth(p.z() - floor.z());
+  const std::int32_t x = Floor(p.x()), y = Floor(p.y()), z = Floor(p.z());
+  const double u = Smooth(p.x() - x), v = Smooth(p.y() - y), w = Smooth(p.z() - z);
   const auto along_x = [&](int dy, int dz) {
     return (1.0 - u) * Hash(x, y + dy, z + dz, seed) + u * Hash(x + 1, y + dy, z + dz, seed);
   };
@@ -48,8 +49,7 @@ double Fractal(const Eigen::Vector3d& p, double size, int octaves, std::uint32_t
 }
 
 double Cell(const Eigen::Vector2d& p, std::uint32_t seed) {
-  return Hash(static_cast<std::int32_t>(std::floor(p.x())), static_cast<std::int32_t>(std::floor(p.y())), 0,
-              seed);
+  return Hash(Floor(p.x()), Floor(p.y()), 0, seed);
 }
 
 }  // namespace mlic::sim

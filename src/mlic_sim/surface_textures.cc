@@ -11,7 +11,6 @@ using Eigen::Vector3d;
 using Eigen::Vector3f;
 
 constexpr float kFullScale = 1.0f / 16384.0f;  // radiance of one count
-constexpr int kAmbientNodes = 9;               // along a tile's edge
 
 std::array<Vector3f, 3> Corners(const Mesh& mesh, const Triangle& t) {
   return {mesh.vertices()[t.vertices[0]], mesh.vertices()[t.vertices[1]], mesh.vertices()[t.vertices[2]]};
@@ -140,58 +139,116 @@ Vector3f SurfaceTextures::Lookup(const Surface& s, bool back, int level, float u
   return color;
 }
 
+// What the texels of one tile are computed from: places on the surface, and the light that falls there. Light
+// from all around is smooth and interpolated from a coarse grid; the sun's (the lamps') is interpolated
+// within cells whose corners agree about the shadow, and cast anew where they do not.
+class SurfaceTextures::TileLight {
+ public:
+  TileLight(const SurfaceTextures& textures, const Surface& s, bool back, int level, int column, int row)
+      : world_(textures.world_), lighting_(textures.lighting_), s_(s), level_(level) {
+    size_ = kFinest * static_cast<float>(1 << level);
+    u0_ = static_cast<float>(column * kTile) * size_, v0_ = static_cast<float>(row * kTile) * size_;
+    normal_ = back ? Vector3f(-s.normal) : s.normal;
+    columns = std::min(kStride, static_cast<int>((s.width - u0_) / size_) + 2);
+    rows = std::min(kStride, static_cast<int>((s.height - v0_) / size_) + 2);
+    if (s.ground) {
+      for (int k = 0; k < 4; ++k) height_[k] = GroundHeight(k % 2 * kTile, k / 2 * kTile);
+    }
+    around_ = MakeGrid(level <= 1   ? 16
+                       : level <= 3 ? 8
+                                    : 4,
+                       [&](const Vector3f& p) { return AmbientLight(world_, lighting_, p, normal_); });
+    direct_ = MakeGrid(level <= 2 ? 4 : 1,
+                       [&](const Vector3f& p) { return DirectLight(world_, lighting_, p, normal_); });
+  }
+
+  // Places are in texels from the tile's corner.
+  Vector3f Place(float x, float y) const {
+    const float u = std::clamp(u0_ + x * size_, 0.0f, s_.width),
+                v = std::clamp(v0_ + y * size_, 0.0f, s_.height);
+    Vector3f p = s_.origin + u * s_.u + v * s_.v;
+    if (s_.ground) {
+      const float a = x / kTile, b = y / kTile;
+      p.z() = level_ <= 3 ? (1 - b) * ((1 - a) * height_[0] + a * height_[1]) +
+                                b * ((1 - a) * height_[2] + a * height_[3])
+                          : GroundHeight(x, y);
+    }
+    return p;
+  }
+
+  Vector3f At(float x, float y, const Vector3f& p) const {
+    Vector3f ambient, direct;
+    around_.Interpolate(x, y, &ambient);
+    if (!direct_.Interpolate(x, y, &direct)) direct = DirectLight(world_, lighting_, p, normal_);
+    return ambient + direct;
+  }
+
+  int columns, rows;  // of the texels that matter: those on the surface and one more for the interpolation
+
+ private:
+  struct Grid {
+    int step, columns, rows;
+    std::vector<Vector3f> nodes;
+
+    // False where the corners of the cell differ much.
+    bool Interpolate(float x, float y, Vector3f* value) const {
+      const float gx = std::max(0.0f, x / static_cast<float>(step)),
+                  gy = std::max(0.0f, y / static_cast<float>(step));
+      const int i = std::min(columns - 2, static_cast<int>(gx)), j = std::min(rows - 2, static_cast<int>(gy));
+      const float a = gx - static_cast<float>(i), b = gy - static_cast<float>(j);
+      const Vector3f* n = &nodes[static_cast<std::size_t>(j * columns + i)];
+      *value = (1 - b) * ((1 - a) * n[0] + a * n[1]) + b * ((1 - a) * n[columns] + a * n[columns + 1]);
+      const float low = std::min(std::min(n[0].y(), n[1].y()), std::min(n[columns].y(), n[columns + 1].y()));
+      const float high = std::max(std::max(n[0].y(), n[1].y()), std::max(n[columns].y(), n[columns + 1].y()));
+      return high - low < 0.02f;
+    }
+  };
+
+  template <typename Light>
+  Grid MakeGrid(int step, const Light& light) const {
+    Grid grid{step, (columns - 2) / step + 2, (rows - 2) / step + 2, {}};
+    for (int j = 0; j < grid.rows; ++j) {
+      for (int i = 0; i < grid.columns; ++i) {
+        grid.nodes.push_back(light(Place(static_cast<float>(i * step), static_cast<float>(j * step))));
+      }
+    }
+    return grid;
+  }
+
+  float GroundHeight(float x, float y) const {
+    const Vector3f p = s_.origin + (u0_ + x * size_) * s_.u + (v0_ + y * size_) * s_.v;
+    const auto hit = world_.Cast(Vector3d(p.x(), p.y(), 0.05), -Vector3d::UnitZ(), 1.0);
+    return hit ? static_cast<float>(hit->position.z()) : 0.0f;
+  }
+
+  const World& world_;
+  const Lighting& lighting_;
+  const Surface& s_;
+  int level_;
+  float size_, u0_, v0_;
+  Vector3f normal_;
+  std::array<float, 4> height_{};
+  Grid around_, direct_;
+};
+
 std::unique_ptr<SurfaceTextures::Tile> SurfaceTextures::Bake(const Surface& s, bool back, int level,
                                                              int column, int row) const {
   auto tile = std::make_unique<Tile>();
-  const float size = kFinest * static_cast<float>(1 << level);
-  const float u0 = static_cast<float>(column * kTile) * size, v0 = static_cast<float>(row * kTile) * size;
-  const Vector3f normal = back ? Vector3f(-s.normal) : s.normal;
-  const auto place = [&](float u, float v) {
-    Vector3f p = s.origin + u * s.u + v * s.v;
-    if (s.ground) {
-      const auto hit = world_.Cast(Vector3d(p.x(), p.y(), 0.05), -Vector3d::UnitZ(), 1.0);
-      if (hit) p.z() = static_cast<float>(hit->position.z());
-    }
-    return p;
-  };
-  // Only texels within the surface, and those about it that the interpolation needs.
-  const int columns = std::min(kStride, static_cast<int>((s.width - u0) / size) + 2);
-  const int rows = std::min(kStride, static_cast<int>((s.height - v0) / size) + 2);
-  // Light from all around is smooth: on a coarse grid.
-  std::array<Vector3f, kAmbientNodes * kAmbientNodes> ambient;
-  const float last_u = static_cast<float>(columns - 1), last_v = static_cast<float>(rows - 1);
-  for (int j = 0; j < kAmbientNodes; ++j) {
-    for (int i = 0; i < kAmbientNodes; ++i) {
-      const float u = std::min(s.width, u0 + size * last_u * static_cast<float>(i) / (kAmbientNodes - 1));
-      const float v = std::min(s.height, v0 + size * last_v * static_cast<float>(j) / (kAmbientNodes - 1));
-      ambient[static_cast<std::size_t>(j * kAmbientNodes + i)] =
-          AmbientLight(world_, lighting_, place(u, v), normal);
-    }
-  }
-  const auto ambient_at = [&](float x, float y) {
-    const float gx = x / last_u * (kAmbientNodes - 1), gy = y / last_v * (kAmbientNodes - 1);
-    const int i = std::min(kAmbientNodes - 2, static_cast<int>(gx)),
-              j = std::min(kAmbientNodes - 2, static_cast<int>(gy));
-    const float a = gx - static_cast<float>(i), b = gy - static_cast<float>(j);
-    const Vector3f* n = &ambient[static_cast<std::size_t>(j * kAmbientNodes + i)];
-    return Vector3f((1 - b) * ((1 - a) * n[0] + a * n[1]) +
-                    b * ((1 - a) * n[kAmbientNodes] + a * n[kAmbientNodes + 1]));
-  };
+  const TileLight light(*this, s, back, level, column, row);
   // A texel is the mean over a square of its own size; distant levels have more to average.
-  const int samples = level >= 5 ? 3 : 2;
-  const Vector3d normal_d = normal.cast<double>();
-  for (int j = 0; j < rows; ++j) {
-    for (int i = 0; i < columns; ++i) {
-      const Vector3f around = ambient_at(static_cast<float>(i), static_cast<float>(j));
+  const int samples = level == 0 ? 1 : level < 5 ? 2 : 3;
+  const Vector3d normal = s.normal.cast<double>();
+  for (int j = 0; j < light.rows; ++j) {
+    for (int i = 0; i < light.columns; ++i) {
       Vector3f sum = Vector3f::Zero();
       for (int k = 0; k < samples * samples; ++k) {
-        const float dx = (static_cast<float>(k % samples) + 0.5f) / static_cast<float>(samples) - 0.5f;
-        const float dy = (static_cast<float>(k / samples) + 0.5f) / static_cast<float>(samples) - 0.5f;
-        const float u = std::clamp(u0 + (static_cast<float>(i) + dx) * size, 0.0f, s.width);
-        const float v = std::clamp(v0 + (static_cast<float>(j) + dy) * size, 0.0f, s.height);
-        const Vector3f p = place(u, v);
-        const Vector3f albedo = ReflectanceOf(s.material, p.cast<double>(), normal_d, s.object).albedo;
-        sum += albedo.cwiseProduct(around + DirectLight(world_, lighting_, p, normal));
+        const float x = static_cast<float>(i) +
+                        (static_cast<float>(k % samples) + 0.5f) / static_cast<float>(samples) - 0.5f;
+        const float y = static_cast<float>(j) +
+                        (static_cast<float>(k / samples) + 0.5f) / static_cast<float>(samples) - 0.5f;
+        const Vector3f p = light.Place(x, y);
+        const Vector3f albedo = ReflectanceOf(s.material, p.cast<double>(), normal, s.object).albedo;
+        sum += albedo.cwiseProduct(light.At(x, y, p));
       }
       Texel& texel = tile->texels[static_cast<std::size_t>(j * kStride + i)];
       for (int c = 0; c < 3; ++c) {
@@ -202,9 +259,9 @@ std::unique_ptr<SurfaceTextures::Tile> SurfaceTextures::Bake(const Surface& s, b
   }
   for (int j = 0; j < kStride; ++j) {
     for (int i = 0; i < kStride; ++i) {
-      if (i < columns && j < rows) continue;
-      tile->texels[static_cast<std::size_t>(j * kStride + i)] =
-          tile->texels[static_cast<std::size_t>(std::min(j, rows - 1) * kStride + std::min(i, columns - 1))];
+      if (i < light.columns && j < light.rows) continue;
+      tile->texels[static_cast<std::size_t>(j * kStride + i)] = tile->texels[static_cast<std::size_t>(
+          std::min(j, light.rows - 1) * kStride + std::min(i, light.columns - 1))];
     }
   }
   return tile;

@@ -35,6 +35,7 @@ class SurfaceTextures {
   static constexpr int kStride = kTile + 1;  // with a border for the interpolation
 
   using Texel = std::array<std::uint16_t, 4>;
+  class TileLight;
   struct Tile {
     std::array<Texel, kStride * kStride> texels;
   };
