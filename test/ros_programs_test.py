@@ -79,6 +79,28 @@ class Programs(unittest.TestCase):
         os.remove(self.path("out/calibration.yaml"))
         self.assertNotIn("reused", self.calibrate(DRIVE[1], DRIVE[0], "--duration", "14").stderr)
 
+    def test_killed_run_goes_on_to_the_same_bytes(self):
+        if not DRIVE:
+            self.skipTest("no drive given")
+        command = [os.path.join(PROGRAMS, "calibrate"), "--rig", DRIVE[1], "--bag", DRIVE[0], "--output", self.output]
+        process = subprocess.Popen(command, stderr=subprocess.PIPE, universal_newlines=True)
+        for line in process.stderr:
+            if "round 2" in line:
+                break
+        process.kill()
+        process.communicate(timeout=60)
+        self.expect_nothing_but_the_log()
+        resumed = self.calibrate(DRIVE[1], DRIVE[0])
+        self.assertEqual(resumed.returncode, 0, resumed.stderr)
+        for stage in ["LiDAR odometry", "initialisation", "joint adjustment"]:
+            self.assertIn(stage + ": taken over from an earlier run", resumed.stderr)
+        with open(self.path("out/calibration.yaml")) as file:
+            first = file.read()
+        fresh = self.calibrate(DRIVE[1], DRIVE[0], "--fresh")
+        self.assertNotIn("taken over", fresh.stderr)
+        with open(self.path("out/calibration.yaml")) as file:
+            self.assertEqual(file.read(), first)
+
     def test_interruption(self):
         if not DRIVE:
             self.skipTest("no drive given")
