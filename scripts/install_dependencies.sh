@@ -33,7 +33,7 @@ required=(
   libeigen3-dev libceres-dev libopenblas-dev libtbb-dev libboost-dev libyaml-cpp-dev libcli11-dev libspdlog-dev
   robin-map-dev libembree-dev
   # images, structure from motion
-  libopencv-dev colmap
+  libopencv-dev colmap libsqlite3-dev
   # tests
   libgtest-dev
 )
