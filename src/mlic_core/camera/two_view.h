@@ -32,7 +32,9 @@ struct TwoViewGeometry {
 
 // bearings_a[i] and bearings_b[i]: unit vectors to one point, in the frames of views a and b. RANSAC on the
 // essential matrix and on a rotation alone, then least squares of the epipolar error over rotation and
-// direction of translation. Nothing when fewer than fewest_inliers agree. Seeded: same input, same output.
+// direction of translation. Nothing when fewer than fewest_inliers agree. Points on
+// one plane alone are explained by two poses, of which either may come back; their inliers are the same.
+// Seeded: same input, same output.
 std::optional<TwoViewGeometry> EstimateTwoView(const std::vector<Eigen::Vector3d>& bearings_a,
                                                const std::vector<Eigen::Vector3d>& bearings_b,
                                                const TwoViewOptions& options);

@@ -35,8 +35,8 @@ bool AngleOfRadius(const double* k, double radius, double* theta) {
     value = next > low && next < high ? next : 0.5 * (low + high);
     if (std::abs(value - before) < 1e-16 * M_PI) break;
   }
-  *theta = value;
-  return value < M_PI && Monotonic(k, value) && std::abs(Radius(k, value) - radius) < 1e-10 * (1.0 + radius);
+  *theta = Monotonic(k, value) ? value : low;
+  return *theta < M_PI && std::abs(Radius(k, *theta) - radius) < 1e-10 * (1.0 + radius);
 }
 
 }  // namespace
