@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "mlic_core/common/error.h"
+#include "mlic_core/evaluation/intrinsics_error.h"
 #include "mlic_core/evaluation/map_evaluation.h"
 #include "mlic_core/evaluation/trajectory_error.h"
 #include "mlic_core/evaluation/truth_comparison.h"
@@ -96,6 +97,11 @@ int Evaluate(const EvaluateOptions& options, const CancellationToken& cancellati
   if (truth) {
     const TruthComparison comparison = CompareWithTruth(calibration, *truth);
     evaluation.Add("error against the truth", TableOf(comparison), "errors.csv", CsvOf(comparison));
+    const std::vector<IntrinsicsError> intrinsics = CompareIntrinsics(calibration, *truth);
+    if (!intrinsics.empty()) {
+      evaluation.Add("intrinsics against the truth", TableOf(intrinsics), "intrinsics_errors.csv",
+                     CsvOf(intrinsics));
+    }
   }
   if (calibration.sensors.empty() && options.reference_topic.empty()) {
     evaluation.text += "no sensor's link to the IMU was shown: there is no map to evaluate\n";
@@ -110,8 +116,8 @@ int Evaluate(const EvaluateOptions& options, const CancellationToken& cancellati
     EvaluateMaps(options, bags, calibration, truth, trajectory, cancellation, &evaluation);
   }
   cancellation.ThrowIfCancelled();
-  for (const char* name :
-       {"errors.csv", "map_quality.csv", "map_quality_truth.csv", "trajectory_errors.csv"}) {
+  for (const char* name : {"errors.csv", "intrinsics_errors.csv", "map_quality.csv", "map_quality_truth.csv",
+                           "trajectory_errors.csv"}) {
     std::error_code ignored;
     fs::remove(options.output / name, ignored);
   }
