@@ -6,9 +6,13 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <opencv2/imgcodecs.hpp>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "mlic_core/common/error.h"
+#include "mlic_ros/camera_messages.h"
 #include "mlic_ros/drive_bag_writer.h"
 #include "mlic_ros/driver_messages.h"
 
@@ -108,6 +112,84 @@ TEST(DriverMessages, LivoxCountsFromItsTimebase) {
   EXPECT_EQ(message.points[5].offset_time, 40000000u);
   EXPECT_EQ(message.points[2].x, 0.0f);
   EXPECT_EQ(message.points[5].reflectivity, 50);
+}
+
+sim::SimulatedCamera Camera(sim::ImageEncoding encoding) {
+  sim::SimulatedCamera camera;
+  camera.name = camera.frame_id = "camera" + std::to_string(static_cast<int>(encoding));
+  camera.topic = "/" + camera.name + (IsCompressed(encoding) ? "/image_raw/compressed" : "/image_raw");
+  camera.calibration.time_offset = -0.02;
+  camera.intrinsics = IntrinsicsFromFieldOfView(CameraModel::kPlumbBob, 96, 64, 90.0);
+  camera.encoding = encoding;
+  camera.camera_info = sim::CameraInfoContent::kTrue;
+  return camera;
+}
+
+// Keeps what a drive shows of its cameras.
+struct ImageCollector : sim::DriveSink {
+  std::map<std::size_t, std::vector<sim::SimulatedImage>> images;
+  void OnImu(const sim::SimulatedImuMessage&) override {}
+  void OnScan(sim::SimulatedScan) override {}
+  void OnImage(sim::SimulatedImage image) override { images[image.camera].push_back(std::move(image)); }
+};
+
+TEST(DriveBagWriter, WritesImagesOfAllEncodings) {
+  sim::SensorSet sensors;
+  sensors.imu.T_body_imu.translation << 0, 0, 1.5;
+  const char* const names[] = {"mono8", "bgr8", "bayer_rggb8"};
+  for (const auto encoding :
+       {sim::ImageEncoding::kMono8, sim::ImageEncoding::kBgr8, sim::ImageEncoding::kBayerRggb8,
+        sim::ImageEncoding::kJpeg, sim::ImageEncoding::kMonoJpeg}) {
+    sensors.cameras.push_back(Camera(encoding));
+  }
+  sim::SimulationOptions options;
+  options.duration = 0.5;
+  const fs::path path = fs::path(testing::TempDir()) / "mlic_sim_images_test.bag";
+  int written = 0;
+  {
+    DriveBagWriter writer(path, sensors, [&](double, int images) { written = images; });
+    sim::Simulate(sensors, options, writer);
+    writer.Finish();
+  }
+  EXPECT_EQ(written, 30);  // six of each: the first and the last moment count
+  ImageCollector expected;
+  sim::Simulate(sensors, options, expected);
+  rosbag::Bag bag(path.string(), rosbag::bagmode::Read);
+  for (std::size_t c = 0; c < sensors.cameras.size(); ++c) {
+    const sim::SimulatedCamera& camera = sensors.cameras[c];
+    SCOPED_TRACE(camera.topic);
+    std::size_t next = 0;
+    rosbag::View view(bag, rosbag::TopicQuery(camera.topic));
+    for (const rosbag::MessageInstance& message : view) {
+      const sim::SimulatedImage& image = expected.images[c].at(next++);
+      const cv::Mat& pixels = image.pixels;
+      if (const auto raw = message.instantiate<sensor_msgs::Image>()) {
+        ASSERT_LT(c, 3u);
+        EXPECT_EQ(raw->encoding, names[c]);
+        EXPECT_EQ(raw->header.stamp.toNSec(), static_cast<std::uint64_t>(image.stamp));
+        const std::vector<std::uint8_t> bytes(pixels.datastart, pixels.dataend);
+        EXPECT_EQ(raw->data, bytes);
+        EXPECT_EQ(raw->step * raw->height, bytes.size());
+      } else if (const auto compressed = message.instantiate<sensor_msgs::CompressedImage>()) {
+        const cv::Mat decoded = cv::imdecode(compressed->data, cv::IMREAD_UNCHANGED);
+        ASSERT_EQ(decoded.type(), pixels.type());
+        EXPECT_LT(
+            cv::norm(decoded, pixels, cv::NORM_L1) / static_cast<double>(pixels.total() * pixels.channels()),
+            6.0);
+      } else {
+        ADD_FAILURE() << message.getDataType();
+      }
+    }
+    EXPECT_EQ(next, 6u);
+    rosbag::View infos(bag, rosbag::TopicQuery("/" + camera.name + "/camera_info"));
+    ASSERT_EQ(infos.size(), 6u);
+    const auto info = infos.begin()->instantiate<sensor_msgs::CameraInfo>();
+    EXPECT_EQ(info->K[0], camera.intrinsics.parameters[0]);
+    EXPECT_EQ(info->distortion_model, "plumb_bob");
+    EXPECT_EQ(info->D.size(), 5u);
+  }
+  bag.close();
+  fs::remove(path);
 }
 
 TEST(DriveBagWriter, WritesAllTopicsAndNothingWithoutFinish) {

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -52,7 +53,6 @@ TEST(SensorSet, ErrorsNameLineAndKey) {
   std::string organised = kGood;
   organised.replace(organised.find("hesai"), 5, "ouster");
   EXPECT_NE(ErrorOf(organised).find("needs a spinning pattern"), std::string::npos);
-  EXPECT_NE(ErrorOf("imu: {}\n").find("'lidars'"), std::string::npos);
   EXPECT_NE(ErrorOf("imu: {rate: -1}\nlidars: {}\n").find("imu.rate"), std::string::npos);
   EXPECT_NE(ErrorOf("imu: {rate: fast}\nlidars: {}\n").find(":1: 'imu.rate'"), std::string::npos);
   EXPECT_NE(ErrorOf("imu: [\n").find("not valid YAML"), std::string::npos);
@@ -60,6 +60,48 @@ TEST(SensorSet, ErrorsNameLineAndKey) {
   std::string wrong = kGood;
   wrong.replace(wrong.find("hesai"), 5, "hexagon");
   EXPECT_NE(ErrorOf(wrong).find("expected one of velodyne"), std::string::npos);
+}
+
+const char kCamera[] =
+    "imu: {}\ncameras:\n  eye:\n    T_imu_sensor: {xyz: [1, 2, 3]}\n    model: equidistant\n"
+    "    image_size: [640, 480]\n    intrinsics: [200, 201, 320, 240, 0.1, 0, 0, 0]\n    fov_deg: 150\n"
+    "    encoding: jpeg\n";
+
+TEST(SensorSet, ReadsCameras) {
+  const SensorSet set =
+      LoadSensorSet(Write(kCamera + std::string("    shutter: rolling\n    readout: 0.02\n")));
+  ASSERT_EQ(set.cameras.size(), 1u);
+  EXPECT_TRUE(set.lidars.empty());
+  const SimulatedCamera& camera = set.cameras[0];
+  EXPECT_EQ(camera.topic, "/eye/image_raw");
+  EXPECT_EQ(camera.intrinsics.width, 640);
+  EXPECT_EQ(camera.intrinsics.parameters[1], 201.0);
+  EXPECT_TRUE(camera.rolling_shutter);
+  EXPECT_EQ(camera.encoding, ImageEncoding::kJpeg);
+}
+
+TEST(SensorSet, ErrorsOfCamerasNameLineAndKey) {
+  const std::string good = kCamera;
+  EXPECT_NE(ErrorOf(good + "    readout: 0.02\n").find("'readout'"), std::string::npos);
+  EXPECT_NE(ErrorOf(good + "    lens: wide\n").find(":10: unknown key 'lens'"), std::string::npos);
+  EXPECT_NE(ErrorOf(good + "    exposure: 0.5\n").find(":10: 'exposure'"), std::string::npos);
+  std::string short_list = good;
+  short_list.replace(short_list.find(", 0, 0, 0]"), 10, "]");
+  EXPECT_NE(ErrorOf(short_list).find(":7: 'cameras.eye.intrinsics' must have 8 numbers"), std::string::npos);
+  std::string lacking = good;
+  lacking.replace(lacking.find("    fov_deg: 150\n"), 17, "");
+  EXPECT_NE(ErrorOf(lacking).find("lacks the key 'fov_deg'"), std::string::npos);
+  EXPECT_NE(ErrorOf("imu: {}\n").find("no sensor"), std::string::npos);
+}
+
+// The angle between what the left and the right end of the middle row see, deg.
+double HorizontalView(const CameraIntrinsics& intrinsics) {
+  const double row = intrinsics.parameters[3];
+  Eigen::Vector3d left, right, middle;
+  EXPECT_TRUE(Unproject(intrinsics, {-0.5, row}, &left));
+  EXPECT_TRUE(Unproject(intrinsics, {intrinsics.width - 0.5, row}, &right));
+  EXPECT_TRUE(Unproject(intrinsics, {0.5 * intrinsics.width, row}, &middle));
+  return (std::acos(left.dot(middle)) + std::acos(right.dot(middle))) * 180 / M_PI;
 }
 
 TEST(SensorSet, EveryShippedFileLoads) {
@@ -71,9 +113,17 @@ TEST(SensorSet, EveryShippedFileLoads) {
     const SensorSet set = LoadSensorSet(entry.path());
     EXPECT_GT(set.imu.noise.gyroscope, 0.0);
     EXPECT_TRUE(set.imu.calibration.accelerometer_matrix.isLowerTriangular());
+    for (const SimulatedCamera& camera : set.cameras) {
+      SCOPED_TRACE(camera.name);
+      // The double sphere of the set has an image circle within its image.
+      if (camera.intrinsics.model == CameraModel::kDoubleSphere) continue;
+      EXPECT_NEAR(HorizontalView(camera.intrinsics), camera.fov_deg, 0.05 * camera.fov_deg);
+      Eigen::Vector3d corner;
+      EXPECT_TRUE(camera.fov_deg > 150 || Unproject(camera.intrinsics, {0, 0}, &corner));
+    }
     ++count;
   }
-  EXPECT_GE(count, 5);
+  EXPECT_GE(count, 10);
 }
 
 // Where the middle of a LiDAR's field of view looks, in the IMU's frame.
@@ -82,7 +132,8 @@ Eigen::Vector3d Boresight(const SimulatedLidar& lidar) {
 }
 
 TEST(SensorSet, PaperRigLooksOutwardAndDown) {
-  const SensorSet set = LoadSensorSet(fs::path(MLIC_SOURCE_DIRECTORY) / "config/simulation/paper_rig_lidars.yaml");
+  const SensorSet set =
+      LoadSensorSet(fs::path(MLIC_SOURCE_DIRECTORY) / "config/simulation/paper_rig_lidars.yaml");
   ASSERT_EQ(set.lidars.size(), 4u);
   const Eigen::Vector3d outward[] = {{0, 1, 0}, {0, -1, 0}, {-1, 0, 0}, {1, 0, 0}};
   for (int i = 0; i < 4; ++i) {
