@@ -101,6 +101,24 @@ bool IsSequential(const Keyframe& a, const Keyframe& b, double least_time_apart)
   return a.camera == b.camera && std::abs(a.time - b.time) < least_time_apart;
 }
 
+void Follow(const std::vector<TrackedCamera>& cameras, const std::vector<cv::Mat>& masks,
+            const TrackingOptions& options, const Watch& watch, ImageFeatures* result) {
+  // Cameras in turn, as each is parallel in itself.
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    const auto before = [](const Keyframe& keyframe, int camera) { return keyframe.camera < camera; };
+    const auto begin = result->keyframes.begin(), end = result->keyframes.end();
+    const auto first = std::lower_bound(begin, end, static_cast<int>(c), before);
+    const auto last = std::lower_bound(begin, end, static_cast<int>(c) + 1, before);
+    const auto matches =
+        FollowFeatures(*cameras[c].recording->images, masks[c], result->keyframes, first - begin,
+                       last - begin, options.follow, &result->features, watch.cancellation);
+    result->followed.insert(result->followed.end(), matches.begin(), matches.end());
+    if (watch.progress != nullptr) {
+      watch.progress->OnProgress("following", static_cast<double>(c + 1) / cameras.size());
+    }
+  }
+}
+
 }  // namespace
 
 ImageFeatures ExtractFeatures(const std::vector<TrackedCamera>& cameras, const VehiclePose& vehicle_pose,
@@ -124,6 +142,7 @@ ImageFeatures ExtractFeatures(const std::vector<TrackedCamera>& cameras, const V
     result.features[k] = matcher.Detect(gray, masks[keyframe.camera]);
     counter.FinishPart();
   });
+  if (options.follow.enabled) Follow(cameras, masks, options, watch, &result);
   return result;
 }
 
@@ -142,10 +161,23 @@ std::vector<PairMatches> MatchPairs(const std::vector<TrackedCamera>& cameras, c
                                     const Watch& watch) {
   const auto bearings = BearingsOf(cameras, features);
   const auto views = PredictViews(cameras, features.keyframes, predicted_pose);
-  std::vector<PairMatches> all(pairs.size());
-  Counter counter(watch, "matching", pairs.size());
-  ParallelFor(pairs.size(), [&](std::size_t p) {
+  std::vector<PairMatches> all(pairs.size() + features.followed.size());
+  Counter counter(watch, "matching", all.size());
+  const auto verify = [&](std::int32_t a, std::int32_t b, const std::vector<FeatureMatch>& matches) {
+    const double focal = std::min(PixelsPerRadian(cameras[features.keyframes[a].camera].intrinsics),
+                                  PixelsPerRadian(cameras[features.keyframes[b].camera].intrinsics));
+    return PairMatches{a, b,
+                       Verify(matches, bearings[a], bearings[b], options.largest_epipolar_error / focal,
+                              options.fewest_matches)};
+  };
+  ParallelFor(all.size(), [&](std::size_t p) {
     counter.StartPart();
+    if (p >= pairs.size()) {
+      const PairMatches& followed = features.followed[p - pairs.size()];
+      all[p] = verify(followed.keyframe_a, followed.keyframe_b, followed.matches);
+      counter.FinishPart();
+      return;
+    }
     const ImagePair& pair = pairs[p];
     const Keyframe &a = features.keyframes[pair.a], &b = features.keyframes[pair.b];
     MatchGuide guide;
@@ -162,12 +194,7 @@ std::vector<PairMatches> MatchPairs(const std::vector<TrackedCamera>& cameras, c
       }
     }
     const auto matches = matcher.Match(features.features[pair.a], features.features[pair.b], given);
-    const double focal = std::min(PixelsPerRadian(cameras[a.camera].intrinsics),
-                                  PixelsPerRadian(cameras[b.camera].intrinsics));
-    all[p].keyframe_a = pair.a;
-    all[p].keyframe_b = pair.b;
-    all[p].matches = Verify(matches, bearings[pair.a], bearings[pair.b],
-                            options.largest_epipolar_error / focal, options.fewest_matches);
+    all[p] = verify(pair.a, pair.b, matches);
     counter.FinishPart();
   });
   const auto empty = [](const PairMatches& pair) { return pair.matches.empty(); };

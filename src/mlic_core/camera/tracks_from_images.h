@@ -6,6 +6,7 @@
 
 #include "mlic_core/camera/feature_matcher.h"
 #include "mlic_core/camera/features.h"
+#include "mlic_core/camera/features_follow.h"
 #include "mlic_core/camera/image_pairs.h"
 #include "mlic_core/camera/keyframes.h"
 #include "mlic_core/camera/tracks.h"
@@ -28,6 +29,7 @@ using CameraPose = std::function<std::optional<RigidTransform>(int camera, doubl
 struct TrackingOptions {
   KeyframeOptions keyframes;
   StaticMaskOptions static_mask;
+  FollowOptions follow;
   SequentialPairOptions sequential;
   PredictedPairOptions predicted;
   // Largest epipolar error of a match, px at the image's centre. With intrinsics from the field of view alone
@@ -47,6 +49,7 @@ struct TrackingOptions {
 struct ImageFeatures {
   std::vector<Keyframe> keyframes;
   std::vector<FeatureSet> features;
+  std::vector<PairMatches> followed;  // of consecutive keyframes, through the images between; not verified
 };
 
 // What long work is watched and stopped by; both may be null.

@@ -22,8 +22,8 @@ struct TrackRefinementOptions {
       0.5;  // of the affine part, from the one that the features' scales and angles give
   // sigma^2 = floor^2 + (inflation * sigma of the fit)^2, px of the level; half of the variance of the
   // difference of two images goes to each. Measured: docs in test/camera_tracks_refinement_test.cc.
-  double sigma_floor = 0.03;
-  double sigma_inflation = 1.3;
+  double sigma_floor = 0.04;
+  double sigma_inflation = 2.0;
   // Observations that do not fit keep their feature's pixel and sigma when true; else they are dropped.
   bool keep_unrefined = false;
 };
