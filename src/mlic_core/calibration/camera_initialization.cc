@@ -14,15 +14,23 @@ namespace {
 
 constexpr std::size_t kFewestObservations = 200;
 
+// Of visual rotations that agree with the trajectory's. By chance a few per cent do; with a rough focal
+// length and unknown distortion not many more than this.
+constexpr double kLeastShare = 0.15;
+
 // What one round of triangulation and solve does.
 struct Round {
   double least_sigma;  // px; covers what the calibration is still off by
   double least_parallax_deg;
-  bool inner;  // intrinsics beyond the focal length, and the readout, may move
+  int parameters;  // that may move beside pose and offset; see HeldInRound
 };
-constexpr Round kRounds[] = {{8.0, 1.0, false}, {4.0, 1.0, false}, {2.0, 1.0, true}, {1.0, 0.5, true}};
+constexpr Round kRounds[] = {{8.0, 1.0, 1}, {6.0, 1.0, 2}, {4.0, 1.0, 2}, {2.0, 1.0, 3}, {1.0, 0.5, 3}};
+constexpr int kAllParameters = 3;
 constexpr int kMostRounds = 12;
 constexpr double kStandsStill = 0.1;  // of a sigma
+
+// The distortion that images show most: k1, or double_sphere's alpha.
+int FirstDistortion(CameraModel model) { return model == CameraModel::kDoubleSphere ? 5 : 4; }
 
 // Rotation and offset of one camera before anything is triangulated; the focal length where it only comes
 // from the field of view.
@@ -32,15 +40,22 @@ void AlignCamera(const CameraConfig& config, const CameraStart& start, std::size
   CameraCalibration& camera = result->cameras[c];
   std::vector<const SplitSpline*> trajectories;
   for (const DriveState& drive : state.drives) trajectories.push_back(&drive.trajectory);
+  // Distortion that is not known yet bends bearings by several pixels.
+  const double largest_error = start.from_field_of_view ? 8.0 : 3.0;
   CameraRotation rotation;
-  for (int iteration = 0; iteration < 3; ++iteration) {
-    const auto motions = VisualMotions(tracks, static_cast<int>(c), camera.intrinsics);
-    rotation = AlignCameraRotation(motions, trajectories, config.guess, config.time_offset);
-    if (!rotation.valid || !start.from_field_of_view || std::abs(rotation.focal_ratio - 1.0) < 0.02) break;
-    camera.intrinsics.parameters[0] *= rotation.focal_ratio;
-    camera.intrinsics.parameters[1] *= rotation.focal_ratio;
+  CameraIntrinsics intrinsics = camera.intrinsics;
+  for (int iteration = 0; iteration < 4; ++iteration) {
+    const auto motions = VisualMotions(tracks, static_cast<int>(c), intrinsics, largest_error);
+    const CameraRotation next = AlignCameraRotation(motions, trajectories, config.guess, config.time_offset);
+    // In a narrow view rotation and translation trade, and the ratio may mislead: it has to prove itself.
+    if (!next.valid || (rotation.valid && next.cost >= rotation.cost)) break;
+    rotation = next;
+    camera.intrinsics = intrinsics;
+    if (!start.from_field_of_view || std::abs(rotation.focal_ratio - 1.0) < 0.02) break;
+    intrinsics.parameters[0] *= rotation.focal_ratio;
+    intrinsics.parameters[1] *= rotation.focal_ratio;
   }
-  if (!rotation.valid || rotation.inlier_share < 0.3) {
+  if (!rotation.valid || rotation.inlier_share < kLeastShare) {
     result->problems.push_back(
         config.name +
         ": its images do not turn as the IMU does (too few matches, a blocked view, or "
@@ -71,15 +86,19 @@ std::vector<TrackSet> WithoutLostCameras(std::vector<TrackSet> tracks, const std
   return tracks;
 }
 
-// Holds all but what is meant to move in this round.
+// Holds all but what is meant to move in this round: with 1 the focal lengths that come from a field of view,
+// with 2 also their first term of distortion and readouts, with 3 everything.
 std::vector<HeldCameraParameters> HeldInRound(const Rig& rig, const std::vector<CameraStart>& start,
-                                              const std::vector<bool>& found, bool inner) {
+                                              const std::vector<bool>& found, int parameters) {
   std::vector<HeldCameraParameters> held(rig.cameras.size());
   for (std::size_t c = 0; c < held.size(); ++c) {
     const bool fixed = rig.cameras[c].fixed || !found[c];
-    held[c] = {fixed, fixed, fixed, !inner || !found[c], {}};
-    held[c].intrinsics.assign(start[c].intrinsics.parameters.size(), !inner || !found[c]);
-    if (found[c] && start[c].from_field_of_view) held[c].intrinsics[0] = held[c].intrinsics[1] = false;
+    held[c] = {fixed, fixed, fixed, parameters < 2 || !found[c], {}};
+    auto& intrinsics = held[c].intrinsics;
+    intrinsics.assign(start[c].intrinsics.parameters.size(), parameters < 3 || !found[c]);
+    if (!found[c] || !start[c].from_field_of_view) continue;
+    intrinsics[0] = intrinsics[1] = false;
+    if (parameters >= 2) intrinsics[FirstDistortion(start[c].intrinsics.model)] = false;
   }
   return held;
 }
@@ -133,9 +152,9 @@ void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start, const 
     options.least_parallax_deg = planned ? kRounds[round].least_parallax_deg : 0.5;
     problem.landmarks = TriangulateLandmarks(tracks, *state, options);
     const CalibrationState before = *state;
-    const bool inner = !planned || kRounds[round].inner;
-    problem.camera_held = HeldInRound(rig, start, result->found, inner);
-    if (inner) {
+    const int parameters = planned ? kRounds[round].parameters : kAllParameters;
+    problem.camera_held = HeldInRound(rig, start, result->found, parameters);
+    if (parameters == kAllParameters) {
       // What can be told is decided by the information at the present state.
       Eigen::MatrixXd prior;
       Eigen::VectorXd gradient;

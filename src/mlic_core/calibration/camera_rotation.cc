@@ -142,11 +142,11 @@ double FocalRatio(const Correspondences& c, const Eigen::Quaterniond& R_imu_came
 }  // namespace
 
 std::vector<VisualMotion> VisualMotions(const std::vector<TrackSet>& tracks, int camera,
-                                        const CameraIntrinsics& intrinsics) {
+                                        const CameraIntrinsics& intrinsics, double largest_error) {
   std::vector<KeyframePair> pairs;
   for (std::size_t d = 0; d < tracks.size(); ++d) CollectPairs(tracks[d], d, camera, intrinsics, &pairs);
   TwoViewOptions options;
-  options.largest_error = 3.0 / intrinsics.parameters[0];
+  options.largest_error = largest_error / intrinsics.parameters[0];
   std::vector<std::optional<TwoViewGeometry>> geometries(pairs.size());
   ParallelFor(pairs.size(), [&](std::size_t k) {
     geometries[k] = EstimateTwoView(pairs[k].bearings_a, pairs[k].bearings_b, options);
@@ -209,10 +209,13 @@ CameraRotation AlignCameraRotation(const std::vector<VisualMotion>& motions,
   const Correspondences c = At(motions, T_map_imu, best_offset, lever, false);
   std::vector<double> errors;
   std::size_t inliers = 0;
+  const Eigen::Quaterniond unstretched = FitRotation(c, guess, 1.0, false).rotation;
   for (std::size_t k = 0; k < c.imu.size(); ++k) {
     const Eigen::Vector3d stretched = c.camera[k].cwiseProduct(Eigen::Vector3d(scale, scale, 1.0));
     errors.push_back((c.imu[k] - best.rotation * stretched).norm());
     inliers += errors.back() < kAgreement;
+    const double plain = (c.imu[k] - unstretched * c.camera[k]).squaredNorm();
+    result.cost += std::min(plain, kAgreement * kAgreement) / static_cast<double>(c.imu.size());
   }
   result.valid = true;
   result.R_imu_camera = best.rotation;

@@ -20,8 +20,9 @@ struct VisualMotion {
 };
 
 // Motions between consecutive keyframes of one camera (at most 3 s apart), from the tracks that both see.
+// largest_error: px, of a sight that agrees; the intrinsics may be rough.
 std::vector<VisualMotion> VisualMotions(const std::vector<TrackSet>& tracks, int camera,
-                                        const CameraIntrinsics& intrinsics);
+                                        const CameraIntrinsics& intrinsics, double largest_error);
 
 struct CameraRotation {
   bool valid = false;
@@ -30,6 +31,7 @@ struct CameraRotation {
   // What the focal length has to be multiplied by for the visual rotations to be as large as the IMU's; 1
   // where the motion does not show it.
   double focal_ratio = 1.0;
+  double cost = 0.0;          // mean square of the disagreement, truncated, focal ratio left out, rad^2
   double residual = 0.0;      // median angle between visual rotations and the trajectory's, rad
   double inlier_share = 0.0;  // of motions that agree to 3 deg
   double weakest_axis = 0.0;  // 1/rad, root of the rotation information's second eigenvalue; small: turns

@@ -28,25 +28,22 @@ int Rank(CameraModel model, int parameter) {
   return 0;
 }
 
-Eigen::VectorXd Sigmas(const Eigen::MatrixXd& information, const Eigen::VectorXd& limits) {
+// Inverse of an information matrix whose directions may carry nothing, in units of the limits.
+Eigen::MatrixXd CovarianceInLimits(const Eigen::MatrixXd& information, const Eigen::VectorXd& limits) {
   const Eigen::MatrixXd scaled = limits.asDiagonal() * information * limits.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 * (scaled + scaled.transpose()));
   const double largest = std::max(1.0, eigen.eigenvalues().maxCoeff());
   const Eigen::VectorXd inverse = eigen.eigenvalues().unaryExpr(
       [&](double v) { return 1.0 / std::max(v, std::max(1e-12, 1e-15 * largest)); });
-  Eigen::VectorXd sigmas(limits.size());
-  for (int i = 0; i < limits.size(); ++i) {
-    sigmas[i] = limits[i] * std::sqrt(eigen.eigenvectors().row(i).cwiseAbs2().dot(inverse));
-  }
-  return sigmas;
+  const Eigen::MatrixXd covariance =
+      eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+  return limits.asDiagonal() * covariance * limits.asDiagonal();
 }
 
-}  // namespace
-
-std::vector<double> ImageDisplacements(const CameraIntrinsics& intrinsics) {
+// Jacobians of the pixels to the parameters over a grid of the image.
+std::vector<CameraParameterJacobian> ImageJacobians(const CameraIntrinsics& intrinsics) {
   constexpr int kGrid = 20;
-  std::vector<double> sums(intrinsics.parameters.size(), 0.0);
-  int count = 0;
+  std::vector<CameraParameterJacobian> jacobians;
   for (int i = 0; i < kGrid * kGrid; ++i) {
     const Eigen::Vector2d pixel((i % kGrid + 0.5) / kGrid * intrinsics.width - 0.5,
                                 (i / kGrid + 0.5) / kGrid * intrinsics.height - 0.5);
@@ -56,11 +53,47 @@ std::vector<double> ImageDisplacements(const CameraIntrinsics& intrinsics) {
     CameraParameterJacobian J;
     if (!Unproject(intrinsics, pixel, &bearing) || !Project(intrinsics, bearing, &again, &J_point, &J))
       continue;
-    ++count;
-    for (std::size_t k = 0; k < sums.size(); ++k) sums[k] += J.col(static_cast<int>(k)).norm();
+    jacobians.push_back(J);
   }
-  for (double& sum : sums) sum = std::max(1e-9, sum / std::max(1, count));
-  return sums;
+  return jacobians;
+}
+
+// px, in the mean over the image.
+double MeanDisplacement(const std::vector<CameraParameterJacobian>& jacobians,
+                        const Eigen::VectorXd& change) {
+  double sum = 0.0;
+  for (const CameraParameterJacobian& J : jacobians) sum += (J * change).norm();
+  return sum / static_cast<double>(std::max<std::size_t>(1, jacobians.size()));
+}
+
+// The parameter that is to be held next; -1 if none is.
+int NextHeld(const CameraIntrinsics& intrinsics, const std::vector<CameraParameterJacobian>& jacobians,
+             const Eigen::MatrixXd& covariance, const std::vector<bool>& held, double limit) {
+  int next = -1, highest = -1;
+  double largest = 0.0;
+  for (int i = 0; i < covariance.rows(); ++i) {
+    const int rank = Rank(intrinsics.model, i);
+    if (held[i] || rank < highest) continue;
+    const double displacement =
+        MeanDisplacement(jacobians, covariance.col(i) / std::sqrt(std::max(1e-300, covariance(i, i))));
+    if (displacement <= limit || (rank == highest && displacement <= largest)) continue;
+    next = i;
+    highest = rank;
+    largest = displacement;
+  }
+  return next;
+}
+
+}  // namespace
+
+std::vector<double> ImageDisplacements(const CameraIntrinsics& intrinsics) {
+  const std::vector<CameraParameterJacobian> jacobians = ImageJacobians(intrinsics);
+  const int count = static_cast<int>(intrinsics.parameters.size());
+  std::vector<double> displacements;
+  for (int i = 0; i < count; ++i) {
+    displacements.push_back(std::max(1e-9, MeanDisplacement(jacobians, Eigen::VectorXd::Unit(count, i))));
+  }
+  return displacements;
 }
 
 Eigen::VectorXd CalibrationLimits(const CalibrationState& state, const Layout& layout) {
@@ -113,26 +146,20 @@ std::vector<HeldCameraParameters> HoldUndeterminedIntrinsics(const Eigen::Matrix
     held[c].intrinsics.resize(state.cameras[c].intrinsics.parameters.size(), false);
   }
   const Eigen::VectorXd limits = CalibrationLimits(state, layout);
+  std::vector<std::vector<CameraParameterJacobian>> jacobians;
+  for (const CameraCalibration& camera : state.cameras)
+    jacobians.push_back(ImageJacobians(camera.intrinsics));
   while (true) {
-    const Eigen::VectorXd sigmas = Sigmas(InformationWithHeld(information, state, layout, held), limits);
+    const Eigen::MatrixXd covariance =
+        CovarianceInLimits(InformationWithHeld(information, state, layout, held), limits);
     bool changed = false;
     // One parameter of each camera at a time.
     for (std::size_t c = 0; c < held.size(); ++c) {
-      int worst = -1, highest = -1;
-      double largest = 0.0;
-      for (std::size_t i = 0; i < held[c].intrinsics.size(); ++i) {
-        const int at = layout.Intrinsics(c) + static_cast<int>(i);
-        const double displacement = sigmas[at] / limits[at];
-        const int rank = Rank(state.cameras[c].intrinsics.model, static_cast<int>(i));
-        if (held[c].intrinsics[i] || displacement <= limit) continue;
-        if (rank > highest || (rank == highest && displacement > largest)) {
-          worst = static_cast<int>(i);
-          highest = rank;
-          largest = displacement;
-        }
-      }
-      if (worst < 0) continue;
-      held[c].intrinsics[worst] = true;
+      const int at = layout.Intrinsics(c), count = static_cast<int>(held[c].intrinsics.size());
+      const int next = NextHeld(state.cameras[c].intrinsics, jacobians[c],
+                                covariance.block(at, at, count, count), held[c].intrinsics, limit);
+      if (next < 0) continue;
+      held[c].intrinsics[next] = true;
       changed = true;
     }
     if (!changed) return held;

@@ -11,9 +11,10 @@ namespace mlic {
 std::vector<double> ImageDisplacements(const CameraIntrinsics& intrinsics);
 
 // Decides which intrinsics the data determine. information: of the calibration (Layout) with what belongs to
-// it of the priors; the scatter of the residuals is taken out already. A parameter whose sigma moves the
-// image by more than `limit` px in the mean is held; higher terms of the distortion first, one after the
-// other, as each one that is held tells more of the others. start: what is held anyway.
+// it of the priors; the scatter of the residuals is taken out already. A parameter is held when one sigma of
+// it, with the camera's other intrinsics moving as they are correlated with it, moves the image by more than
+// `limit` px in the mean; higher terms of the distortion first, one after the other, as each one that is held
+// tells more of the others. start: what is held anyway.
 std::vector<HeldCameraParameters> HoldUndeterminedIntrinsics(const Eigen::MatrixXd& information,
                                                              const CalibrationState& state,
                                                              const Layout& layout,

@@ -1,0 +1,2 @@
+# Tests of cameras in the joint problem and of their initialisation.
+mlic_add_test(camera_initialization_test LIBRARIES mlic_calibration mlic_sim)

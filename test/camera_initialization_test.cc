@@ -1,0 +1,197 @@
+#include "mlic_core/calibration/camera_initialization.h"
+
+#include <gtest/gtest.h>
+
+#include "mlic_core/calibration/intrinsics_observability.h"
+#include "synthetic_tracks.h"
+
+namespace mlic {
+namespace {
+
+constexpr double kDegree = M_PI / 180.0;
+
+CameraCalibration Camera(const CameraIntrinsics& intrinsics, const Eigen::Vector3d& rpy_deg,
+                         const Eigen::Vector3d& translation, double time_offset) {
+  CameraCalibration camera;
+  camera.sensor.T_imu_sensor = {FromRollPitchYaw(rpy_deg * kDegree), translation};
+  camera.sensor.time_offset = time_offset;
+  camera.intrinsics = intrinsics;
+  return camera;
+}
+
+CameraIntrinsics PlumbBob() {
+  return {
+      CameraModel::kPlumbBob, 1280, 800, {612.0, 609.0, 645.0, 396.0, -0.21, 0.06, 0.0007, -0.0004, -0.008}};
+}
+CameraIntrinsics Rational() {
+  return {CameraModel::kRationalPolynomial,
+          1280,
+          800,
+          {612.0, 609.0, 645.0, 396.0, 0.31, 0.02, 0.0003, -0.0002, 0.001, 0.55, 0.05, 0.002}};
+}
+CameraIntrinsics Fisheye() {
+  return {CameraModel::kEquidistant, 1200, 1200, {365.0, 366.0, 604.0, 597.0, -0.012, 0.004, -0.003, 0.0006}};
+}
+CameraIntrinsics DoubleSphere() {
+  return {CameraModel::kDoubleSphere, 1200, 1200, {340.0, 341.0, 604.0, 597.0, -0.15, 0.58}};
+}
+
+// One case of calibration on a known trajectory.
+struct Case {
+  std::vector<CameraCalibration> truth;
+  Rig rig;
+  std::vector<CameraStart> start;
+  CalibrationState state;  // holds the trajectory
+  std::vector<TrackSet> tracks;
+
+  CameraInitialization Run() const {
+    return InitializeCameras(rig, start, tracks, state, CancellationToken());
+  }
+};
+
+Case MakeCase(const std::vector<CameraCalibration>& truth, const SyntheticTracksOptions& options,
+              sim::Scenario scenario = sim::Scenario::kHandheld) {
+  Case c;
+  c.truth = truth;
+  const auto trajectory = sim::MakeTrajectory(scenario, 7, options.duration, RigidTransform());
+  DriveState drive;
+  drive.trajectory = SplineOf(*trajectory, options.duration);
+  c.state.drives.push_back(drive);
+  c.tracks.push_back(MakeTracks(drive.trajectory, truth, options));
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    CameraConfig config;
+    config.name = "camera_" + std::to_string(i);
+    config.model = truth[i].intrinsics.model;
+    config.shutter = truth[i].rolling_shutter ? Shutter::kRolling : Shutter::kGlobal;
+    c.rig.cameras.push_back(config);
+    c.start.push_back({truth[i].intrinsics, false});
+  }
+  return c;
+}
+
+// Field of view only, to within an error of the focal length of some per cent.
+void StartFromFieldOfView(Case* c, double error) {
+  for (std::size_t i = 0; i < c->truth.size(); ++i) {
+    const CameraIntrinsics& t = c->truth[i].intrinsics;
+    CameraIntrinsics& start = c->start[i].intrinsics;
+    const double half = 0.5 * t.width / t.parameters[0];
+    const double fov = t.model == CameraModel::kPlumbBob || t.model == CameraModel::kRationalPolynomial
+                           ? 2.0 * std::atan(half)
+                           : 2.0 * half;
+    start = IntrinsicsFromFieldOfView(t.model, t.width, t.height, fov / kDegree * error);
+    c->start[i].from_field_of_view = true;
+  }
+}
+
+// Perturbed extrinsics as guesses.
+void Guess(Case* c, double degrees, double metres) {
+  Random random(5);
+  for (std::size_t i = 0; i < c->truth.size(); ++i) {
+    const auto direction = [&] {
+      return Eigen::Vector3d(random.Normal(), random.Normal(), random.Normal()).normalized();
+    };
+    ExtrinsicGuess guess;
+    guess.T_imu_sensor = c->truth[i].sensor.T_imu_sensor;
+    guess.T_imu_sensor.rotation =
+        ExpQuaternion(degrees * kDegree * direction()) * guess.T_imu_sensor.rotation;
+    guess.T_imu_sensor.translation += metres * direction();
+    c->rig.cameras[i].guess = guess;
+  }
+}
+
+struct Errors {
+  double degrees = 0.0, metres = 0.0, milliseconds = 0.0, readout_milliseconds = 0.0, pixels = 0.0;
+};
+
+Errors Compare(const CameraCalibration& truth, const CameraCalibration& estimate) {
+  Errors e;
+  e.degrees =
+      AngleBetween(truth.sensor.T_imu_sensor.rotation, estimate.sensor.T_imu_sensor.rotation) / kDegree;
+  e.metres = (truth.sensor.T_imu_sensor.translation - estimate.sensor.T_imu_sensor.translation).norm();
+  e.milliseconds = 1e3 * std::abs(truth.sensor.time_offset - estimate.sensor.time_offset);
+  e.readout_milliseconds = 1e3 * std::abs(truth.readout - estimate.readout);
+  e.pixels = MeanDisplacement(truth.intrinsics, estimate.intrinsics);
+  return e;
+}
+
+Errors Worst(const Case& c, const CameraInitialization& result) {
+  Errors worst;
+  for (const std::string& line : result.notes) std::printf("  %s\n", line.c_str());
+  for (const std::string& line : result.problems) std::printf("  problem: %s\n", line.c_str());
+  for (std::size_t i = 0; i < c.truth.size(); ++i) {
+    EXPECT_TRUE(result.found[i]) << "camera " << i;
+    const Errors e = Compare(c.truth[i], result.cameras[i]);
+    std::printf("  camera %zu: %.5f deg %.3f mm %.5f ms readout %.5f ms intrinsics %.4f px, held", i,
+                e.degrees, 1e3 * e.metres, e.milliseconds, e.readout_milliseconds, e.pixels);
+    for (const bool held : result.held[i].intrinsics) std::printf(" %d", held);
+    std::printf("\n");
+    worst.degrees = std::max(worst.degrees, e.degrees);
+    worst.metres = std::max(worst.metres, e.metres);
+    worst.milliseconds = std::max(worst.milliseconds, e.milliseconds);
+    worst.readout_milliseconds = std::max(worst.readout_milliseconds, e.readout_milliseconds);
+    worst.pixels = std::max(worst.pixels, e.pixels);
+  }
+  return worst;
+}
+
+std::vector<CameraCalibration> AllModels() {
+  return {Camera(PlumbBob(), {-90.0, 0.0, -85.0}, {0.08, -0.05, 0.11}, 0.031),
+          Camera(Rational(), {-87.0, 4.0, -15.0}, {-0.06, 0.03, 0.05}, -0.210),
+          Camera(Fisheye(), {-92.0, 1.0, 100.0}, {0.02, 0.09, -0.04}, 0.004),
+          Camera(DoubleSphere(), {-85.0, -3.0, 190.0}, {0.0, -0.1, 0.02}, 0.65)};
+}
+
+TEST(CameraInitialization, NoiseFreeTracksGiveTheTruthForAllModels) {
+  SyntheticTracksOptions options;
+  Case c = MakeCase(AllModels(), options);
+  const Errors worst = Worst(c, c.Run());
+  EXPECT_LT(worst.degrees, 1e-4);
+  EXPECT_LT(worst.metres, 1e-5);
+  EXPECT_LT(worst.milliseconds, 1e-3);
+  EXPECT_LT(worst.pixels, 0.01);
+}
+
+TEST(CameraInitialization, FindsTheFocalLengthFromTheFieldOfView) {
+  SyntheticTracksOptions options;
+  options.noise = 0.5;
+  for (const double error : {0.9, 1.0, 1.1}) {
+    Case c = MakeCase(AllModels(), options);
+    StartFromFieldOfView(&c, error);
+    const Errors worst = Worst(c, c.Run());
+    EXPECT_LT(worst.degrees, 0.03);
+    EXPECT_LT(worst.metres, 3e-3);
+    EXPECT_LT(worst.milliseconds, 0.1);
+    EXPECT_LT(worst.pixels, 0.5);
+  }
+}
+
+TEST(CameraInitialization, EstimatesTheReadoutOfRollingShutters) {
+  SyntheticTracksOptions options;
+  options.noise = 0.5;
+  auto cameras = AllModels();
+  cameras.resize(2);
+  for (CameraCalibration& camera : cameras) camera.rolling_shutter = true;
+  cameras[0].readout = 0.0221;
+  cameras[1].readout = 0.0315;
+  Case c = MakeCase(cameras, options);
+  StartFromFieldOfView(&c, 1.0);
+  const Errors worst = Worst(c, c.Run());
+  EXPECT_LT(worst.readout_milliseconds, 0.3);
+  EXPECT_LT(worst.milliseconds, 0.2);
+  EXPECT_LT(worst.degrees, 0.03);
+}
+
+TEST(CameraInitialization, EveryFifthSightMayBeWrong) {
+  SyntheticTracksOptions options;
+  options.noise = 0.5;
+  options.outliers = 0.2;
+  Case c = MakeCase(AllModels(), options);
+  StartFromFieldOfView(&c, 1.0);
+  const Errors worst = Worst(c, c.Run());
+  EXPECT_LT(worst.degrees, 0.03);
+  EXPECT_LT(worst.metres, 3e-3);
+  EXPECT_LT(worst.pixels, 0.5);
+}
+
+}  // namespace
+}  // namespace mlic
