@@ -14,7 +14,7 @@ namespace mlic {
 namespace {
 
 constexpr double kDegrees = 180.0 / M_PI;
-constexpr TimeNs kShortestStep = 100000000;  // ns
+constexpr TimeNs kShortestStep = 80000000;  // ns; lets sensors of 10 Hz through, jitter and all
 constexpr std::size_t kFewestPoses = 10;
 constexpr std::size_t kFewestParts = 3;
 
@@ -148,7 +148,7 @@ TrajectoryError CompareTrajectories(const std::vector<StampedPose>& trajectory,
   const std::vector<PosePair> pairs = MatchedPoses(trajectory, reference);
   if (pairs.size() < kFewestPoses) {
     throw InputError("the reference has " + std::to_string(pairs.size()) +
-                     " poses a tenth of a second apart within the trajectory, expected at least " +
+                     " poses 0.08 s apart or more within the trajectory, expected at least " +
                      std::to_string(kFewestPoses) +
                      "; is its clock another one, or its topic the wrong one?");
   }

@@ -37,7 +37,7 @@ struct TrajectoryError {
 // the directions that the motion shows and zero along the others, its rotation is the mean of all poses.
 // Absolute errors are those after alignment; relative ones compare motions of the body, so that only drift
 // counts (Zhang and Scaramuzza, IROS 2018). Path and angle are those of the reference, its poses thinned out
-// to steps of a tenth of a second or more, or its noise would count as way. InputError when fewer than ten
+// to steps of 0.08 s or more, or its noise would count as way. InputError when fewer than ten
 // poses lie within the trajectory.
 TrajectoryError CompareTrajectories(const std::vector<StampedPose>& trajectory,
                                     const std::vector<StampedPose>& reference);
