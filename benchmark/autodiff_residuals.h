@@ -123,10 +123,11 @@ struct PointToPlaneAutodiff {
     Vector3<T> velocity;
     EvaluateRotation<T>(rotations, lambda, lambda_dot, &rotation, &velocity);
     Basis<T>(T(u_position) + time_offset / T(position_spacing), position_spacing, &lambda, &lambda_dot);
-    const Vector3<T> y = R_imu_lidar * Vector3<T>(x.cast<T>()) + Eigen::Map<const Vector3<T>>(other + 4);
+    const Vector3<T> beam = R_imu_lidar * Vector3<T>(x.cast<T>());
+    const Vector3<T> y = beam + Eigen::Map<const Vector3<T>>(other + 4);
     const Vector3<T> in_map = rotation * y + EvaluatePosition<T>(positions, lambda);
     const Vector3<T> n = normal.cast<T>() + other[8] * tangent_u.cast<T>() + other[9] * tangent_v.cast<T>();
-    *residual = n.dot(in_map - anchor.cast<T>()) - other[10];
+    *residual = (other[10] - n.dot(in_map - anchor.cast<T>())) * T(x.norm()) / n.dot(rotation * beam);
     return true;
   }
 

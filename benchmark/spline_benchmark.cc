@@ -51,17 +51,24 @@ struct Setup {
   PointToPlane::Extrinsic extrinsic{q_imu_lidar.toRotationMatrix(), Eigen::Vector3d(0.1, 1.5, -0.2)};
 
   Setup() {
-    Random random(2);
-    for (int i = 0; i < kSamples; ++i) {
-      times.push_back(random.Uniform(0.5, 9.5));
-      samples.push_back({times.back(), RandomVector(random), RandomVector(random)});
-      points.push_back(10.0 * RandomVector(random));
-    }
     plane.normal = Eigen::Vector3d(0.2, -0.3, 0.9).normalized();
     plane.tangent_u = plane.normal.unitOrthogonal();
     plane.tangent_v = plane.normal.cross(plane.tangent_u);
     plane.anchor = Eigen::Vector3d(3.0, 4.0, 5.0);
     plane.offset = 0.01;
+    Random random(2);
+    while (static_cast<int>(points.size()) < kSamples) {
+      const double t = random.Uniform(0.5, 9.5);
+      Eigen::Vector3d point = 10.0 * RandomVector(random);
+      const Eigen::Vector3d beam =
+          trajectory.rotation.Evaluate(RotationBasis(t)).rotation * (q_imu_lidar * point.normalized());
+      // Planes are seen from their front, and not edge on.
+      if (std::abs(plane.normal.dot(beam)) < 0.3) continue;
+      if (plane.normal.dot(beam) > 0.0) point = -point;
+      times.push_back(t);
+      samples.push_back({t, RandomVector(random), RandomVector(random)});
+      points.push_back(point);
+    }
   }
 
   SplineBasis RotationBasis(double t) const { return SplineBasis(trajectory.rotation.knots(), t); }

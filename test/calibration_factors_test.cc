@@ -54,6 +54,18 @@ double PointResidual(const CalibrationState& state, const PointToPlane& plane, c
                         extrinsic, x, row);
 }
 
+// The cosine of the incidence of a beam on a plane.
+double Facing(const CalibrationState& state, const Eigen::Vector3d& x, const PointToPlane& plane) {
+  const double t = kTime + state.lidars[0].time_offset;
+  const Eigen::Matrix3d R = state.drives[0].trajectory.rotation.Evaluate(RotationBasis(state, t)).rotation;
+  return -plane.normal.dot(R * (state.lidars[0].T_imu_sensor.rotation * x.normalized()));
+}
+
+// Turns the normal to the sensor that sees the point x.
+void FaceSensor(const CalibrationState& state, const Eigen::Vector3d& x, PointToPlane* plane) {
+  if (Facing(state, x, *plane) < 0.0) plane->normal = -plane->normal;
+}
+
 // The columns of the unknowns that a measurement's row refers to.
 std::vector<int> KnotColumns(const Layout& layout, const CalibrationState& state, double t) {
   std::vector<int> columns;
@@ -77,6 +89,7 @@ TEST(PointToPlane, JacobianAgreesWithNumericOne) {
   plane.tangent_v = plane.normal.cross(plane.tangent_u);
   plane.anchor = Eigen::Vector3d(1.0, 2.0, -0.5);
   const Eigen::Vector3d x(3.0, -2.0, 5.0);
+  FaceSensor(state, x, &plane);
   double row[PointToPlane::kColumns];
   PointResidual(state, plane, x, row);
   std::vector<int> columns = KnotColumns(layout, state, kTime + state.lidars[0].time_offset);
@@ -92,6 +105,46 @@ TEST(PointToPlane, JacobianAgreesWithNumericOne) {
       value[side] = PointResidual(moved, plane, x, nullptr);
     }
     EXPECT_NEAR((value[1] - value[0]) / (2.0 * h), row[c], 1e-6 * (1.0 + std::abs(row[c]))) << "column " << c;
+  }
+  for (int i = 0; i < 3; ++i) {
+    double value[2];
+    for (int side = 0; side < 2; ++side) {
+      const double step = side == 0 ? -h : h;
+      PointToPlane moved = plane;
+      if (i == 0) moved.normal = (plane.normal + step * plane.tangent_u).normalized();
+      if (i == 1) moved.normal = (plane.normal + step * plane.tangent_v).normalized();
+      if (i == 2) moved.offset += step;
+      value[side] = PointResidual(state, moved, x, nullptr);
+    }
+    const double expected = row[PointToPlane::kPlane + i];
+    EXPECT_NEAR((value[1] - value[0]) / (2.0 * h), expected, 1e-6 * (1.0 + std::abs(expected)));
+  }
+}
+
+// Noise of the range must not pull: the gradient's mean at the truth is zero (errors in variables).
+TEST(PointToPlane, RangeNoiseDoesNotBias) {
+  const CalibrationState state = RandomState(3);
+  PointToPlane plane;
+  plane.normal = Eigen::Vector3d(0.3, -0.5, 0.8).normalized();
+  plane.anchor = Eigen::Vector3d(1.0, 2.0, -0.5);
+  const Eigen::Vector3d direction = Eigen::Vector3d(3.0, -2.0, 5.0).normalized();
+  FaceSensor(state, direction, &plane);
+  plane.tangent_u = plane.normal.unitOrthogonal();
+  plane.tangent_v = plane.normal.cross(plane.tangent_u);
+  const double range = 6.0;
+  plane.offset = PointResidual(state, plane, range * direction, nullptr) * Facing(state, direction, plane);
+  ASSERT_NEAR(PointResidual(state, plane, range * direction, nullptr), 0.0, 1e-12);
+  Random random(7);
+  constexpr int kDraws = 20000;
+  using Row = Eigen::Matrix<double, PointToPlane::kColumns, 1>;
+  Row sum = Row::Zero(), squares = Row::Zero(), row;
+  for (int i = 0; i < kDraws; ++i) {
+    const double r = PointResidual(state, plane, (range + 0.05 * random.Normal()) * direction, row.data());
+    sum += r * row;
+    squares += (r * row).cwiseAbs2();
+  }
+  for (int c = 0; c < row.size(); ++c) {
+    EXPECT_LE(std::abs(sum[c]), 4.0 * std::sqrt(squares[c]) + 1e-12) << "column " << c;
   }
 }
 

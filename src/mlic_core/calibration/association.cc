@@ -92,7 +92,7 @@ PlaneAssociation AssociatePlanes(const Drive& drive, const CalibrationState& sta
       o.position = point.position;
       o.cos_incidence = static_cast<float>(cosine);
       o.intensity = point.intensity;
-      o.sigma = static_cast<float>(noise[sample.lidar].Sigma(cosine) * plane.inflation);
+      o.sigma = static_cast<float>(noise[sample.lidar].Sigma(cosine) * plane.inflation / cosine);
       o.lidar = sample.lidar;
       o.time = scan.time + point.time;
     }
@@ -118,7 +118,7 @@ std::vector<PlaneNoise> MeasurePlaneNoise(const std::vector<PlaneAssociation>& a
       const PlaneObservation& o = associations[d].observations[k];
       const float squared = o.cos_incidence * o.cos_incidence;
       const int bin = std::min(kBins - 1, static_cast<int>(squared * kBins));
-      sizes[o.lidar * kBins + bin].push_back(std::abs(residuals[k]));
+      sizes[o.lidar * kBins + bin].push_back(std::abs(residuals[k] * o.cos_incidence));
       cosines[o.lidar * kBins + bin].push_back(squared);
     }
   }

@@ -106,7 +106,9 @@ bool InitializeDrive(const Dataset& dataset, std::size_t d, const OdometryResult
   CalibrationState fit;
   fit.drives.push_back(state);
   Dataset one;
-  one.drives.push_back(Drive{drive.epoch, drive.imu, {}});
+  one.drives.emplace_back();
+  one.drives[0].epoch = drive.epoch;
+  one.drives[0].imu = drive.imu;
   JointProblem problem;
   problem.dataset = &one;
   problem.imu_sigma = {result->imu_sigma[d]};

@@ -77,7 +77,8 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
       damping = std::max(1e-6, 10.0 * damping);
       continue;
     }
-    summary.information = solution.information;
+    // Damping holds the trajectory, which would look like information.
+    if (damping == 0.0) summary.information = solution.information;
     CalibrationState moved = *state;
     const LandmarkGeometry before = GeometryOf(problem);
     layout.Update(solution.delta, &moved);

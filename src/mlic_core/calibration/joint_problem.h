@@ -16,7 +16,7 @@ namespace mlic {
 // A point tied to a plane.
 struct PlaneObservation {
   Eigen::Vector3f position;  // LiDAR frame
-  float sigma;               // m, along the plane's normal
+  float sigma;               // m, along the beam
   float cos_incidence;
   float intensity;
   std::int32_t lidar;
