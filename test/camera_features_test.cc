@@ -196,8 +196,8 @@ TEST(TrackRefinement, IsFarBetterThanTheFeaturesAndSaysHowGood) {
     std::printf("noise %.0f: raw %.3f px (%.2f sigma), refined %.3f px (%.2f sigma)\n", noise, raw_rms,
                 raw_whitened, refined_rms, whitened);
     EXPECT_LT(refined_rms, 0.5 * raw_rms);
-    EXPECT_GT(whitened, 0.25);  // the floor of sigma is for real surfaces
-    EXPECT_LT(whitened, 1.5);
+    EXPECT_GT(whitened, 0.15);  // sigma is for surfaces that are not planes, and changes of light
+    EXPECT_LT(whitened, 1.0);
   }
 }
 
