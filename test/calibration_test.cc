@@ -89,7 +89,8 @@ TEST(Calibration, FourLidarsOfACarShareTheirMap) {
 }
 
 TEST(Calibration, PlanarDriveHoldsTheHeight) {
-  const SimulatedRun run = CalibrateSimulated("paper_rig_lidars.yaml", sim::Scenario::kPlanar, 20.0, 1, true, true);
+  const SimulatedRun run =
+      CalibrateSimulated("paper_rig_lidars.yaml", sim::Scenario::kPlanar, 20.0, 1, true, true);
   ASSERT_TRUE(run.result.trusted);
   for (const SensorResult& sensor : run.result.sensors) {
     EXPECT_FALSE(sensor.translation_observable[2]) << sensor.name;
@@ -100,8 +101,8 @@ TEST(Calibration, PlanarDriveHoldsTheHeight) {
 }
 
 TEST(Calibration, PlanarDriveWithoutGuessIsRefused) {
-  EXPECT_FALSE(
-      CalibrateSimulated("paper_rig_lidars.yaml", sim::Scenario::kPlanar, 12.0, 1, true, false).result.trusted);
+  EXPECT_FALSE(CalibrateSimulated("paper_rig_lidars.yaml", sim::Scenario::kPlanar, 12.0, 1, true, false)
+                   .result.trusted);
 }
 
 TEST(Calibration, DrivesWithoutExcitationAreRefusedThoughThereIsAGuess) {

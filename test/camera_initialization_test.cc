@@ -83,22 +83,6 @@ void StartFromFieldOfView(Case* c, double error) {
   }
 }
 
-// Perturbed extrinsics as guesses.
-void Guess(Case* c, double degrees, double metres) {
-  Random random(5);
-  for (std::size_t i = 0; i < c->truth.size(); ++i) {
-    const auto direction = [&] {
-      return Eigen::Vector3d(random.Normal(), random.Normal(), random.Normal()).normalized();
-    };
-    ExtrinsicGuess guess;
-    guess.T_imu_sensor = c->truth[i].sensor.T_imu_sensor;
-    guess.T_imu_sensor.rotation =
-        ExpQuaternion(degrees * kDegree * direction()) * guess.T_imu_sensor.rotation;
-    guess.T_imu_sensor.translation += metres * direction();
-    c->rig.cameras[i].guess = guess;
-  }
-}
-
 struct Errors {
   double degrees = 0.0, metres = 0.0, milliseconds = 0.0, readout_milliseconds = 0.0, pixels = 0.0;
 };
