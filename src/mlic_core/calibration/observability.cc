@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mlic_core/calibration/intrinsics_observability.h"
 #include "mlic_core/geometry/so3.h"
 
 namespace mlic {
@@ -54,11 +55,11 @@ void Judge(const Eigen::Matrix3d& data_covariance, const Eigen::Matrix3d& covari
 ObservabilityAnalysis AnalyzeObservability(const Eigen::MatrixXd& information,
                                            const Eigen::MatrixXd& guess_information,
                                            const std::vector<std::optional<ExtrinsicGuess>>& guesses,
-                                           const std::vector<bool>& held) {
-  const std::size_t lidars = guesses.size();
-  Eigen::VectorXd limits = Eigen::VectorXd::Ones(information.rows());
+                                           const std::vector<bool>& held, Eigen::VectorXd limits) {
+  const std::size_t sensors = guesses.size();
+  if (limits.size() == 0) limits = Eigen::VectorXd::Ones(information.rows());
   Eigen::MatrixXd data = information;
-  for (std::size_t l = 0; l < lidars; ++l) {
+  for (std::size_t l = 0; l < sensors; ++l) {
     limits.segment<3>(7 * l).setConstant(kRotationLimit);
     limits.segment<3>(7 * l + 3).setConstant(kTranslationLimit);
     limits[7 * l + 6] = kTimeLimit;
@@ -67,10 +68,12 @@ ObservabilityAnalysis AnalyzeObservability(const Eigen::MatrixXd& information,
     for (int i = 0; i < 7; ++i) data(7 * l + i, 7 * l + i) += 1e6 / (limits[7 * l + i] * limits[7 * l + i]);
   }
   ObservabilityAnalysis analysis;
-  analysis.data_covariance = InverseInLimits(data, limits).topLeftCorner(7 * lidars, 7 * lidars);
-  analysis.covariance =
-      InverseInLimits(data + guess_information, limits).topLeftCorner(7 * lidars, 7 * lidars);
-  for (std::size_t l = 0; l < lidars; ++l) {
+  const Eigen::MatrixXd all_covariance = InverseInLimits(data + guess_information, limits);
+  analysis.data_covariance = InverseInLimits(data, limits).topLeftCorner(7 * sensors, 7 * sensors);
+  analysis.covariance = all_covariance.topLeftCorner(7 * sensors, 7 * sensors);
+  analysis.inner_sigmas =
+      all_covariance.diagonal().tail(all_covariance.rows() - 7 * sensors).cwiseMax(0.0).cwiseSqrt();
+  for (std::size_t l = 0; l < sensors; ++l) {
     const int at = 7 * static_cast<int>(l);
     const auto& all = analysis.covariance;
     const auto& shown = analysis.data_covariance;
@@ -92,6 +95,45 @@ ObservabilityAnalysis AnalyzeObservability(const Eigen::MatrixXd& information,
     }
     analysis.sensors.push_back(sensor);
     analysis.sigmas.push_back(sigma);
+  }
+  return analysis;
+}
+
+ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const CalibrationState& state,
+                                         const Eigen::MatrixXd& information) {
+  const Layout layout(state, problem.estimate_imu_matrices);
+  Eigen::MatrixXd prior;
+  Eigen::VectorXd gradient;
+  CalibrationPrior(problem, state, layout, &prior, &gradient);
+  // Priors of biases, matrices and readouts are knowledge about devices and belong to the data; guesses do
+  // not.
+  const int poses = 7 * layout.sensors;
+  Eigen::MatrixXd guess = Eigen::MatrixXd::Zero(prior.rows(), prior.cols());
+  guess.topLeftCorner(poses, poses) = prior.topLeftCorner(poses, poses);
+  std::vector<std::optional<ExtrinsicGuess>> guesses = problem.guesses;
+  guesses.resize(state.lidars.size());
+  guesses.insert(guesses.end(), problem.camera_guesses.begin(), problem.camera_guesses.end());
+  guesses.resize(layout.sensors);
+  std::vector<bool> held = problem.lidar_held;
+  held.resize(state.lidars.size(), false);
+  for (const HeldCameraParameters& camera : problem.camera_held) {
+    held.push_back(camera.rotation && camera.translation && camera.time_offset);
+  }
+  held.resize(layout.sensors, false);
+  ObservabilityAnalysis analysis = AnalyzeObservability(
+      InformationWithHeld(information, state, layout, problem.camera_held) + (prior - guess), guess, guesses,
+      held, CalibrationLimits(state, layout));
+  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
+    ObservabilityAnalysis::Intrinsics camera;
+    const std::size_t count = state.cameras[c].intrinsics.parameters.size();
+    if (c < problem.camera_held.size()) camera.held = problem.camera_held[c].intrinsics;
+    camera.held.resize(count, false);
+    for (std::size_t i = 0; i < count; ++i) {
+      const int at = layout.Intrinsics(c) + static_cast<int>(i) - poses;
+      camera.sigmas.push_back(camera.held[i] ? 0.0 : analysis.inner_sigmas[at]);
+    }
+    if (layout.Readout(c) >= 0) camera.readout_sigma = analysis.inner_sigmas[layout.Readout(c) - poses];
+    analysis.cameras.push_back(camera);
   }
   return analysis;
 }

@@ -4,12 +4,13 @@
 #include <optional>
 #include <vector>
 
+#include "mlic_core/calibration/joint_problem.h"
 #include "mlic_core/calibration/result.h"
 #include "mlic_core/sensors/rig.h"
 
 namespace mlic {
 
-// What the data show of each LiDAR, and how well everything is known (SPEC section 5).
+// What the data show of each LiDAR and then each camera, and how well everything is known (SPEC section 5).
 struct ObservabilityAnalysis {
   struct Sensor {
     std::array<bool, 3> translation{true, true, true};  // along the IMU's axes
@@ -21,20 +22,33 @@ struct ObservabilityAnalysis {
   };
   std::vector<Sensor> sensors;
   std::vector<PoseSigma> sigmas;    // with the guesses
-  Eigen::MatrixXd covariance;       // 7 for each LiDAR as in Layout, with the guesses
+  Eigen::MatrixXd covariance;       // 7 for each LiDAR and camera as in Layout, with the guesses
   Eigen::MatrixXd data_covariance;  // without
+  Eigen::VectorXd inner_sigmas;     // of the calibration's other parameters, in the order of Layout
+
+  struct Intrinsics {
+    std::vector<double> sigmas;  // of each parameter; 0 where held
+    std::vector<bool> held;      // as it was given
+    double readout_sigma = 0.0;  // s
+  };
+  std::vector<Intrinsics> cameras;
 };
 
-// information: of the calibration vector from the data (first 7 for each LiDAR), prior of IMU parameters
-// included; guess_information: the guesses' (same size). held: LiDARs that were given and do not move. A
+// information: of the calibration vector from the data (first 7 for each sensor), prior of IMU parameters
+// included; guess_information: the guesses' (same size). held: sensors that were given and do not move. A
 // direction is not shown when its sigma without the guesses exceeds 0.05 m, 0.5 deg or 5 ms, or the guess's
-// own sigma.
+// own sigma. limits: what counts as a large step of each parameter beyond those of the sensors, for scaling.
 ObservabilityAnalysis AnalyzeObservability(const Eigen::MatrixXd& information,
                                            const Eigen::MatrixXd& guess_information,
                                            const std::vector<std::optional<ExtrinsicGuess>>& guesses,
-                                           const std::vector<bool>& held);
+                                           const std::vector<bool>& held, Eigen::VectorXd limits = {});
 
-// Relative pose of two LiDARs with its sigma from their joint covariance (14 x 14: a, b).
+// The same of a joint problem with LiDARs and cameras. information: of the last solve, the residuals' scatter
+// and correlation taken out.
+ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const CalibrationState& state,
+                                         const Eigen::MatrixXd& information);
+
+// Relative pose of two sensors with its sigma from their joint covariance (14 x 14: a, b).
 PairResult MakePair(const SensorCalibration& a, const SensorCalibration& b,
                     const Eigen::Matrix<double, 14, 14>& covariance);
 

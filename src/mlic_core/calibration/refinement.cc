@@ -189,18 +189,10 @@ double Refinement::ChangeInSigmas(const CalibrationState& before) const {
 }
 
 ObservabilityAnalysis Refinement::Analyze() const {
-  const Layout layout(state_, problem_.estimate_imu_matrices);
-  Eigen::MatrixXd prior;
-  Eigen::VectorXd gradient;
-  CalibrationPrior(problem_, state_, layout, &prior, &gradient);
-  const int sensors = 7 * layout.sensors;
-  // Priors of biases and matrices are knowledge about IMUs and belong to the data; guesses do not.
-  Eigen::MatrixXd guess = Eigen::MatrixXd::Zero(prior.rows(), prior.cols());
-  guess.topLeftCorner(sensors, sensors) = prior.topLeftCorner(sensors, sensors);
-  const double residuals = static_cast<double>(std::max<std::size_t>(1, last_solve_.observations));
+  const double residuals = static_cast<double>(
+      std::max<std::size_t>(1, last_solve_.observations + 2 * last_solve_.landmark_observations));
   const double scatter = std::max(1.0, last_solve_.last_cost / (residuals + 6.0 * ImuSampleCount(dataset_)));
-  return AnalyzeObservability(last_solve_.information / (scatter * correlation_) + (prior - guess), guess,
-                              problem_.guesses, problem_.lidar_held);
+  return AnalyzeCalibration(problem_, state_, last_solve_.information / (scatter * correlation_));
 }
 
 void Refinement::Show(const std::string& stage, int iteration) {
