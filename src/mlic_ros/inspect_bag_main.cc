@@ -10,6 +10,7 @@
 
 #include "mlic_core/common/error.h"
 #include "mlic_core/io/rig_file.h"
+#include "mlic_ros/bag_images.h"
 #include "mlic_ros/bag_set.h"
 #include "mlic_ros/imu_check.h"
 #include "mlic_ros/message_reader.h"
@@ -41,6 +42,17 @@ void PrintLidar(const BagSet& bags, const std::string& topic) {
     const DecodedCloud cloud = DecodeCloud(probe.front(), topic, format.time_field);
     std::printf("  frame %s, %zu points, a scan every %.4f s\n  %s\n", format.frame_id.c_str(),
                 cloud.positions.size(), format.scan_period, DescribeTimes(format).c_str());
+  } catch (const InputError& error) {
+    std::printf("  not usable: %s\n", error.what());
+  }
+}
+
+void PrintCamera(const BagSet& bags, const std::string& topic) {
+  std::printf("\ncamera %s\n", topic.c_str());
+  try {
+    const ImageFormat format = FindImageFormat(ReadFirst(bags, topic, bags.interval(), 10), topic);
+    std::printf("  frame %s, %d x %d, %s, %d bits\n", format.frame_id.c_str(), format.width, format.height,
+                format.encoding.c_str(), format.bits);
   } catch (const InputError& error) {
     std::printf("  not usable: %s\n", error.what());
   }
@@ -84,6 +96,7 @@ int Inspect(const std::filesystem::path& file, const std::filesystem::path& rig_
   PrintTopics(bags);
   for (const auto& [name, topic] : bags.topics()) {
     if (IsLidarType(topic.type)) PrintLidar(bags, name);
+    if (IsImageType(topic.type)) PrintCamera(bags, name);
     if (topic.type == "sensor_msgs/Imu") PrintImu(bags, name);
   }
   if (rig_file.empty()) return kTrusted;
