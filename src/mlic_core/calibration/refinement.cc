@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "mlic_core/calibration/result_assembly.h"
+#include "mlic_core/calibration/snapshot.h"
 #include "mlic_core/geometry/so3.h"
 
 namespace mlic {

@@ -2,128 +2,14 @@
 
 #include <sys/resource.h>
 
-#include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "mlic_core/calibration/refinement.h"
+#include "mlic_core/calibration/residual_summary.h"
+#include "mlic_core/calibration/snapshot.h"
 
 namespace mlic {
 namespace {
-
-// T_map_normalised: the first pose of the IMU at the origin, looking along with yaw zero.
-RigidTransform MapOrigin(const SplitSpline& trajectory) {
-  const RigidTransform first = trajectory.Pose(trajectory.Start());
-  const Eigen::Vector3d x_axis = first.rotation * Eigen::Vector3d::UnitX();
-  const Eigen::Quaterniond turn(
-      Eigen::AngleAxisd(-std::atan2(x_axis.y(), x_axis.x()), Eigen::Vector3d::UnitZ()));
-  return {turn, -(turn * first.translation)};
-}
-
-std::vector<StampedPose> SampleTrajectory(const Drive& drive, const SplitSpline& trajectory,
-                                          const RigidTransform& origin, double period) {
-  std::vector<StampedPose> poses;
-  const int count = static_cast<int>(std::floor((trajectory.End() - trajectory.Start()) / period)) + 1;
-  for (int k = 0; k < count; ++k) {
-    const double t = trajectory.Start() + k * period;
-    poses.push_back({TimeFrom(drive.epoch, t), origin * trajectory.Pose(t)});
-  }
-  return poses;
-}
-
-std::vector<MapPoint> SampleMap(const CalibrationState& state, const PlaneAssociation& planes,
-                                const RigidTransform& origin, std::size_t largest) {
-  const SplitSpline& trajectory = state.drives[0].trajectory;
-  const std::size_t stride = std::max<std::size_t>(1, (planes.observations.size() + largest - 1) / largest);
-  std::vector<MapPoint> points;
-  std::size_t plane = 0;
-  for (std::size_t k = 0; k < planes.observations.size(); k += stride) {
-    while (planes.begin[plane + 1] <= k) ++plane;
-    const PlaneObservation& o = planes.observations[k];
-    const double t = o.time + state.lidars[o.lidar].time_offset;
-    if (!trajectory.Contains(t)) continue;
-    MapPoint point;
-    point.position =
-        (origin * (trajectory.Pose(t) * (state.lidars[o.lidar].T_imu_sensor * o.position.cast<double>())))
-            .cast<float>();
-    point.intensity = o.intensity;
-    point.lidar = o.lidar;
-    point.plane = static_cast<int>(plane);
-    points.push_back(point);
-  }
-  return points;
-}
-
-constexpr int kHistogramBins = 50;
-constexpr int kTimeBins = 60;
-
-// Collects whitened residuals in a histogram and their rms over time.
-class ResidualCollector {
- public:
-  ResidualCollector(std::string sensor, std::string unit, double sigma, double start, double end)
-      : start_(start), width_((end - start) / kTimeBins), squares_(kTimeBins, 0.0), counts_(kTimeBins, 0.0) {
-    summary_.sensor = std::move(sensor);
-    summary_.unit = std::move(unit);
-    summary_.sigma = sigma;
-    summary_.histogram.assign(kHistogramBins, 0.0);
-  }
-  void Add(double time, double residual, double whitened) {
-    ++total_;
-    if (std::abs(whitened) <= 3.0) ++inliers_;
-    const int bin = static_cast<int>(std::floor((whitened + 5.0) / 10.0 * kHistogramBins));
-    if (bin >= 0 && bin < kHistogramBins) summary_.histogram[bin] += 1.0;
-    const int at = std::clamp(static_cast<int>((time - start_) / width_), 0, kTimeBins - 1);
-    squares_[at] += residual * residual;
-    counts_[at] += 1.0;
-  }
-  ResidualSummary Finish() {
-    summary_.inlier_share = total_ > 0.0 ? inliers_ / total_ : 0.0;
-    for (int b = 0; b < kTimeBins; ++b) {
-      if (counts_[b] == 0.0) continue;
-      summary_.over_time_seconds.push_back(start_ + (b + 0.5) * width_);
-      summary_.over_time_rms.push_back(std::sqrt(squares_[b] / counts_[b]));
-    }
-    return summary_;
-  }
-
- private:
-  ResidualSummary summary_;
-  double start_, width_, total_ = 0.0, inliers_ = 0.0;
-  std::vector<double> squares_, counts_;
-};
-
-std::vector<ResidualSummary> SummarizeResiduals(const Rig& rig, const Dataset& dataset,
-                                                const Refinement& refinement) {
-  const CalibrationState& state = refinement.state();
-  const SplitSpline& trajectory = state.drives[0].trajectory;
-  const ImuSigma& imu = refinement.problem().imu_sigma[0];
-  const double start = trajectory.Start(), end = trajectory.End();
-  std::vector<ResidualCollector> collectors;
-  for (std::size_t l = 0; l < rig.lidars.size(); ++l) {
-    collectors.emplace_back(rig.lidars[l].name, "m", refinement.noise()[l].Sigma(1.0), start, end);
-  }
-  const PlaneAssociation& planes = refinement.problem().planes[0];
-  const std::vector<float> distances = PlaneResiduals(planes, state, 0);
-  for (std::size_t k = 0; k < distances.size(); ++k) {
-    const PlaneObservation& o = planes.observations[k];
-    collectors[o.lidar].Add(o.time, distances[k], distances[k] / o.sigma);
-  }
-  ResidualCollector gyroscope("gyroscope", "rad/s", imu.gyroscope, start, end);
-  ResidualCollector accelerometer("accelerometer", "m/s^2", imu.accelerometer, start, end);
-  const ImuResiduals residuals = EvaluateImuResiduals(dataset, state, 0);
-  for (std::size_t k = 0; k < residuals.times.size(); ++k) {
-    for (int a = 0; a < 3; ++a) {
-      gyroscope.Add(residuals.times[k], residuals.values[k][a], residuals.values[k][a] / imu.gyroscope);
-      accelerometer.Add(residuals.times[k], residuals.values[k][3 + a],
-                        residuals.values[k][3 + a] / imu.accelerometer);
-    }
-  }
-  std::vector<ResidualSummary> summaries;
-  for (ResidualCollector& collector : collectors) summaries.push_back(collector.Finish());
-  summaries.push_back(gyroscope.Finish());
-  summaries.push_back(accelerometer.Finish());
-  return summaries;
-}
 
 double PeakMemoryMegabytes() {
   rusage usage{};
@@ -235,30 +121,6 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Refinement& re
       SampleMap(state, refinement.problem().planes[0], MapOrigin(state.drives[0].trajectory), 2000000);
   result->residuals = SummarizeResiduals(rig, dataset, refinement);
   result->peak_memory_megabytes = PeakMemoryMegabytes();
-}
-
-CalibrationSnapshot MakeSnapshot(const std::string& stage, int iteration, const Rig& rig,
-                                 const Dataset& dataset, const CalibrationState& state,
-                                 const PlaneAssociation& planes, const std::vector<PoseSigma>& sigmas,
-                                 double cost) {
-  CalibrationSnapshot snapshot;
-  snapshot.stage = stage;
-  snapshot.iteration = iteration;
-  snapshot.cost = cost;
-  for (const LidarConfig& lidar : rig.lidars) {
-    snapshot.sensor_names.push_back(lidar.name);
-    snapshot.sensor_frames.push_back(lidar.frame_id.empty() ? lidar.name : lidar.frame_id);
-  }
-  snapshot.sensors = state.lidars;
-  snapshot.sigmas = sigmas;
-  const RigidTransform origin = MapOrigin(state.drives[0].trajectory);
-  snapshot.trajectory = SampleTrajectory(dataset.drives[0], state.drives[0].trajectory, origin, 0.1);
-  snapshot.points = SampleMap(state, planes, origin, 100000);
-  for (const MapPlane& plane : planes.planes) {
-    snapshot.planes.push_back({origin * plane.center, origin.rotation * plane.plane.normal,
-                               origin.rotation * plane.axis_u, origin.rotation * plane.axis_v});
-  }
-  return snapshot;
 }
 
 }  // namespace mlic

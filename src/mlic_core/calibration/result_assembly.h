@@ -1,11 +1,9 @@
 #pragma once
 
-#include <string>
-#include <vector>
+#include <cstddef>
 
-#include "mlic_core/calibration/joint_problem.h"
-#include "mlic_core/calibration/observer.h"
 #include "mlic_core/calibration/result.h"
+#include "mlic_core/sensors/measurements.h"
 
 namespace mlic {
 
@@ -20,11 +18,5 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Refinement& re
 
 // A refusal before there is a state: only the reasons.
 void FinishRefused(CalibrationResult* result);
-
-// The state as observers see it: the first drive's map (thinned out), planes and trajectory.
-CalibrationSnapshot MakeSnapshot(const std::string& stage, int iteration, const Rig& rig,
-                                 const Dataset& dataset, const CalibrationState& state,
-                                 const PlaneAssociation& planes, const std::vector<PoseSigma>& sigmas,
-                                 double cost);
 
 }  // namespace mlic
