@@ -1,0 +1,21 @@
+#pragma once
+
+#include <vector>
+
+#include "mlic_core/calibration/camera_initialization.h"
+#include "mlic_core/calibration/initialization.h"
+
+namespace mlic {
+
+// SPEC stages 2, 4 and 5 for a rig without LiDARs: trajectory, cameras and biases from the cameras' tracks
+// and the IMU alone, the scale from the accelerometer. tracks: of each drive. The state holds the cameras
+// too, after rounds of triangulation and solving in which everything moves; cameras that were not found stay
+// at their guess. Where the drives do not show enough, the state has no drives and the problems say why.
+// cameras: where not null, what InitializeCameras tells (held intrinsics, noise, landmarks).
+Initialization InitializeFromCameras(const Rig& rig, const Dataset& dataset,
+                                     const std::vector<CameraStart>& start,
+                                     const std::vector<TrackSet>& tracks,
+                                     const CancellationToken& cancellation,
+                                     CameraInitialization* cameras = nullptr);
+
+}  // namespace mlic
