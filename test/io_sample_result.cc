@@ -64,7 +64,7 @@ void AddDrive(CalibrationResult& result) {
 
 ResidualSummary SampleResidual(const std::string& sensor, const std::string& unit, double sigma,
                                double width) {
-  ResidualSummary summary{sensor, unit, sigma, 0.97, {}, {}, {}};
+  ResidualSummary summary{sensor, unit, sigma, 0.97, {}, {}, {}, 0.0, {}};
   for (int bin = 0; bin < 50; ++bin) {
     const double x = (-5.0 + 0.2 * (bin + 0.5)) / width;
     summary.histogram.push_back(std::round(40000.0 * std::exp(-0.5 * x * x)));

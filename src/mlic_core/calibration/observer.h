@@ -16,18 +16,28 @@ struct PlanePatch {
   Eigen::Vector3d axis_v;
 };
 
+// A point landmark, for display.
+struct LandmarkMark {
+  Eigen::Vector3f position;  // map frame, m
+  float error = 0.0f;        // px, rms of the lengths of its reprojection errors
+  int sights = 0;
+};
+
 // The state of the calibration between two solves, as much of it as there is to show.
 struct CalibrationSnapshot {
   std::string stage;
   int iteration = 0;
-  double cost = 0.0;  // sum of squared whitened residuals, after the solve
-  std::vector<std::string> sensor_names;
+  double cost = 0.0;                      // sum of squared whitened residuals, after the solve
+  std::vector<std::string> sensor_names;  // LiDARs, then cameras
   std::vector<std::string> sensor_frames;
   std::vector<SensorCalibration> sensors;
-  std::vector<PoseSigma> sigmas;        // empty until there are any
-  std::vector<StampedPose> trajectory;  // T_map_imu of the first drive
-  std::vector<MapPoint> points;         // a thinned-out map of the first drive
+  std::vector<CameraIntrinsics> intrinsics;  // of the cameras, the last ones of the sensors
+  std::vector<PoseSigma> sigmas;             // empty until there are any
+  std::vector<StampedPose> trajectory;       // T_map_imu of the first drive
+  std::vector<MapPoint> points;              // a thinned-out map of the first drive
   std::vector<PlanePatch> planes;
+  std::vector<LandmarkMark> landmarks;  // thinned out, of the first drive
+  std::vector<CameraView> views;        // one image of each camera that sees landmarks, of the first drive
 };
 
 // Observers (RViz, log, progress bar) look and never touch. Calls come from the thread that runs the

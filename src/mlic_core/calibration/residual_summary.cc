@@ -10,6 +10,7 @@ namespace {
 
 constexpr int kHistogramBins = 50;
 constexpr int kTimeBins = 60;
+constexpr int kFieldCells = 16;  // along the longer side of an image
 
 // Collects whitened residuals in a histogram and their rms over time.
 class ResidualCollector {
@@ -30,13 +31,19 @@ class ResidualCollector {
     squares_[at] += residual * residual;
     counts_[at] += 1.0;
   }
+  // The level that residuals with sigmas of their own are shown against.
+  void SetSigma(double sigma) { summary_.sigma = sigma; }
+  void SetField(ResidualField field) { summary_.over_image = std::move(field); }
   ResidualSummary Finish() {
     summary_.inlier_share = total_ > 0.0 ? inliers_ / total_ : 0.0;
+    double squares = 0.0;
     for (int b = 0; b < kTimeBins; ++b) {
+      squares += squares_[b];
       if (counts_[b] == 0.0) continue;
       summary_.over_time_seconds.push_back(start_ + (b + 0.5) * width_);
       summary_.over_time_rms.push_back(std::sqrt(squares_[b] / counts_[b]));
     }
+    summary_.rms = total_ > 0.0 ? std::sqrt(squares / total_) : 0.0;
     return summary_;
   }
 
@@ -46,7 +53,68 @@ class ResidualCollector {
   std::vector<double> squares_, counts_;
 };
 
+// Sums of reprojection errors by cells of the image.
+class FieldCollector {
+ public:
+  FieldCollector(int width, int height) : cell_(static_cast<double>(std::max(width, height)) / kFieldCells) {
+    field_.columns = static_cast<int>(std::ceil(width / cell_));
+    field_.rows = static_cast<int>(std::ceil(height / cell_));
+    field_.counts.assign(static_cast<std::size_t>(field_.columns) * field_.rows, 0);
+    sums_.assign(field_.counts.size(), Eigen::Vector2d::Zero());
+  }
+  void Add(const Eigen::Vector2d& pixel, const Eigen::Vector2d& residual) {
+    // Pixel centres are whole numbers: the image begins half a pixel before 0.
+    const int column = std::clamp(static_cast<int>((pixel.x() + 0.5) / cell_), 0, field_.columns - 1);
+    const int row = std::clamp(static_cast<int>((pixel.y() + 0.5) / cell_), 0, field_.rows - 1);
+    const std::size_t at = static_cast<std::size_t>(row) * field_.columns + column;
+    sums_[at] += residual;
+    ++field_.counts[at];
+  }
+  ResidualField Finish() {
+    for (std::size_t i = 0; i < sums_.size(); ++i) {
+      field_.mean.push_back((sums_[i] / std::max(1, field_.counts[i])).cast<float>());
+    }
+    return field_;
+  }
+
+ private:
+  double cell_;
+  ResidualField field_;
+  std::vector<Eigen::Vector2d> sums_;
+};
+
+double Median(std::vector<float> values) {
+  const auto middle = values.begin() + values.size() / 2;
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 }  // namespace
+
+std::vector<ResidualSummary> SummarizeCameraResiduals(const Rig& rig, const CalibrationState& state,
+                                                      const LandmarkSet& landmarks) {
+  const SplitSpline& trajectory = state.drives[0].trajectory;
+  const std::vector<Eigen::Vector2d> residuals = LandmarkResiduals(landmarks, state, 0);
+  std::vector<ResidualSummary> summaries;
+  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
+    const CameraCalibration& camera = state.cameras[c];
+    ResidualCollector collector(rig.cameras[c].name, "px", 1.0, trajectory.Start(), trajectory.End());
+    FieldCollector field(camera.intrinsics.width, camera.intrinsics.height);
+    std::vector<float> sigmas;
+    for (std::size_t k = 0; k < residuals.size(); ++k) {
+      const LandmarkObservation& o = landmarks.observations[k];
+      if (o.camera != static_cast<int>(c) || !residuals[k].allFinite()) continue;
+      for (int a = 0; a < 2; ++a) collector.Add(o.time, residuals[k][a], residuals[k][a] / o.sigma);
+      field.Add(o.pixel, residuals[k]);
+      sigmas.push_back(o.sigma);
+    }
+    if (sigmas.empty()) continue;
+    collector.SetSigma(Median(std::move(sigmas)));
+    collector.SetField(field.Finish());
+    summaries.push_back(collector.Finish());
+  }
+  return summaries;
+}
 
 std::vector<ResidualSummary> SummarizeResiduals(const Rig& rig, const Dataset& dataset,
                                                 const Refinement& refinement) {
@@ -58,11 +126,13 @@ std::vector<ResidualSummary> SummarizeResiduals(const Rig& rig, const Dataset& d
   for (std::size_t l = 0; l < rig.lidars.size(); ++l) {
     collectors.emplace_back(rig.lidars[l].name, "m", refinement.noise()[l].Sigma(1.0), start, end);
   }
-  const PlaneAssociation& planes = refinement.problem().planes[0];
-  const std::vector<float> distances = PlaneResiduals(planes, state, 0);
-  for (std::size_t k = 0; k < distances.size(); ++k) {
-    const PlaneObservation& o = planes.observations[k];
-    collectors[o.lidar].Add(o.time, distances[k], distances[k] / o.sigma);
+  if (!refinement.problem().planes.empty()) {
+    const PlaneAssociation& planes = refinement.problem().planes[0];
+    const std::vector<float> distances = PlaneResiduals(planes, state, 0);
+    for (std::size_t k = 0; k < distances.size(); ++k) {
+      const PlaneObservation& o = planes.observations[k];
+      collectors[o.lidar].Add(o.time, distances[k], distances[k] / o.sigma);
+    }
   }
   ResidualCollector gyroscope("gyroscope", "rad/s", imu.gyroscope, start, end);
   ResidualCollector accelerometer("accelerometer", "m/s^2", imu.accelerometer, start, end);
@@ -76,6 +146,11 @@ std::vector<ResidualSummary> SummarizeResiduals(const Rig& rig, const Dataset& d
   }
   std::vector<ResidualSummary> summaries;
   for (ResidualCollector& collector : collectors) summaries.push_back(collector.Finish());
+  if (!refinement.problem().landmarks.empty()) {
+    for (ResidualSummary& summary : SummarizeCameraResiduals(rig, state, refinement.problem().landmarks[0])) {
+      summaries.push_back(std::move(summary));
+    }
+  }
   summaries.push_back(gyroscope.Finish());
   summaries.push_back(accelerometer.Finish());
   return summaries;

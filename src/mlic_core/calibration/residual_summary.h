@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "mlic_core/calibration/joint_problem.h"
 #include "mlic_core/calibration/result.h"
 #include "mlic_core/sensors/measurements.h"
 
@@ -9,7 +10,12 @@ namespace mlic {
 
 class Refinement;
 
-// Residual statistics of every LiDAR and of the IMU at the refinement's state, first drive.
+// Reprojection errors of every camera that sees landmarks of the first drive, both coordinates of each
+// together, each divided by its own sigma; `sigma` is the median one.
+std::vector<ResidualSummary> SummarizeCameraResiduals(const Rig& rig, const CalibrationState& state,
+                                                      const LandmarkSet& landmarks);
+
+// Residual statistics of every LiDAR, every camera and the IMU at the refinement's state, first drive.
 std::vector<ResidualSummary> SummarizeResiduals(const Rig& rig, const Dataset& dataset,
                                                 const Refinement& refinement);
 

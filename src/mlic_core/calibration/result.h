@@ -2,11 +2,13 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "mlic_core/common/time.h"
+#include "mlic_core/sensors/images.h"
 #include "mlic_core/sensors/rig.h"
 
 namespace mlic {
@@ -75,15 +77,47 @@ struct StageSummary {
   std::vector<std::string> lines;  // what was found, in plain words with numbers
 };
 
+// Mean reprojection errors by cells of a camera's image: what a model cannot follow stands out.
+struct ResidualField {
+  int columns = 0;
+  int rows = 0;
+  std::vector<Eigen::Vector2f> mean;  // px, projected minus seen; row by row
+  std::vector<int> counts;
+};
+
 // Residual statistics of one sensor for the report.
 struct ResidualSummary {
   std::string sensor;  // name, or "gyroscope", "accelerometer"
-  std::string unit;    // "m", "rad/s", "m/s^2"
+  std::string unit;    // "m", "px", "rad/s", "m/s^2"
   double sigma = 0.0;  // the noise level that the solve assumed
   double inlier_share = 1.0;
   std::vector<double> histogram;          // counts over [-5, 5] sigma, equal bins
   std::vector<double> over_time_seconds;  // centre of each time bin
   std::vector<double> over_time_rms;      // rms of each time bin, in units of `unit`
+  double rms = 0.0;                       // of all, in units of `unit`; of each coordinate for cameras
+  ResidualField over_image;               // cameras only
+};
+
+// Where one image sees a landmark, where the calibration projects it to, and where the same camera's images
+// of the seconds before and after see it, in order of time (the place in this image among them). Pixels.
+struct LandmarkSight {
+  Eigen::Vector2f observed;
+  Eigen::Vector2f projected;
+  std::vector<Eigen::Vector2f> track;
+};
+
+// One image of a camera with all landmarks that it sees.
+struct CameraView {
+  std::string camera;                         // its name
+  std::shared_ptr<const ImageSource> images;  // where the photo can be loaded from
+  std::size_t image = 0;
+  std::vector<LandmarkSight> sights;
+};
+
+// The images of one camera whose features took part in the solve.
+struct CameraKeyframes {
+  std::string camera;
+  std::vector<TimeNs> stamps;  // as in the messages, in order
 };
 
 struct CalibrationResult {
@@ -99,6 +133,8 @@ struct CalibrationResult {
   std::vector<MapPoint> map;                           // of the first drive
   std::vector<StageSummary> stages;
   std::vector<ResidualSummary> residuals;
+  std::vector<CameraView> views;           // one of each camera; for pictures, not kept in files
+  std::vector<CameraKeyframes> keyframes;  // of all drives
   double peak_memory_megabytes = 0.0;
 };
 

@@ -3,7 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mlic_core/calibration/camera_views.h"
+
 namespace mlic {
+namespace {
+
+constexpr std::size_t kMostLandmarks = 50000;
+
+}  // namespace
 
 RigidTransform MapOrigin(const SplitSpline& trajectory) {
   const RigidTransform first = trajectory.Pose(trajectory.Start());
@@ -50,7 +57,7 @@ std::vector<MapPoint> SampleMap(const CalibrationState& state, const PlaneAssoci
 CalibrationSnapshot MakeSnapshot(const std::string& stage, int iteration, const Rig& rig,
                                  const Dataset& dataset, const CalibrationState& state,
                                  const PlaneAssociation& planes, const std::vector<PoseSigma>& sigmas,
-                                 double cost) {
+                                 double cost, const LandmarkSet& landmarks) {
   CalibrationSnapshot snapshot;
   snapshot.stage = stage;
   snapshot.iteration = iteration;
@@ -60,6 +67,13 @@ CalibrationSnapshot MakeSnapshot(const std::string& stage, int iteration, const 
     snapshot.sensor_frames.push_back(lidar.frame_id.empty() ? lidar.name : lidar.frame_id);
   }
   snapshot.sensors = state.lidars;
+  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
+    const CameraConfig& camera = rig.cameras[c];
+    snapshot.sensor_names.push_back(camera.name);
+    snapshot.sensor_frames.push_back(camera.frame_id.empty() ? camera.name : camera.frame_id);
+    snapshot.sensors.push_back(state.cameras[c].sensor);
+    snapshot.intrinsics.push_back(state.cameras[c].intrinsics);
+  }
   snapshot.sigmas = sigmas;
   const RigidTransform origin = MapOrigin(state.drives[0].trajectory);
   snapshot.trajectory = SampleTrajectory(dataset.drives[0], state.drives[0].trajectory, origin, 0.1);
@@ -68,6 +82,8 @@ CalibrationSnapshot MakeSnapshot(const std::string& stage, int iteration, const 
     snapshot.planes.push_back({origin * plane.center, origin.rotation * plane.plane.normal,
                                origin.rotation * plane.axis_u, origin.rotation * plane.axis_v});
   }
+  snapshot.landmarks = MarkLandmarks(landmarks, state, origin, kMostLandmarks);
+  snapshot.views = ChooseViews(rig, dataset.drives[0], state, landmarks);
   return snapshot;
 }
 

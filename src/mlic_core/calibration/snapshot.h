@@ -20,10 +20,10 @@ std::vector<StampedPose> SampleTrajectory(const Drive& drive, const SplitSpline&
 std::vector<MapPoint> SampleMap(const CalibrationState& state, const PlaneAssociation& planes,
                                 const RigidTransform& origin, std::size_t largest);
 
-// The state as observers see it: the first drive's map (thinned out), planes and trajectory.
+// The state as observers see it: the first drive's map (thinned out), planes, trajectory and landmarks.
 CalibrationSnapshot MakeSnapshot(const std::string& stage, int iteration, const Rig& rig,
                                  const Dataset& dataset, const CalibrationState& state,
                                  const PlaneAssociation& planes, const std::vector<PoseSigma>& sigmas,
-                                 double cost);
+                                 double cost, const LandmarkSet& landmarks = LandmarkSet());
 
 }  // namespace mlic
