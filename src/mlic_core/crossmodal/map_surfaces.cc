@@ -1,0 +1,220 @@
+#include "mlic_core/crossmodal/map_surfaces.h"
+
+#include <tbb/parallel_sort.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "mlic_core/common/parallel.h"
+#include "mlic_core/geometry/plane.h"
+
+namespace mlic {
+namespace {
+
+constexpr int kLevels = 5;      // splits below the root
+constexpr double kRoot = 4.0;   // m
+constexpr double kPatch = 0.5;  // m: larger ones are split as long as there are points
+constexpr std::size_t kManyPoints = 64;
+constexpr std::size_t kFewestPoints = 8;  // of a plane
+constexpr std::size_t kCellPoints = 256;  // of a drawn cell, more only where it is small
+constexpr double kCellSize = 0.25;        // m
+constexpr double kFloor = 0.005;          // m: what range noise does not explain, trajectory and unevenness
+constexpr double kThicknessSigmas = 1.5;
+
+struct KeyedReturn {
+  std::uint64_t key;
+  std::uint32_t index;
+  bool operator<(const KeyedReturn& other) const {
+    return key != other.key ? key < other.key : index < other.index;
+  }
+};
+
+// Root voxel (16 bits an axis), then 3 bits for each split: voxels of every level are contiguous in order.
+std::uint64_t VoxelKey(const Eigen::Vector3f& p) {
+  std::uint64_t key = 0, leaf[3];
+  for (int a = 0; a < 3; ++a) {
+    const auto cell = static_cast<std::int64_t>(std::floor(p[a] * ((1 << kLevels) / kRoot)));
+    leaf[a] = static_cast<std::uint64_t>(cell + (1 << (15 + kLevels)));
+    key = (key << 16) | ((leaf[a] >> kLevels) & 0xFFFF);
+  }
+  for (int level = kLevels - 1; level >= 0; --level) {
+    for (int a = 0; a < 3; ++a) key = (key << 1) | ((leaf[a] >> level) & 1);
+  }
+  return key;
+}
+
+struct PatchFit {
+  bool planar = false;
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  double thickness = 0.0;    // m
+  double squared_cos = 1.0;  // mean, of the incidence
+  double spacing = kRoot;    // m
+  double count = 0.0;
+};
+
+struct Finds {
+  std::vector<MapCell> cells;
+  std::vector<std::uint32_t> patches;  // where they begin
+  std::vector<double> noises;          // range noise that each large plane shows
+};
+
+// One root voxel, taken apart.
+class RootVoxel {
+ public:
+  RootVoxel(const std::vector<MapReturn>& returns, const std::vector<KeyedReturn>& keyed, double range_noise,
+            Finds* finds)
+      : returns_(returns), keyed_(keyed), range_noise_(range_noise), finds_(finds) {}
+
+  void Split(std::size_t begin, std::size_t end, int level, const PatchFit& parent, bool in_cell,
+             ReturnSurface* surfaces) {
+    const double size = kRoot / (1 << level);
+    const std::size_t count = end - begin;
+    if (!in_cell && (count <= kCellPoints || size <= kCellSize)) {
+      AddCell(begin, end);
+      in_cell = true;
+    }
+    PatchFit fit = count >= 3 ? Fit(begin, end, size, level == kLevels) : parent;
+    if (count < kFewestPoints && parent.count > 0.0) fit = Inherit(fit, parent);
+    const bool fine_enough = size <= kPatch || count < kManyPoints;
+    if (level == kLevels || count < kFewestPoints || (fit.planar && fine_enough && in_cell)) {
+      finds_->patches.push_back(static_cast<std::uint32_t>(begin));
+      for (std::size_t k = begin; k < end; ++k) Describe(returns_[keyed_[k].index], fit, &surfaces[k]);
+      return;
+    }
+    const int shift = 3 * (kLevels - 1 - level);
+    for (std::size_t child = begin; child < end;) {
+      std::size_t next = child + 1;
+      while (next < end && keyed_[next].key >> shift == keyed_[child].key >> shift) ++next;
+      Split(child, next, level + 1, fit, in_cell, surfaces);
+      child = next;
+    }
+  }
+
+ private:
+  const MapReturn& At(std::size_t k) const { return returns_[keyed_[k].index]; }
+
+  void AddCell(std::size_t begin, std::size_t end) {
+    MapCell cell;
+    Eigen::AlignedBox3f box;
+    for (std::size_t k = begin; k < end; ++k) box.extend(At(k).position);
+    cell.center = box.center();
+    cell.radius = 0.5f * box.diagonal().norm() + 0.01f;
+    cell.begin = static_cast<std::uint32_t>(begin);
+    cell.end = static_cast<std::uint32_t>(end);
+    finds_->cells.push_back(cell);
+  }
+
+  PatchFit Fit(std::size_t begin, std::size_t end, double size, bool last) {
+    const Eigen::Vector3d anchor = At(begin).position.cast<double>();
+    PointCluster cluster;
+    for (std::size_t k = begin; k < end; ++k) cluster.Add(At(k).position.cast<double>() - anchor);
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(cluster.Covariance());
+    const Eigen::Vector3d deviations = eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+    PatchFit fit;
+    fit.count = cluster.count;
+    fit.center = anchor + cluster.Mean();
+    fit.normal = eigen.eigenvectors().col(0);
+    fit.thickness = deviations[0];
+    fit.squared_cos = 0.0;
+    for (std::size_t k = begin; k < end; ++k) {
+      const double cosine = At(k).beam.normalized().cast<double>().dot(fit.normal);
+      fit.squared_cos += cosine * cosine / fit.count;
+    }
+    // A uniform rectangle's sides are sqrt(12) times its standard deviations.
+    const double area = 12.0 * std::max(deviations[1], 0.02 * size) * std::max(deviations[2], 0.02 * size);
+    fit.spacing = std::sqrt(std::min(area, 2.0 * size * size) / fit.count);
+    const double expected = std::sqrt(fit.squared_cos * range_noise_ * range_noise_ + kFloor * kFloor);
+    fit.planar = fit.count >= kFewestPoints && deviations[1] > 3.0 * deviations[0] &&
+                 (deviations[0] < kThicknessSigmas * expected || last);
+    if (size == kPatch && fit.count >= kManyPoints && deviations[1] > 5.0 * deviations[0] &&
+        fit.squared_cos > 0.25) {
+      finds_->noises.push_back(deviations[0] / std::sqrt(fit.squared_cos));
+    }
+    return fit;
+  }
+
+  // A voxel with few points belongs to the surface around it.
+  static PatchFit Inherit(const PatchFit& few, const PatchFit& parent) {
+    PatchFit fit = parent;
+    if (few.count > 0.0) fit.spacing = std::max(few.spacing, parent.spacing);
+    return fit;
+  }
+
+  void Describe(const MapReturn& r, const PatchFit& fit, ReturnSurface* surface) const {
+    surface->position = r.position;
+    surface->spacing = static_cast<float>(fit.spacing);
+    surface->normal.setZero();
+    if (!fit.planar) return;
+    const double range = r.beam.norm();
+    const Eigen::Vector3d direction = r.beam.cast<double>() / range;
+    const double cosine = fit.normal.dot(direction);
+    const double distance = fit.normal.dot(r.position.cast<double>() - fit.center);
+    const double plane_sigma = fit.thickness / std::sqrt(fit.count) + kFloor;
+    const double expected = std::sqrt(cosine * cosine * range_noise_ * range_noise_ + kFloor * kFloor);
+    if (std::abs(distance) > 3.0 * std::max(expected, fit.thickness)) return;
+    surface->normal = ((cosine > 0.0 ? -1.0 : 1.0) * fit.normal).cast<float>();
+    const double noise = range_noise_ * range_noise_ * cosine * cosine;
+    const double step =
+        distance * cosine / (cosine * cosine + 1e-6) * noise / (noise + plane_sigma * plane_sigma);
+    surface->position = (r.position.cast<double>() - step * direction).cast<float>();
+  }
+
+  const std::vector<MapReturn>& returns_;
+  const std::vector<KeyedReturn>& keyed_;
+  double range_noise_;
+  Finds* finds_;
+};
+
+double MedianOf(std::vector<double>* values, double otherwise) {
+  if (values->empty()) return otherwise;
+  const auto middle = values->begin() + values->size() / 2;
+  std::nth_element(values->begin(), middle, values->end());
+  return *middle;
+}
+
+}  // namespace
+
+MapSurfaces FindSurfaces(const std::vector<MapReturn>& returns) {
+  std::vector<KeyedReturn> keyed(returns.size());
+  ParallelChunks(returns.size(), 256, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      keyed[i] = {VoxelKey(returns[i].position), static_cast<std::uint32_t>(i)};
+    }
+  });
+  tbb::parallel_sort(keyed.begin(), keyed.end());
+  std::vector<std::size_t> roots;
+  for (std::size_t k = 0; k < keyed.size(); ++k) {
+    if (k == 0 || keyed[k].key >> (3 * kLevels) != keyed[k - 1].key >> (3 * kLevels)) roots.push_back(k);
+  }
+  roots.push_back(keyed.size());
+
+  MapSurfaces result;
+  result.surfaces.resize(keyed.size());
+  result.range_noise = 0.02;
+  std::vector<Finds> finds;
+  // The first pass measures the noise that the second one's planes are judged by.
+  for (int pass = 0; pass < 2; ++pass) {
+    finds.assign(roots.size() - 1, {});
+    ParallelFor(finds.size(), [&](std::size_t v) {
+      if (pass == 0 && v % 8 != 0) return;
+      RootVoxel(returns, keyed, result.range_noise, &finds[v])
+          .Split(roots[v], roots[v + 1], 0, {}, false, result.surfaces.data());
+    });
+    if (pass == 1) break;
+    std::vector<double> noises;
+    for (const Finds& f : finds) noises.insert(noises.end(), f.noises.begin(), f.noises.end());
+    result.range_noise = std::clamp(MedianOf(&noises, 0.02), 0.003, 0.1);
+  }
+  for (const Finds& f : finds) {
+    result.cells.insert(result.cells.end(), f.cells.begin(), f.cells.end());
+    result.patches.insert(result.patches.end(), f.patches.begin(), f.patches.end());
+  }
+  result.patches.push_back(static_cast<std::uint32_t>(keyed.size()));
+  result.order.reserve(keyed.size());
+  for (const KeyedReturn& k : keyed) result.order.push_back(k.index);
+  return result;
+}
+
+}  // namespace mlic

@@ -1,0 +1,278 @@
+#include "mlic_core/crossmodal/renderer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "mlic_core/common/parallel.h"
+#include "mlic_core/crossmodal/projection_table.h"
+#include "mlic_core/crossmodal/splat_canvas.h"
+
+namespace mlic {
+namespace {
+
+constexpr float kNearest = 0.3f;        // m: nearer points are the vehicle's own
+constexpr float kSplatSpacings = 0.9f;  // radius of a splat over the spacing of its points
+constexpr float kSplatPixels = 0.8f;    // least radius of a splat, px
+constexpr float kLargestSplat = 40.0f;  // px
+constexpr float kDensity = 1.5f;        // points drawn for each pixel, at most
+constexpr float kBackFacing = 0.1f;     // cosine beyond which a surface shows its other side
+constexpr float kGrazing = 0.06f;       // cosine below which a slope is not believed
+
+// What is worth knowing of a cell before its points are looked at.
+struct CellSummary {
+  float spacing = 0.0f;                              // m, mean
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // mean: shorter than one where normals differ
+};
+
+// T_camera_map at one row, single precision; points are taken relative to the camera before they are turned.
+struct RowPose {
+  Eigen::Matrix3f R_camera_map;
+  Eigen::Vector3f center;  // of the camera, map frame
+};
+
+RowPose RowPoseOf(const RigidTransform& T_map_camera) {
+  return {T_map_camera.rotation.conjugate().toRotationMatrix().cast<float>(),
+          T_map_camera.translation.cast<float>()};
+}
+
+}  // namespace
+
+ViewPose FixedPose(const RigidTransform& T_map_camera) {
+  return {[T_map_camera](double) { return T_map_camera; }, false};
+}
+
+ViewPose PoseOnTrajectory(const SplitSpline& trajectory, const SensorCalibration& camera, double image_time,
+                          double readout, int height) {
+  const double start = image_time + camera.time_offset;
+  const SplitSpline* spline = &trajectory;
+  if (readout == 0.0) return FixedPose(trajectory.Pose(start) * camera.T_imu_sensor);
+  return {[=](double row) { return spline->Pose(start + row / height * readout) * camera.T_imu_sensor; },
+          true};
+}
+
+struct ViewRenderer::Implementation {
+  const IntensityMap& map;
+  CameraIntrinsics intrinsics;
+  RenderOptions options;
+  ProjectionTable table;
+  std::vector<CellSummary> summaries;
+
+  // The view while it is being drawn.
+  struct Drawing {
+    std::vector<RowPose> rows;  // one, or one for each row of a rolling shutter
+    SplatCanvas canvas;
+    std::vector<Splat> splats;
+
+    const RowPose& PoseAt(float row) const {
+      const int last = static_cast<int>(rows.size()) - 1;
+      return rows[std::clamp(static_cast<int>(row + 0.5f), 0, last)];
+    }
+  };
+
+  std::vector<std::uint32_t> VisibleCells(Drawing* drawing, std::vector<float>* shares) const;
+  bool Place(const Drawing& drawing, const SurfacePoint& point, float scale, float* row, Splat* splat) const;
+  void DrawCell(const MapCell& cell, float share, Drawing* drawing) const;
+  RenderedView Finish(const Drawing& drawing) const;
+};
+
+// A cell is left out when it is behind or beside the image, too far, or hidden; shares[c] of the points of
+// the others are enough for their pixels.
+std::vector<std::uint32_t> ViewRenderer::Implementation::VisibleCells(Drawing* drawing,
+                                                                      std::vector<float>* shares) const {
+  std::vector<std::pair<float, std::uint32_t>> visible;
+  shares->assign(map.cells.size(), 1.0f);
+  const float width = static_cast<float>(intrinsics.width), height = static_cast<float>(intrinsics.height);
+  const RowPose& pose = drawing->PoseAt(0.5f * height);
+  for (std::uint32_t c = 0; c < map.cells.size(); ++c) {
+    const MapCell& cell = map.cells[c];
+    const Eigen::Vector3f offset = cell.center - pose.center;
+    const float distance = offset.norm();
+    if (distance - cell.radius > options.farthest) continue;
+    ProjectionTable::Pixel pixel;
+    if (distance < 3.0f * cell.radius) {
+      visible.emplace_back(distance - cell.radius, c);
+      continue;
+    }
+    if (!table.Project(pose.R_camera_map * offset, distance, &pixel)) {
+      // Its center is outside of what the camera sees, but its border may be inside.
+      if (distance < 10.0f * cell.radius) visible.emplace_back(distance - cell.radius, c);
+      continue;
+    }
+    const float per_metre = 0.5f * (1.0f + pixel.qx * pixel.qx + pixel.qy * pixel.qy) / distance;
+    const float area = std::abs(pixel.u_x * pixel.v_y - pixel.u_y * pixel.v_x) * per_metre * per_metre;
+    const float radius = 2.0f * std::sqrt(area) * cell.radius + 2.0f;
+    if (pixel.u < -radius || pixel.v < -radius || pixel.u > width + radius || pixel.v > height + radius)
+      continue;
+    visible.emplace_back(distance - cell.radius, c);
+    const CellSummary& summary = summaries[c];
+    const float facing = std::abs(summary.normal.dot(offset)) / distance + 1.0f - summary.normal.norm();
+    const float pixels = area * summary.spacing * summary.spacing * std::min(1.0f, facing);
+    (*shares)[c] = std::min(1.0f, kDensity * pixels);
+  }
+  std::sort(visible.begin(), visible.end());
+  std::vector<std::uint32_t> cells;
+  cells.reserve(visible.size());
+  for (const auto& entry : visible) cells.push_back(entry.second);
+  return cells;
+}
+
+// The ellipse of a point's disc. With q the stereographic plane, A = d pixel / d q and Q = d q / d p: the
+// disc's covariance in pixels is rho^2 (J J^T - J n n^T J^T), J = A Q, and Q Q^T = K^2 I as q is conformal.
+// The range's slope keeps to the disc's plane: -A^-T Q n / (K^2 n.d).
+bool ViewRenderer::Implementation::Place(const Drawing& drawing, const SurfacePoint& point, float scale,
+                                         float* row, Splat* splat) const {
+  ProjectionTable::Pixel pixel;
+  const RowPose* pose = &drawing.PoseAt(*row);
+  Eigen::Vector3f p = pose->R_camera_map * (point.position - pose->center);
+  float range = p.norm();
+  if (range < kNearest || range > options.farthest || !table.Project(p, range, &pixel)) return false;
+  if (drawing.rows.size() > 1) {
+    // The row changes the pose, which changes the row: by far less than it itself changed.
+    for (int i = 0; i < 2; ++i) {
+      pose = &drawing.PoseAt(pixel.v);
+      p = pose->R_camera_map * (point.position - pose->center);
+      range = p.norm();
+      if (!table.Project(p, range, &pixel)) return false;
+    }
+    *row = pixel.v;
+  }
+  const Eigen::Vector3f n = pose->R_camera_map * point.normal, d = p / range;
+  const float cosine = n.dot(d);
+  if (cosine > kBackFacing) return false;
+  splat->u = pixel.u, splat->v = pixel.v, splat->r = range;
+  const float s = 1.0f / (range + p.z()),
+              K = 0.5f * (1.0f + pixel.qx * pixel.qx + pixel.qy * pixel.qy) / range;
+  const float along = (cosine + n.z()) * s;
+  const float Qn_x = n.x() * s - pixel.qx * along, Qn_y = n.y() * s - pixel.qy * along;
+  const float Jn_x = pixel.u_x * Qn_x + pixel.u_y * Qn_y, Jn_y = pixel.v_x * Qn_x + pixel.v_y * Qn_y;
+  const float rho = kSplatSpacings * scale * point.spacing, rho2 = rho * rho, K2 = K * K;
+  float m_xx = rho2 * (K2 * (pixel.u_x * pixel.u_x + pixel.u_y * pixel.u_y) - Jn_x * Jn_x);
+  float m_xy = rho2 * (K2 * (pixel.u_x * pixel.v_x + pixel.u_y * pixel.v_y) - Jn_x * Jn_y);
+  float m_yy = rho2 * (K2 * (pixel.v_x * pixel.v_x + pixel.v_y * pixel.v_y) - Jn_y * Jn_y);
+  const float shrink = std::min(1.0f, kLargestSplat * kLargestSplat / (m_xx + m_yy + 1e-6f));
+  m_xx = m_xx * shrink + kSplatPixels * kSplatPixels;
+  m_yy = m_yy * shrink + kSplatPixels * kSplatPixels;
+  m_xy *= shrink;
+  const float inverse = 1.0f / (m_xx * m_yy - m_xy * m_xy);
+  splat->xx = m_yy * inverse, splat->xy = -m_xy * inverse, splat->yy = m_xx * inverse;
+  splat->half_width = std::sqrt(m_xx), splat->half_height = std::sqrt(m_yy);
+  const float slope =
+      -1.0f / (K2 * std::min(cosine, -kGrazing) * (pixel.u_x * pixel.v_y - pixel.u_y * pixel.v_x));
+  splat->gx = slope * (pixel.v_y * Qn_x - pixel.v_x * Qn_y);
+  splat->gy = slope * (pixel.u_x * Qn_y - pixel.u_y * Qn_x);
+  return splat->u > -splat->half_width && splat->v > -splat->half_height &&
+         splat->u < intrinsics.width - 1 + splat->half_width &&
+         splat->v < intrinsics.height - 1 + splat->half_height;
+}
+
+void ViewRenderer::Implementation::DrawCell(const MapCell& cell, float share, Drawing* drawing) const {
+  const std::uint32_t all = cell.end - cell.begin;
+  const std::uint32_t count = std::min(all, static_cast<std::uint32_t>(std::ceil(share * all)));
+  const float scale = std::sqrt(static_cast<float>(all) / static_cast<float>(count));
+  float row = 0.5f * intrinsics.height;
+  for (std::uint32_t k = cell.begin; k < cell.begin + count; ++k) {
+    Splat splat;
+    if (!Place(*drawing, map.points[k], scale, &row, &splat)) continue;
+    if (drawing->canvas.IsHidden(splat.u, splat.v, splat.r, SplatCanvas::Tolerance(splat))) continue;
+    splat.point = k;
+    drawing->splats.push_back(splat);
+    drawing->canvas.DrawRange(splat);
+  }
+}
+
+RenderedView ViewRenderer::Implementation::Finish(const Drawing& drawing) const {
+  RenderedView view;
+  const cv::Size size(intrinsics.width, intrinsics.height);
+  view.intensity = cv::Mat(size, CV_32F, cv::Scalar(std::numeric_limits<float>::quiet_NaN()));
+  view.depth = cv::Mat::zeros(size, CV_32F);
+  view.normal = cv::Mat::zeros(size, CV_32FC3);
+  view.point = cv::Mat(size, CV_32S, cv::Scalar(-1));
+  const std::vector<SplatCanvas::Sum>& sums = drawing.canvas.sums();
+  for (int row = 0; row < size.height; ++row) {
+    for (int column = 0; column < size.width; ++column) {
+      const SplatCanvas::Sum& sum = sums[static_cast<std::size_t>(row) * size.width + column];
+      if (sum.best < 0) continue;
+      view.intensity.at<float>(row, column) = sum.brightness / sum.weight;
+      view.depth.at<float>(row, column) = sum.range / sum.weight;
+      const Eigen::Vector3f& n = map.points[sum.best].normal;
+      view.normal.at<cv::Vec3f>(row, column) = cv::Vec3f(n.x(), n.y(), n.z());
+      view.point.at<std::int32_t>(row, column) = sum.best;
+    }
+  }
+  return view;
+}
+
+ViewRenderer::ViewRenderer(const IntensityMap& map, const CameraIntrinsics& intrinsics,
+                           const RenderOptions& options) {
+  std::vector<CellSummary> summaries(map.cells.size());
+  ParallelFor(map.cells.size(), [&](std::size_t c) {
+    const MapCell& cell = map.cells[c];
+    const float share = 1.0f / static_cast<float>(cell.end - cell.begin);
+    for (std::uint32_t k = cell.begin; k < cell.end; ++k) {
+      summaries[c].spacing += share * map.points[k].spacing;
+      summaries[c].normal += share * map.points[k].normal;
+    }
+  });
+  implementation_.reset(
+      new Implementation{map, intrinsics, options, ProjectionTable(intrinsics), std::move(summaries)});
+}
+
+ViewRenderer::~ViewRenderer() = default;
+
+RenderedView ViewRenderer::Render(const ViewPose& pose) const {
+  const Implementation& self = *implementation_;
+  Implementation::Drawing drawing{{}, SplatCanvas(self.intrinsics.width, self.intrinsics.height), {}};
+  if (pose.rolling) {
+    for (int row = 0; row < self.intrinsics.height; ++row)
+      drawing.rows.push_back(RowPoseOf(pose.T_map_camera(row)));
+  } else {
+    drawing.rows.push_back(RowPoseOf(pose.T_map_camera(0.0)));
+  }
+  std::vector<float> shares;
+  for (const std::uint32_t c : self.VisibleCells(&drawing, &shares))
+    self.DrawCell(self.map.cells[c], shares[c], &drawing);
+  for (const Splat& splat : drawing.splats) {
+    drawing.canvas.DrawBrightness(splat, self.map.points[splat.point].intensity);
+  }
+  return self.Finish(drawing);
+}
+
+std::vector<RenderedView> RenderViews(const IntensityMap& map, const CameraIntrinsics& intrinsics,
+                                      const std::vector<ViewPose>& poses, const RenderOptions& options) {
+  const ViewRenderer renderer(map, intrinsics, options);
+  std::vector<RenderedView> views(poses.size());
+  ParallelFor(poses.size(), [&](std::size_t i) { views[i] = renderer.Render(poses[i]); });
+  return views;
+}
+
+bool SurfaceAt(const RenderedView& view, const CameraIntrinsics& intrinsics, const ViewPose& pose,
+               const Eigen::Vector2d& pixel, Eigen::Vector3d* position) {
+  const int column = static_cast<int>(std::floor(pixel.x())), row = static_cast<int>(std::floor(pixel.y()));
+  const int nearest_column = static_cast<int>(std::lround(pixel.x())),
+            nearest_row = static_cast<int>(std::lround(pixel.y()));
+  if (nearest_column < 0 || nearest_row < 0 || nearest_column >= intrinsics.width ||
+      nearest_row >= intrinsics.height || !view.IsSeen(nearest_column, nearest_row)) {
+    return false;
+  }
+  const double nearest = view.depth.at<float>(nearest_row, nearest_column);
+  const double a = pixel.x() - column, b = pixel.y() - row;
+  double weights = 0.0, depths = 0.0;
+  for (int j = 0; j < 2; ++j) {
+    for (int i = 0; i < 2; ++i) {
+      const int x = column + i, y = row + j;
+      if (x < 0 || y < 0 || x >= intrinsics.width || y >= intrinsics.height || !view.IsSeen(x, y)) continue;
+      const double depth = view.depth.at<float>(y, x);
+      if (std::abs(depth - nearest) > 0.05 + 0.03 * nearest) continue;  // of another surface
+      const double weight = (i == 0 ? 1.0 - a : a) * (j == 0 ? 1.0 - b : b) + 1e-9;
+      weights += weight;
+      depths += weight * depth;
+    }
+  }
+  Eigen::Vector3d bearing;
+  if (!Unproject(intrinsics, pixel, &bearing)) return false;
+  *position = pose.T_map_camera(pixel.y()) * (depths / weights * bearing);
+  return true;
+}
+
+}  // namespace mlic
