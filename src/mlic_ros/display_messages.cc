@@ -38,15 +38,6 @@ std_msgs::ColorRGBA ColourOf(const Eigen::Vector3d& normal) {
   return colour;
 }
 
-sensor_msgs::PointField MakeField(const std::string& name, std::uint32_t offset, std::uint8_t type) {
-  sensor_msgs::PointField field;
-  field.name = name;
-  field.offset = offset;
-  field.datatype = type;
-  field.count = 1;
-  return field;
-}
-
 SensorStatus MakeStatus(const std::string& name, const std::string& frame,
                         const SensorCalibration& calibration, const PoseSigma* sigma) {
   SensorStatus status;
@@ -90,6 +81,15 @@ geometry_msgs::TransformStamped MakeFrame(const std::string& parent, const std::
 std::string FrameName(const std::string& frame, const std::string& fallback) {
   const std::string name = !frame.empty() && frame.front() == '/' ? frame.substr(1) : frame;
   return name.empty() ? fallback : name;
+}
+
+sensor_msgs::PointField MakeField(const std::string& name, std::uint32_t offset, std::uint8_t type) {
+  sensor_msgs::PointField field;
+  field.name = name;
+  field.offset = offset;
+  field.datatype = type;
+  field.count = 1;
+  return field;
 }
 
 visualization_msgs::MarkerArray MakePlaneMarkers(const std::vector<PlanePatch>& planes,

@@ -26,7 +26,7 @@ void ReplaceResults(const fs::path& directory, const std::function<void(const fs
     write(partial.path);
     for (const char* name :
          {"calibration.yaml", "static_transforms.launch", "sensors.urdf.xacro", "camera_info",
-          "kalibr_camchain.yaml", "trajectory.tum", "map.pcd", "report.html"}) {
+          "kalibr_camchain.yaml", "trajectory.tum", "map.pcd", "report.html", "images"}) {
       fs::remove_all(directory / name);
     }
     for (const fs::directory_entry& entry : fs::directory_iterator(partial.path)) {

@@ -6,17 +6,21 @@
 
 #include <algorithm>
 
+#include "mlic_core/io/track_picture.h"
+#include "mlic_ros/display_cameras.h"
 #include "mlic_ros/display_messages.h"
 
 namespace mlic {
 namespace {
 
 constexpr double kSecondsBetweenProgress = 0.1;
+constexpr int kTileWidth = 640;  // px, of each camera in /mlic/tracks
 
 }  // namespace
 
 RosDisplay::RosDisplay(ros::NodeHandle& node)
-    : voxel_map_(node.advertise<visualization_msgs::MarkerArray>("/mlic/voxel_map", 1, true)),
+    : node_(node),
+      voxel_map_(node.advertise<visualization_msgs::MarkerArray>("/mlic/voxel_map", 1, true)),
       voxel_map_points_(node.advertise<sensor_msgs::PointCloud2>("/mlic/voxel_map_points", 1, true)),
       trajectory_(node.advertise<nav_msgs::Path>("/mlic/trajectory", 1, true)),
       status_publisher_(node.advertise<Status>("/mlic/status", 1, true)) {
@@ -46,6 +50,30 @@ void RosDisplay::OnMessage(const std::string& line) { ROS_DEBUG_STREAM(line); }
 void RosDisplay::OnRig(const Rig& rig) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!rig.imu.frame_id.empty()) imu_frame_ = FrameName(rig.imu.frame_id, "imu");
+  if (rig.cameras.empty()) return;
+  landmarks_ = node_.advertise<sensor_msgs::PointCloud2>("/mlic/landmarks", 1, true);
+  cameras_ = node_.advertise<visualization_msgs::MarkerArray>("/mlic/cameras", 1, true);
+  all_tracks_ = node_.advertise<sensor_msgs::Image>("/mlic/tracks", 1, true);
+  for (const CameraConfig& camera : rig.cameras) {
+    const std::string topic = "/mlic/" + TopicPart(camera.name) + "/tracks";
+    tracks_[camera.name] = node_.advertise<sensor_msgs::Image>(topic, 1, true);
+  }
+}
+
+void RosDisplay::PublishTracks(const std::vector<CameraView>& views) {
+  const ros::Time now = ros::Time::now();
+  std::vector<cv::Mat> pictures;
+  for (const CameraView& view : views) {
+    const auto publisher = tracks_.find(view.camera);
+    if (publisher == tracks_.end()) continue;
+    Photo& photo = photos_[view.camera];
+    if (photo.pixels.empty() || photo.image != view.image) {
+      photo = {view.image, view.images->Load(view.image)};
+    }
+    pictures.push_back(DrawTracks(photo.pixels, view));
+    publisher->second.publish(MakeImage(pictures.back(), view.camera, now));
+  }
+  if (!pictures.empty()) all_tracks_.publish(MakeImage(TilePictures(pictures, kTileWidth), "map", now));
 }
 
 void RosDisplay::PublishFrames(const std::vector<SensorStatus>& sensors,
@@ -66,6 +94,9 @@ void RosDisplay::OnSnapshot(const CalibrationSnapshot& snapshot) {
   if (!snapshot.planes.empty()) voxel_map_.publish(MakePlaneMarkers(snapshot.planes, now));
   if (!snapshot.points.empty()) voxel_map_points_.publish(MakeMapCloud(snapshot.points, now));
   if (!snapshot.trajectory.empty()) trajectory_.publish(MakePath(snapshot.trajectory, now));
+  if (!snapshot.landmarks.empty()) landmarks_.publish(MakeLandmarkCloud(snapshot.landmarks, now));
+  if (!snapshot.intrinsics.empty()) cameras_.publish(MakeFrustumMarkers(snapshot));
+  PublishTracks(snapshot.views);
   const std::lock_guard<std::mutex> lock(mutex_);
   status_.stage = snapshot.stage;
   status_.iteration = snapshot.iteration;
@@ -81,6 +112,7 @@ void RosDisplay::OnResult(const CalibrationResult& result) {
   const std::vector<StampedPose>& path = result.trajectories.empty() ? kNoPath : result.trajectories.front();
   if (!result.map.empty()) voxel_map_points_.publish(MakeMapCloud(result.map, now));
   if (!path.empty()) trajectory_.publish(MakePath(path, now));
+  PublishTracks(result.views);
   const std::lock_guard<std::mutex> lock(mutex_);
   status_.state = result.trusted ? Status::TRUSTED : Status::REFUSED;
   status_.stage = "done";

@@ -4,7 +4,9 @@
 #include <tf2_ros/static_transform_broadcaster.h>
 
 #include <chrono>
+#include <map>
 #include <mutex>
+#include <opencv2/core/mat.hpp>
 #include <string>
 #include <vector>
 
@@ -15,8 +17,8 @@ namespace mlic {
 
 // Publishes the calibration as it converges, latched: /mlic/voxel_map (MarkerArray), /mlic/voxel_map_points
 // (PointCloud2), /mlic/trajectory (Path), /mlic/status (Status), and the frames map -> IMU (at the end of the
-// path)
-// -> sensors on /tf_static.
+// path) -> sensors on /tf_static. With cameras also /mlic/landmarks (PointCloud2), /mlic/cameras
+// (MarkerArray), /mlic/NAME/tracks (Image) of each camera and /mlic/tracks (Image) of all in one.
 class RosDisplay : public JobObserver {
  public:
   explicit RosDisplay(ros::NodeHandle& node);
@@ -32,9 +34,20 @@ class RosDisplay : public JobObserver {
  private:
   void PublishStatus();
   void PublishFrames(const std::vector<SensorStatus>& sensors, const std::vector<StampedPose>& trajectory);
+  void PublishTracks(const std::vector<CameraView>& views);
+
+  // A camera's photo under its tracks, kept for as long as the same one is shown.
+  struct Photo {
+    std::size_t image = 0;
+    cv::Mat pixels;
+  };
 
   std::mutex mutex_;  // progress comes from any thread
+  ros::NodeHandle node_;
   ros::Publisher voxel_map_, voxel_map_points_, trajectory_, status_publisher_;
+  ros::Publisher landmarks_, cameras_, all_tracks_;  // of a rig with cameras
+  std::map<std::string, ros::Publisher> tracks_;     // by camera
+  std::map<std::string, Photo> photos_;              // by camera
   tf2_ros::StaticTransformBroadcaster broadcaster_;
   Status status_;
   std::string imu_frame_ = "imu";

@@ -9,6 +9,8 @@
 #include "mlic_core/io/report.h"
 #include "mlic_core/io/result_file.h"
 #include "mlic_core/io/static_transforms.h"
+#include "mlic_core/io/text_file.h"
+#include "mlic_core/io/track_picture.h"
 #include "mlic_core/io/trajectory_file.h"
 #include "mlic_core/io/urdf.h"
 
@@ -25,12 +27,21 @@ std::string TrajectoryName(std::size_t drive) {
 void RemoveEarlierResults(const fs::path& directory) {
   std::error_code error;
   for (const char* name : {"calibration.yaml", "static_transforms.launch", "sensors.urdf.xacro",
-                           "kalibr_camchain.yaml", "camera_info", "report.html", "map.pcd"}) {
+                           "kalibr_camchain.yaml", "camera_info", "report.html", "map.pcd", "images"}) {
     fs::remove_all(directory / name, error);
     if (error) throw InputError((directory / name).string() + ": cannot be replaced: " + error.message());
   }
   for (std::size_t drive = 0; fs::remove(directory / TrajectoryName(drive), error); ++drive) {
   }
+}
+
+// camera,stamp: the images whose features took part, stamps in nanoseconds as in the messages.
+std::string KeyframesCsv(const std::vector<CameraKeyframes>& keyframes) {
+  std::string csv = "camera,stamp_ns\n";
+  for (const CameraKeyframes& camera : keyframes) {
+    for (const TimeNs stamp : camera.stamps) csv += camera.camera + "," + std::to_string(stamp) + "\n";
+  }
+  return csv;
 }
 
 }  // namespace
@@ -45,6 +56,10 @@ void WriteResults(const fs::path& directory, const CalibrationResult& result) {
     WriteTrajectoryFile(directory / TrajectoryName(drive), result.trajectories[drive]);
   }
   if (!result.map.empty()) WritePointCloudFile(directory / "map.pcd", result.map);
+  WriteTrackPictures(directory / "images", result.views);
+  if (!result.keyframes.empty()) {
+    WriteFileAtomically(directory / "images" / "keyframes.csv", KeyframesCsv(result.keyframes));
+  }
   WriteReport(directory / "report.html", result);
   if (result.trusted) {
     WriteStaticTransforms(directory / "static_transforms.launch", result);
