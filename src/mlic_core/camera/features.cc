@@ -20,6 +20,8 @@ constexpr float kSiftShift = 0.25f;
 // OpenCV's KeyPoint::size is the diameter 2 * sigma.
 constexpr float kSigmaOfSize = 0.5f;
 
+}  // namespace
+
 cv::Mat AllowedPixels(const cv::Mat& mask, const cv::Size& size, int border) {
   cv::Mat allowed(size, CV_8UC1, cv::Scalar(0));
   const cv::Rect inner(border, border, size.width - 2 * border, size.height - 2 * border);
@@ -33,8 +35,6 @@ cv::Mat AllowedPixels(const cv::Mat& mask, const cv::Size& size, int border) {
   }
   return allowed;
 }
-
-}  // namespace
 
 std::vector<int> SpreadOverImage(const std::vector<Eigen::Vector2f>& pixels, const std::vector<float>& scores,
                                  int width, int height, int grid, int most) {

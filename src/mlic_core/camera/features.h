@@ -17,6 +17,7 @@ struct FeatureSet {
   int descriptor_size = 0;
   std::vector<std::uint8_t> descriptors;  // classical: descriptor_size bytes for each feature
   std::vector<float> float_descriptors;   // learned: descriptor_size numbers for each feature
+  int width = 0, height = 0;              // learned: px, of the image
 
   std::size_t Count() const { return pixels.size(); }
 };
@@ -31,6 +32,9 @@ struct FeatureOptions {
 // SIFT (Lowe, 2004) of a gray image (CV_8UC1), spread over the image by a grid. mask: CV_8UC1, 0 is left out;
 // may be empty. Deterministic.
 FeatureSet DetectSift(const cv::Mat& gray, const cv::Mat& mask, const FeatureOptions& options);
+
+// The pixels of an image (255, others 0) that are `border` px away from its edge and from masked pixels.
+cv::Mat AllowedPixels(const cv::Mat& mask, const cv::Size& size, int border);
 
 // Indices of at most `most` of the points, the best of each cell of a grid first: every cell gives its best
 // one, then every cell its second, and so on. In order of index.
