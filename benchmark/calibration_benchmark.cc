@@ -105,7 +105,8 @@ std::vector<Errors> RunOnce(const Case& test, double duration, std::uint64_t see
   Refinement refinement(rig, dataset, std::move(start), never, nobody);
   if (rig.lidars.size() > 1) refinement.AdjustEachLidar([](double) {}, [](const std::string&) {});
   record(refinement.state());
-  refinement.AdjustJointly([](double) {}, [](const std::string&) {});
+  refinement.AdjustJointly(
+      0.1, [](double) {}, [](const std::string&) {});
   record(refinement.state());
   return stages;
 }

@@ -1,6 +1,7 @@
 // calibrate --rig RIG.yaml --bag FILE.bag [--bag MORE.bag] --output DIR: from recording to calibration,
 // without a ROS master. Exit statuses: see program.h.
 #include <cstdio>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -10,7 +11,8 @@
 
 int main(int argc, char** argv) {
   mlic::JobOptions options;
-  CLI::App app("Calibrates the LiDARs and the IMU of a rig from one recorded drive", "calibrate");
+  CLI::App app("Calibrates the LiDARs, the cameras and the IMU of a rig from one recorded drive",
+               "calibrate");
   std::string rig, output;
   std::vector<std::string> bags;
   app.add_option("--rig", rig, "rig file")->required();
@@ -18,6 +20,12 @@ int main(int argc, char** argv) {
   app.add_option("--output", output, "directory for the results, made if needed")->required();
   app.add_option("--start", options.load.start, "leave out the first seconds");
   app.add_option("--duration", options.load.duration, "use no more than this many seconds");
+  const std::map<std::string, mlic::IntrinsicsStart> starts{
+      {"trajectory", mlic::IntrinsicsStart::kTrajectory}, {"colmap", mlic::IntrinsicsStart::kColmap}};
+  app.add_option(
+         "--intrinsics", options.calibration.intrinsics,
+         "where the intrinsics start of cameras with nothing but fov_deg: on the trajectory, or COLMAP")
+      ->transform(CLI::CheckedTransformer(starts, CLI::ignore_case));
   app.add_option("--threads", options.threads, "threads to use; by default all cores")
       ->check(CLI::Range(0, 1024));
   app.add_flag("--fresh", options.fresh, "do the work even where DIR holds the results of the same inputs");

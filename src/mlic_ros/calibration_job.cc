@@ -64,17 +64,14 @@ JobOutcome Run(const JobOptions& options, const Rig& rig_file, const Cancellatio
   load.rig_directory = options.rig.parent_path();
   const Dataset dataset = LoadDataset(rig_file, options.bags, load, report, cancellation, log);
   const Rig rig = WithMessageFrames(rig_file, report);
-  if (!rig.cameras.empty()) {
-    report.warnings.push_back(
-        std::to_string(rig.cameras.size()) +
-        " camera(s) of the rig file are left out: only LiDARs and the IMU are calibrated");
-  }
   for (const std::string& line : report.lines) log.Line(line);
   for (const std::string& line : report.warnings) log.Warning("warning: " + line);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   log.OnRig(rig);
 
-  CalibrationResult result = Calibrate(rig, dataset, cancellation, log, stages);
+  CalibrationOptions calibration = options.calibration;
+  calibration.colmap_directory = options.output / "stages" / "colmap";
+  CalibrationResult result = Calibrate(rig, dataset, cancellation, log, stages, calibration);
   result.stages.insert(result.stages.begin(), LoadingSummary(report, seconds));
   result.warnings.insert(result.warnings.begin(), report.warnings.begin(), report.warnings.end());
   cancellation.ThrowIfCancelled();

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "mlic_core/calibration/observer.h"
+#include "mlic_core/calibration/options.h"
 #include "mlic_core/calibration/result.h"
 #include "mlic_core/sensors/rig.h"
 #include "mlic_ros/bag_loader.h"
@@ -16,6 +17,7 @@ struct JobOptions {
   std::vector<std::filesystem::path> bags;
   std::filesystem::path output;  // directory
   LoadOptions load;
+  CalibrationOptions calibration;
   int threads = 0;     // 0: one for each core
   bool fresh = false;  // do the work even where a finished run of the same inputs left its results
 };

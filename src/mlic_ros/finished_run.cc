@@ -81,6 +81,8 @@ std::string InputKey(const JobOptions& options) {
   }
   Hash(std::to_string(options.load.start), hash);
   Hash(options.load.duration ? std::to_string(*options.load.duration) : "all", hash);
+  Hash(std::to_string(static_cast<int>(options.calibration.intrinsics)), hash);
+  if (options.calibration.matcher) Hash(options.calibration.matcher->Name(), hash);
   std::ostringstream text;
   text << std::hex << hash;
   return text.str();

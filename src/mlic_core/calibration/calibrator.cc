@@ -1,67 +1,36 @@
 #include "mlic_core/calibration/calibrator.h"
 
-#include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 
 #include "mlic_core/calibration/association.h"
+#include "mlic_core/calibration/camera_stages.h"
 #include "mlic_core/calibration/initialization.h"
 #include "mlic_core/calibration/joint_problem.h"
 #include "mlic_core/calibration/observability.h"
 #include "mlic_core/calibration/refinement.h"
 #include "mlic_core/calibration/result_assembly.h"
+#include "mlic_core/calibration/stage_clock.h"
+#include "mlic_core/calibration/visual_initialization.h"
 
 namespace mlic {
 namespace {
 
-// Times one stage and passes its progress and lines on.
-class StageClock {
- public:
-  StageClock(std::string name, CalibrationObserver& observer, CalibrationResult* result)
-      : observer_(observer), result_(result), start_(std::chrono::steady_clock::now()) {
-    summary_.name = std::move(name);
-    observer_.OnProgress(summary_.name, 0.0);
-  }
-  ~StageClock() {
-    summary_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-    result_->stages.push_back(summary_);
-  }
-  void Line(const std::string& line) {
-    summary_.lines.push_back(line);
-    observer_.OnMessage(summary_.name + ": " + line);
-  }
-  void Progress(double fraction) { observer_.OnProgress(summary_.name, fraction); }
-  // lines: what an earlier run said, for the report.
-  void TakeOver(const std::vector<std::string>& lines, const std::string& how_far = "") {
-    summary_.lines = lines;
-    Line("taken over from an earlier run" + how_far);
-  }
-  const std::vector<std::string>& lines() const { return summary_.lines; }
-
- private:
-  CalibrationObserver& observer_;
-  CalibrationResult* result_;
-  std::chrono::steady_clock::time_point start_;
-  StageSummary summary_;
-};
-
-std::vector<DriveOdometry> OdometryStage(const Rig& rig, const Dataset& dataset,
-                                         const CancellationToken& cancellation, CalibrationObserver& observer,
-                                         StageStore& store, CalibrationResult* result) {
-  StageClock stage("LiDAR odometry", observer, result);
+std::vector<DriveOdometry> OdometryStage(const StageContext& context) {
+  StageClock stage("LiDAR odometry", context);
+  const Rig& rig = context.rig;
   std::vector<DriveOdometry> odometry;
-  const double share = 1.0 / static_cast<double>(dataset.drives.size());
-  for (const Drive& drive : dataset.drives) {
+  const double share = 1.0 / static_cast<double>(context.dataset.drives.size());
+  for (const Drive& drive : context.dataset.drives) {
     const double done = share * static_cast<double>(odometry.size());
     const std::string name = "odometry_" + std::to_string(odometry.size() + 1);
     DriveOdometry of_drive;
-    if (store.Load(name, &of_drive)) {
+    if (context.store.Load(name, &of_drive)) {
       stage.TakeOver(stage.lines());
     } else {
-      of_drive =
-          RunDriveOdometry(rig, drive, cancellation, [&](double f) { stage.Progress(done + share * f); });
-      store.Save(name, of_drive);
+      of_drive = RunDriveOdometry(rig, drive, context.cancellation,
+                                  [&](double f) { stage.Progress(done + share * f); });
+      context.store.Save(name, of_drive);
     }
     odometry.push_back(std::move(of_drive));
     for (std::size_t l = 0; l < rig.lidars.size(); ++l) {
@@ -76,17 +45,15 @@ std::vector<DriveOdometry> OdometryStage(const Rig& rig, const Dataset& dataset,
   return odometry;
 }
 
-Initialization InitializationStage(const Rig& rig, const Dataset& dataset,
-                                   const std::vector<DriveOdometry>& odometry,
-                                   const CancellationToken& cancellation, CalibrationObserver& observer,
-                                   StageStore& store, CalibrationResult* result) {
-  StageClock stage("initialisation", observer, result);
+template <typename Make>
+Initialization InitializationStage(const StageContext& context, const Make& make) {
+  StageClock stage("initialisation", context);
   Initialization start;
-  if (store.Load("initialisation", &start)) {
+  if (context.store.Load("initialisation", &start)) {
     stage.TakeOver({});
   } else {
-    start = Initialize(rig, dataset, odometry, cancellation);
-    store.Save("initialisation", start);
+    start = make();
+    context.store.Save("initialisation", start);
   }
   for (const std::string& note : start.notes) stage.Line(note);
   for (const std::string& problem : start.problems) stage.Line(problem);
@@ -99,33 +66,97 @@ void Keep(const Refinement& refinement, const StageClock& stage, const std::stri
   store.Save(name, progress);
 }
 
-void LidarAdjustmentStage(CalibrationObserver& observer, StageStore& store, CalibrationResult* result,
-                          Refinement* refinement) {
+void LidarAdjustmentStage(const StageContext& context, Refinement* refinement) {
   constexpr const char* kName = "lidar_adjustment";
-  StageClock stage("plane adjustment of each LiDAR", observer, result);
+  StageClock stage("plane adjustment of each LiDAR", context);
   RefinementProgress kept;
-  if (store.Load(kName, &kept)) {
+  if (context.store.Load(kName, &kept)) {
     refinement->Restore(kept);
     stage.TakeOver(kept.lines);
     return;
   }
   refinement->AdjustEachLidar([&](double fraction) { stage.Progress(fraction); },
                               [&](const std::string& line) { stage.Line(line); });
-  Keep(*refinement, stage, kName, store);
+  Keep(*refinement, stage, kName, context.store);
 }
 
-void JointAdjustmentStage(CalibrationObserver& observer, StageStore& store, CalibrationResult* result,
-                          Refinement* refinement) {
-  constexpr const char* kName = "joint_adjustment";
-  StageClock stage("joint adjustment", observer, result);
+// last: no other adjustment follows, so that it goes on until the calibration stands still.
+void JointAdjustmentStage(const StageContext& context, const std::string& name, const std::string& file,
+                          bool last, Refinement* refinement) {
+  StageClock stage(name, context);
   RefinementProgress kept;
-  if (store.Load(kName, &kept)) {
+  if (context.store.Load(file, &kept)) {
     refinement->Restore(kept);
     stage.TakeOver(kept.lines, " up to round " + std::to_string(kept.rounds));
   }
-  refinement->AdjustJointly([&](double fraction) { stage.Progress(fraction); },
-                            [&](const std::string& line) { stage.Line(line); },
-                            [&] { Keep(*refinement, stage, kName, store); });
+  const auto line = [&](const std::string& text) { stage.Line(text); };
+  refinement->AdjustJointly(
+      last ? 0.1 : 1.0, [&](double fraction) { stage.Progress(fraction); }, line,
+      [&] { Keep(*refinement, stage, file, context.store); });
+  if (last) refinement->MeasureCorrelation(line);
+}
+
+void CameraStages(const StageContext& context, std::vector<CameraStart> start,
+                  const std::vector<ImageFeatures>& features, const std::vector<TrackSet>& tracks,
+                  Refinement* refinement) {
+  CameraInitialization cameras = CameraInitializationStage(context, start, tracks, refinement->state());
+  context.result->reasons.insert(context.result->reasons.end(), cameras.problems.begin(),
+                                 cameras.problems.end());
+  CalibrationState state = refinement->state();
+  state.cameras = cameras.cameras;
+  refinement->AddCameras(cameras, SharedTrackStage(context, state, features));
+  JointAdjustmentStage(context, "joint adjustment with cameras", "joint_adjustment_cameras", true,
+                       refinement);
+}
+
+// The LiDARs first, then the cameras on their trajectory, then all.
+void CalibrateFromLidars(const StageContext& context) {
+  const auto odometry = OdometryStage(context);
+  Initialization start = InitializationStage(
+      context, [&] { return Initialize(context.rig, context.dataset, odometry, context.cancellation); });
+  CalibrationResult* result = context.result;
+  if (start.state.drives.size() < context.dataset.drives.size()) {
+    result->reasons = start.problems;
+    return FinishRefused(result);
+  }
+  result->warnings = start.problems;
+  const bool cameras = !context.rig.cameras.empty();
+  Refinement refinement(context.rig, context.dataset, std::move(start), context.cancellation,
+                        context.observer);
+  if (context.rig.lidars.size() > 1) LidarAdjustmentStage(context, &refinement);
+  JointAdjustmentStage(context, "joint adjustment", "joint_adjustment", !cameras, &refinement);
+  if (cameras) {
+    std::vector<CameraStart> intrinsics = StartFromRig(context.rig, context.dataset);
+    const auto features = FeatureStage(context, intrinsics, refinement.state());
+    const auto tracks = TrackStage(context, intrinsics, features);
+    ColmapStage(context, tracks, &intrinsics);
+    CameraStages(context, intrinsics, features, tracks, &refinement);
+  }
+  AssembleResult(context.rig, context.dataset, refinement, result);
+}
+
+// The trajectory comes from the cameras themselves and the IMU.
+void CalibrateFromCameras(const StageContext& context) {
+  std::vector<CameraStart> intrinsics = StartFromRig(context.rig, context.dataset);
+  const auto features = FeatureStage(context, intrinsics, {});
+  const auto tracks = TrackStage(context, intrinsics, features);
+  ColmapStage(context, tracks, &intrinsics);
+  Initialization start = InitializationStage(context, [&] {
+    return InitializeFromCameras(context.rig, context.dataset, intrinsics, tracks, context.cancellation);
+  });
+  CalibrationResult* result = context.result;
+  if (start.state.drives.size() < context.dataset.drives.size()) {
+    result->reasons = start.problems;
+    return FinishRefused(result);
+  }
+  result->warnings = start.problems;
+  for (std::size_t c = 0; c < start.state.cameras.size(); ++c) {
+    intrinsics[c] = {start.state.cameras[c].intrinsics, false};
+  }
+  Refinement refinement(context.rig, context.dataset, std::move(start), context.cancellation,
+                        context.observer);
+  CameraStages(context, intrinsics, features, tracks, &refinement);
+  AssembleResult(context.rig, context.dataset, refinement, result);
 }
 
 }  // namespace
@@ -137,25 +168,16 @@ CalibrationResult Calibrate(const Rig& rig, const Dataset& dataset, const Cancel
 }
 
 CalibrationResult Calibrate(const Rig& rig, const Dataset& dataset, const CancellationToken& cancellation,
-                            CalibrationObserver& observer, StageStore& store) {
+                            CalibrationObserver& observer, StageStore& store,
+                            const CalibrationOptions& options) {
   CalibrationResult result;
   result.imu_frame_id = rig.imu.frame_id;
-  if (rig.lidars.empty()) {
-    throw InputError("the rig file has no enabled LiDAR under 'lidars'; at least one is needed");
+  if (rig.lidars.empty() && rig.cameras.empty()) {
+    throw InputError(
+        "the rig file has no enabled sensor under 'lidars' or 'cameras'; at least one is needed");
   }
-  const auto odometry = OdometryStage(rig, dataset, cancellation, observer, store, &result);
-  Initialization start = InitializationStage(rig, dataset, odometry, cancellation, observer, store, &result);
-  if (start.state.drives.size() < dataset.drives.size()) {
-    result.reasons = start.problems;
-    FinishRefused(&result);
-    return result;
-  }
-  result.warnings = start.problems;
-
-  Refinement refinement(rig, dataset, std::move(start), cancellation, observer);
-  if (rig.lidars.size() > 1) LidarAdjustmentStage(observer, store, &result, &refinement);
-  JointAdjustmentStage(observer, store, &result, &refinement);
-  AssembleResult(rig, dataset, refinement, &result);
+  const StageContext context{rig, dataset, options, cancellation, observer, store, &result};
+  rig.lidars.empty() ? CalibrateFromCameras(context) : CalibrateFromLidars(context);
   return result;
 }
 

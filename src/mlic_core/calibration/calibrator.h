@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "mlic_core/calibration/observer.h"
+#include "mlic_core/calibration/options.h"
 #include "mlic_core/calibration/result.h"
 #include "mlic_core/calibration/stage_store.h"
 #include "mlic_core/common/progress.h"
@@ -20,6 +21,7 @@ CalibrationResult Calibrate(const Rig& rig, const Dataset& dataset, const Cancel
 // The same, but stages that the store holds are taken over and those that are finished are put there. The
 // store must belong to this rig and dataset. The result is that of a run without it, bit for bit.
 CalibrationResult Calibrate(const Rig& rig, const Dataset& dataset, const CancellationToken& cancellation,
-                            CalibrationObserver& observer, StageStore& store);
+                            CalibrationObserver& observer, StageStore& store,
+                            const CalibrationOptions& options = {});
 
 }  // namespace mlic

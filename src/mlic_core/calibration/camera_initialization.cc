@@ -72,20 +72,6 @@ void AlignCamera(const CameraConfig& config, const CameraStart& start, std::size
   result->notes.push_back(line);
 }
 
-// The tracks without what cameras that were not found saw.
-std::vector<TrackSet> WithoutLostCameras(std::vector<TrackSet> tracks, const std::vector<bool>& found) {
-  for (TrackSet& set : tracks) {
-    for (Track& track : set.tracks) {
-      auto& seen = track.observations;
-      seen.erase(
-          std::remove_if(seen.begin(), seen.end(),
-                         [&](const TrackObservation& o) { return !found[set.keyframes[o.keyframe].camera]; }),
-          seen.end());
-    }
-  }
-  return tracks;
-}
-
 // Holds all but what is meant to move in this round: with 1 the focal lengths that come from a field of view,
 // with 2 also their first term of distortion and readouts, with 3 everything.
 std::vector<HeldCameraParameters> HeldInRound(const Rig& rig, const std::vector<CameraStart>& start,

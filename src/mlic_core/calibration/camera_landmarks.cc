@@ -109,6 +109,19 @@ std::vector<LandmarkSet> TriangulateLandmarks(const std::vector<TrackSet>& track
   return sets;
 }
 
+std::vector<TrackSet> WithoutLostCameras(std::vector<TrackSet> tracks, const std::vector<bool>& found) {
+  for (TrackSet& set : tracks) {
+    for (Track& track : set.tracks) {
+      auto& seen = track.observations;
+      seen.erase(
+          std::remove_if(seen.begin(), seen.end(),
+                         [&](const TrackObservation& o) { return !found[set.keyframes[o.keyframe].camera]; }),
+          seen.end());
+    }
+  }
+  return tracks;
+}
+
 std::vector<double> MeasureLandmarkNoise(const std::vector<LandmarkSet>& landmarks,
                                          const CalibrationState& state, const LandmarkOptions& made_with,
                                          double least) {

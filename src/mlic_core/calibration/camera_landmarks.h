@@ -26,6 +26,9 @@ LandmarkSet TriangulateLandmarks(const TrackSet& tracks, const CalibrationState&
 std::vector<LandmarkSet> TriangulateLandmarks(const std::vector<TrackSet>& tracks,
                                               const CalibrationState& state, const LandmarkOptions& options);
 
+// The tracks without what cameras that were not found saw.
+std::vector<TrackSet> WithoutLostCameras(std::vector<TrackSet> tracks, const std::vector<bool>& found);
+
 // For each camera the factor by which its reprojection errors exceed the tracks' own sigmas (robust, at least
 // `least`), given the noise scale with which the landmarks were made. A camera without observations: `least`.
 std::vector<double> MeasureLandmarkNoise(const std::vector<LandmarkSet>& landmarks,

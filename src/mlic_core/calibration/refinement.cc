@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "mlic_core/calibration/intrinsics_observability.h"
 #include "mlic_core/calibration/result_assembly.h"
 #include "mlic_core/calibration/snapshot.h"
 #include "mlic_core/geometry/so3.h"
@@ -16,7 +17,7 @@ constexpr std::size_t kFewPoints = 800;
 constexpr std::size_t kManyPoints = 2000;
 constexpr int kLeastRounds = 5;
 constexpr int kMostRounds = 10;
-constexpr double kStandsStill = 0.1;  // of a sigma
+constexpr int kLeastRoundsWithCameras = 3;
 
 }  // namespace
 
@@ -62,6 +63,35 @@ void Refinement::Associate(const std::vector<bool>& lidars, std::size_t points_p
     cancellation_.ThrowIfCancelled();
     problem_.planes.push_back(AssociatePlanes(dataset_.drives[d], state_, d, noise_, options));
   }
+  if (!tracks_.empty()) AssociateLandmarks();
+}
+
+void Refinement::AssociateLandmarks() {
+  problem_.landmarks = TriangulateLandmarks(tracks_, state_, landmark_options_);
+  const Layout layout(state_, problem_.estimate_imu_matrices);
+  if (last_solve_.information.rows() != layout.calibration) return;
+  Eigen::MatrixXd prior;
+  Eigen::VectorXd gradient;
+  CalibrationPrior(problem_, state_, layout, &prior, &gradient);
+  problem_.camera_held =
+      HoldUndeterminedIntrinsics(ScaledInformation() + prior, state_, layout, always_held_);
+}
+
+void Refinement::AddCameras(const CameraInitialization& cameras, const std::vector<TrackSet>& tracks) {
+  state_.cameras = cameras.cameras;
+  cameras_found_ = cameras.found;
+  tracks_ = WithoutLostCameras(tracks, cameras.found);
+  landmark_options_.noise_scale = cameras.noise_scale;
+  problem_.camera_held = cameras.held;
+  for (std::size_t c = 0; c < rig_.cameras.size(); ++c) {
+    const CameraConfig& config = rig_.cameras[c];
+    const bool still = config.fixed || !cameras.found[c];
+    problem_.camera_guesses.push_back(config.fixed ? std::nullopt : config.guess);
+    always_held_.push_back({still, still, still, !cameras.found[c], {}});
+    always_held_.back().intrinsics.assign(state_.cameras[c].intrinsics.parameters.size(), !cameras.found[c]);
+  }
+  rounds_ = 0;
+  converged_ = false;
 }
 
 void Refinement::MeasureImuSigma() {
@@ -119,46 +149,58 @@ void Refinement::AdjustEachLidar(const Progress& progress, const Line& line) {
   for (PlaneNoise& noise : noise_) noise.floor = std::max(noise.floor, 0.05);
 }
 
-void Refinement::AdjustJointly(const Progress& progress, const Line& line,
+void Refinement::AdjustJointly(double until, const Progress& progress, const Line& line,
                                const std::function<void()>& after_round) {
+  const std::string stage = tracks_.empty() ? "joint adjustment" : "joint adjustment with cameras";
+  const int least_rounds = tracks_.empty() ? kLeastRounds : kLeastRoundsWithCameras;
   while (rounds_ < kMostRounds) {
     const int round = rounds_;
     const bool many = many_points_;
     const CalibrationState before = state_;
     problem_.estimate_imu_matrices =
-        rig_.imu.intrinsics == ImuIntrinsicsModel::kScaleMisalignment && round >= 2;
+        rig_.imu.intrinsics == ImuIntrinsicsModel::kScaleMisalignment && (round >= 2 || many);
     Associate({}, many ? kManyPoints : kFewPoints);
     // One step is enough while the association still changes.
     last_solve_ = SolveJointProblem(problem_, round == 0 || many ? 2 : 1, cancellation_, &state_);
     noise_ = MeasurePlaneNoise(problem_.planes, state_, noise_);
+    if (!tracks_.empty()) {
+      for (std::size_t d = 0; d < problem_.landmarks.size(); ++d) {
+        problem_.landmarks[d].points = last_solve_.points[d];
+      }
+      landmark_options_.noise_scale = MeasureLandmarkNoise(problem_.landmarks, state_, landmark_options_);
+    }
     MeasureImuSigma();
     const double change = ChangeInSigmas(before);
     char text[200];
-    std::snprintf(text, sizeof(text),
-                  "round %d: %zu planes, %zu points, cost %.0f, calibration moved by %.2f of its sigma",
-                  round + 1, problem_.planes[0].planes.size(), last_solve_.observations,
-                  last_solve_.last_cost, change);
+    std::snprintf(
+        text, sizeof(text),
+        "round %d: %zu planes, %zu points, %zu sights of landmarks, cost %.0f, calibration moved by "
+        "%.2f of its sigma",
+        round + 1, problem_.planes[0].planes.size(), last_solve_.observations,
+        last_solve_.landmark_observations, last_solve_.last_cost, change);
     line(text);
-    Show("joint adjustment", round);
-    progress(std::min(0.95, (round + 1.0) / (kLeastRounds + 2)));
-    converged_ = many && change < kStandsStill;
-    if (converged_ && round + 1 >= kLeastRounds) break;
+    Show(stage, round);
+    progress(std::min(0.95, (round + 1.0) / (least_rounds + 2)));
+    converged_ = many && change < until;
+    if (converged_ && round + 1 >= least_rounds) break;
     // The map has settled once the noise has: then all points take part.
-    if (change < 1.0 || round + 1 >= kLeastRounds - 1) many_points_ = true;
+    if (change < 1.0 || round + 1 >= least_rounds - 1) many_points_ = true;
     ++rounds_;
     if (rounds_ < kMostRounds) after_round();
   }
-  MeasureCorrelation(line);
 }
 
 RefinementProgress Refinement::Checkpoint() const {
-  return {state_, problem_.imu_sigma, noise_, rounds_, many_points_, {}};
+  return {state_,  problem_.imu_sigma, noise_, landmark_options_.noise_scale, problem_.camera_held,
+          rounds_, many_points_,       {}};
 }
 
 void Refinement::Restore(const RefinementProgress& progress) {
   state_ = progress.state;
   problem_.imu_sigma = progress.imu_sigma;
   noise_ = progress.noise;
+  landmark_options_.noise_scale = progress.landmark_noise;
+  problem_.camera_held = progress.camera_held;
   rounds_ = progress.rounds;
   many_points_ = progress.many_points;
 }
@@ -175,32 +217,38 @@ double Refinement::ChangeInSigmas(const CalibrationState& before) const {
   if (last_solve_.information.size() == 0) return 1e9;
   const ObservabilityAnalysis analysis = Analyze();
   double largest = 0.0;
-  for (std::size_t l = 0; l < state_.lidars.size(); ++l) {
-    const PoseSigma& sigma = analysis.sigmas[l];
-    const Eigen::Vector3d rotation =
-        Log(state_.lidars[l].T_imu_sensor.rotation * before.lidars[l].T_imu_sensor.rotation.conjugate());
-    const Eigen::Vector3d translation =
-        state_.lidars[l].T_imu_sensor.translation - before.lidars[l].T_imu_sensor.translation;
+  const auto compare = [&](const SensorCalibration& a, const SensorCalibration& b, const PoseSigma& sigma) {
+    const Eigen::Vector3d rotation = Log(b.T_imu_sensor.rotation * a.T_imu_sensor.rotation.conjugate());
+    const Eigen::Vector3d translation = b.T_imu_sensor.translation - a.T_imu_sensor.translation;
     largest = std::max(largest, rotation.cwiseQuotient(sigma.rotation).cwiseAbs().maxCoeff());
     largest = std::max(largest, translation.cwiseQuotient(sigma.translation).cwiseAbs().maxCoeff());
-    largest = std::max(
-        largest, std::abs(state_.lidars[l].time_offset - before.lidars[l].time_offset) / sigma.time_offset);
+    largest = std::max(largest, std::abs(b.time_offset - a.time_offset) / sigma.time_offset);
+  };
+  const std::size_t lidars = state_.lidars.size();
+  for (std::size_t l = 0; l < lidars; ++l) compare(before.lidars[l], state_.lidars[l], analysis.sigmas[l]);
+  for (std::size_t c = 0; c < state_.cameras.size(); ++c) {
+    compare(before.cameras[c].sensor, state_.cameras[c].sensor, analysis.sigmas[lidars + c]);
   }
   return largest;
 }
 
-ObservabilityAnalysis Refinement::Analyze() const {
+Eigen::MatrixXd Refinement::ScaledInformation() const {
   const double residuals = static_cast<double>(
       std::max<std::size_t>(1, last_solve_.observations + 2 * last_solve_.landmark_observations));
   const double scatter = std::max(1.0, last_solve_.last_cost / (residuals + 6.0 * ImuSampleCount(dataset_)));
-  return AnalyzeCalibration(problem_, state_, last_solve_.information / (scatter * correlation_));
+  return last_solve_.information / (scatter * correlation_);
+}
+
+ObservabilityAnalysis Refinement::Analyze() const {
+  return AnalyzeCalibration(problem_, state_, ScaledInformation());
 }
 
 void Refinement::Show(const std::string& stage, int iteration) {
   const ObservabilityAnalysis analysis =
       last_solve_.information.size() > 0 ? Analyze() : ObservabilityAnalysis();
   observer_.OnSnapshot(MakeSnapshot(stage, iteration, rig_, dataset_, state_, problem_.planes[0],
-                                    analysis.sigmas, last_solve_.last_cost));
+                                    analysis.sigmas, last_solve_.last_cost,
+                                    problem_.landmarks.empty() ? LandmarkSet() : problem_.landmarks[0]));
 }
 
 }  // namespace mlic

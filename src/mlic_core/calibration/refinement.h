@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "mlic_core/calibration/association.h"
+#include "mlic_core/calibration/camera_initialization.h"
+#include "mlic_core/calibration/camera_landmarks.h"
 #include "mlic_core/calibration/initialization.h"
 #include "mlic_core/calibration/joint_problem.h"
 #include "mlic_core/calibration/observability.h"
@@ -27,9 +29,17 @@ class Refinement {
   // Stage 6a: each LiDAR on planes of its own. The base LiDAR's refines the trajectory, the others' hold it.
   void AdjustEachLidar(const Progress& progress, const Line& line);
 
-  // Stages 6b and 6c: one map of all LiDARs, everything moves. Calls after_round when another round follows.
+  // The cameras found join with their tracks (of each drive): from here on AdjustJointly moves them too.
+  void AddCameras(const CameraInitialization& cameras, const std::vector<TrackSet>& tracks);
+
+  // Stages 6b and 6c: one map of all LiDARs and all landmarks, everything moves. until: what of its sigma the
+  // calibration may still move by in the last round. Calls after_round when another round follows.
   void AdjustJointly(
-      const Progress& progress, const Line& line, const std::function<void()>& after_round = [] {});
+      double until, const Progress& progress, const Line& line,
+      const std::function<void()>& after_round = [] {});
+
+  // Of the points, once the calibration stands still: sigmas grow by it.
+  void MeasureCorrelation(const Line& line);
 
   // What to keep between rounds, and how to go on from it.
   RefinementProgress Checkpoint() const;
@@ -40,6 +50,7 @@ class Refinement {
   const std::vector<PlaneNoise>& noise() const { return noise_; }
   const SolveSummary& last_solve() const { return last_solve_; }
   bool converged() const { return converged_; }
+  const std::vector<bool>& cameras_found() const { return cameras_found_; }
 
   // What the data show at the last linearisation. Sigmas grow by the square root of the mean squared whitened
   // residual where that is above one, and of the points' correlation.
@@ -48,9 +59,10 @@ class Refinement {
  private:
   double RootVoxel() const;
   void Associate(const std::vector<bool>& lidars, std::size_t points_per_scan);
+  void AssociateLandmarks();
   void MeasureImuSigma();
-  void MeasureCorrelation(const Line& line);
-  // Largest change of a LiDAR since `before`, in sigmas of the last solve.
+  Eigen::MatrixXd ScaledInformation() const;
+  // Largest change of a sensor since `before`, in sigmas of the last solve.
   double ChangeInSigmas(const CalibrationState& before) const;
   void Show(const std::string& stage, int iteration);
 
@@ -63,6 +75,10 @@ class Refinement {
   JointProblem problem_;
   std::vector<ImuSigma> given_imu_sigma_;
   std::vector<PlaneNoise> noise_;
+  std::vector<TrackSet> tracks_;                   // of each drive; empty without cameras
+  std::vector<HeldCameraParameters> always_held_;  // of each camera
+  LandmarkOptions landmark_options_;
+  std::vector<bool> cameras_found_;
   int rounds_ = 0;            // of the joint adjustment, done
   bool many_points_ = false;  // the map has settled: all points take part
   SolveSummary last_solve_;

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "mlic_core/calibration/camera_views.h"
 #include "mlic_core/calibration/refinement.h"
 #include "mlic_core/calibration/residual_summary.h"
 #include "mlic_core/calibration/snapshot.h"
@@ -17,43 +18,95 @@ double PeakMemoryMegabytes() {
   return usage.ru_maxrss / 1024.0;
 }
 
-SensorResult MakeSensor(const LidarConfig& lidar, const SensorCalibration& calibration,
-                        const ObservabilityAnalysis& analysis, std::size_t l) {
-  SensorResult sensor;
-  sensor.name = lidar.name;
-  sensor.type = SensorResult::Type::kLidar;
-  sensor.frame_id = lidar.frame_id.empty() ? lidar.name : lidar.frame_id;
-  sensor.calibration = calibration;
-  sensor.sigma = analysis.sigmas[l];
-  sensor.translation_observable = analysis.sensors[l].translation;
-  sensor.rotation_observable = analysis.sensors[l].rotation;
-  sensor.time_offset_observable = analysis.sensors[l].time_offset;
-  sensor.unobservable = analysis.sensors[l].directions;
-  return sensor;
+// What LiDARs and cameras have in common, LiDARs first, as in Layout.
+struct Sensor {
+  std::string name, frame_id;
+  bool fixed = false, has_guess = false;
+  SensorCalibration calibration;
+};
+
+std::vector<Sensor> AllSensors(const Rig& rig, const CalibrationState& state) {
+  std::vector<Sensor> sensors;
+  const auto add = [&](const auto& config, const SensorCalibration& calibration) {
+    sensors.push_back({config.name, config.frame_id.empty() ? config.name : config.frame_id, config.fixed,
+                       config.guess.has_value(), calibration});
+  };
+  for (std::size_t l = 0; l < state.lidars.size(); ++l) add(rig.lidars[l], state.lidars[l]);
+  for (std::size_t c = 0; c < state.cameras.size(); ++c) add(rig.cameras[c], state.cameras[c].sensor);
+  return sensors;
 }
 
-// Reasons for refusal of one LiDAR; none when its result may be trusted.
-std::vector<std::string> Judge(const LidarConfig& lidar, const ObservabilityAnalysis::Sensor& sensor) {
+SensorResult MakeSensor(const Sensor& sensor, const ObservabilityAnalysis& analysis, std::size_t s) {
+  SensorResult result;
+  result.name = sensor.name;
+  result.frame_id = sensor.frame_id;
+  result.calibration = sensor.calibration;
+  result.sigma = analysis.sigmas[s];
+  result.translation_observable = analysis.sensors[s].translation;
+  result.rotation_observable = analysis.sensors[s].rotation;
+  result.time_offset_observable = analysis.sensors[s].time_offset;
+  result.unobservable = analysis.sensors[s].directions;
+  return result;
+}
+
+void AddIntrinsics(const CameraCalibration& camera, const ObservabilityAnalysis::Intrinsics& analysis,
+                   SensorResult* result) {
+  result->type = SensorResult::Type::kCamera;
+  result->intrinsics = camera.intrinsics;
+  result->intrinsics_sigma = analysis.sigmas;
+  result->intrinsics_held = analysis.held;
+  if (!camera.rolling_shutter) return;
+  result->rolling_shutter_readout = camera.readout;
+  result->readout_sigma = analysis.readout_sigma;
+}
+
+// Reasons for refusal of one sensor; none when its result may be trusted.
+std::vector<std::string> Judge(const Sensor& config, const ObservabilityAnalysis::Sensor& sensor) {
   std::vector<std::string> reasons;
   const auto all = [](const std::array<bool, 3>& axes) { return axes[0] && axes[1] && axes[2]; };
   if (!all(sensor.rotation)) {
-    reasons.push_back(lidar.name +
+    reasons.push_back(config.name +
                       ": the motion does not show its whole rotation to 0.5 deg; turn about more axes");
   }
   if (!sensor.time_offset) {
-    reasons.push_back(lidar.name +
+    reasons.push_back(config.name +
                       ": the motion does not show its time offset to 5 ms; turn more, and not evenly");
   }
   bool translation_shown = all(sensor.translation);
   for (const UnobservableDirection& direction : sensor.directions) {
     translation_shown &= direction.quantity != UnobservableDirection::Quantity::kTranslation;
   }
-  if (!translation_shown && !lidar.guess) {
-    reasons.push_back(lidar.name +
+  if (!translation_shown && !config.has_guess) {
+    reasons.push_back(config.name +
                       ": the motion does not show its whole translation to 5 cm, and the rig file gives no "
                       "T_imu_sensor to hold; measure it by hand, or turn about more axes");
   }
   return reasons;
+}
+
+// Every pair whose sensors are shown, and those that their own data tie to each other.
+std::vector<PairResult> MakePairs(const std::vector<Sensor>& sensors, const std::vector<bool>& shown,
+                                  const ObservabilityAnalysis& analysis) {
+  std::vector<PairResult> pairs;
+  for (std::size_t a = 0; a < sensors.size(); ++a) {
+    for (std::size_t b = a + 1; b < sensors.size(); ++b) {
+      const auto sigmas = [&](const Eigen::MatrixXd& from) {
+        Eigen::Matrix<double, 14, 14> both;
+        both << from.block<7, 7>(7 * a, 7 * a), from.block<7, 7>(7 * a, 7 * b),
+            from.block<7, 7>(7 * b, 7 * a), from.block<7, 7>(7 * b, 7 * b);
+        return MakePair(sensors[a].calibration, sensors[b].calibration, both);
+      };
+      const PoseSigma from_data = sigmas(analysis.data_covariance).sigma;
+      const bool pair_shown =
+          from_data.translation.maxCoeff() < 0.05 && from_data.rotation.maxCoeff() < 0.5 * M_PI / 180.0;
+      if (!pair_shown && !(shown[a] && shown[b])) continue;
+      PairResult pair = sigmas(analysis.covariance);
+      pair.a = sensors[a].name;
+      pair.b = sensors[b].name;
+      pairs.push_back(pair);
+    }
+  }
+  return pairs;
 }
 
 }  // namespace
@@ -73,14 +126,18 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Refinement& re
                     CalibrationResult* result) {
   const CalibrationState& state = refinement.state();
   const ObservabilityAnalysis analysis = refinement.Analyze();
+  const std::vector<Sensor> sensors = AllSensors(rig, state);
+  const std::size_t lidars = state.lidars.size();
+  const std::vector<bool>& found = refinement.cameras_found();
   std::vector<bool> shown;
-  for (std::size_t l = 0; l < rig.lidars.size(); ++l) {
+  for (std::size_t s = 0; s < sensors.size(); ++s) {
+    const bool lost = s >= lidars && !found[s - lidars];
     const auto reasons =
-        rig.lidars[l].fixed ? std::vector<std::string>() : Judge(rig.lidars[l], analysis.sensors[l]);
-    shown.push_back(reasons.empty());
+        lost || sensors[s].fixed ? std::vector<std::string>() : Judge(sensors[s], analysis.sensors[s]);
+    shown.push_back(!lost && reasons.empty());
     result->reasons.insert(result->reasons.end(), reasons.begin(), reasons.end());
   }
-  if (refinement.problem().planes[0].planes.size() < 20) {
+  if (lidars > 0 && refinement.problem().planes[0].planes.size() < 20) {
     result->reasons.push_back("the map has hardly any planes; record near buildings or in a furnished hall");
   }
   if (!refinement.converged()) {
@@ -88,28 +145,13 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Refinement& re
         "the calibration still moved by more than a tenth of its sigma in the last round");
   }
   result->trusted = result->reasons.empty();
-  for (std::size_t l = 0; l < rig.lidars.size(); ++l) {
-    if (shown[l]) result->sensors.push_back(MakeSensor(rig.lidars[l], state.lidars[l], analysis, l));
+  for (std::size_t s = 0; s < sensors.size(); ++s) {
+    if (!shown[s]) continue;
+    result->sensors.push_back(MakeSensor(sensors[s], analysis, s));
+    if (s >= lidars)
+      AddIntrinsics(state.cameras[s - lidars], analysis.cameras[s - lidars], &result->sensors.back());
   }
-  for (std::size_t a = 0; a < rig.lidars.size(); ++a) {
-    for (std::size_t b = a + 1; b < rig.lidars.size(); ++b) {
-      Eigen::Matrix<double, 14, 14> covariance, data;
-      const auto gather = [&](const Eigen::MatrixXd& from, Eigen::Matrix<double, 14, 14>* to) {
-        *to << from.block<7, 7>(7 * a, 7 * a), from.block<7, 7>(7 * a, 7 * b), from.block<7, 7>(7 * b, 7 * a),
-            from.block<7, 7>(7 * b, 7 * b);
-      };
-      gather(analysis.covariance, &covariance);
-      gather(analysis.data_covariance, &data);
-      PairResult pair = MakePair(state.lidars[a], state.lidars[b], covariance);
-      const PoseSigma from_data = MakePair(state.lidars[a], state.lidars[b], data).sigma;
-      const bool pair_shown =
-          from_data.translation.maxCoeff() < 0.05 && from_data.rotation.maxCoeff() < 0.5 * M_PI / 180.0;
-      if (!pair_shown && !(shown[a] && shown[b])) continue;
-      pair.a = rig.lidars[a].name;
-      pair.b = rig.lidars[b].name;
-      result->pairs.push_back(pair);
-    }
-  }
+  result->pairs = MakePairs(sensors, shown, analysis);
   result->imu = state.Imu(0);
   result->gravity = kGravity;
   for (std::size_t d = 0; d < state.drives.size(); ++d) {
@@ -120,6 +162,10 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Refinement& re
   result->map =
       SampleMap(state, refinement.problem().planes[0], MapOrigin(state.drives[0].trajectory), 2000000);
   result->residuals = SummarizeResiduals(rig, dataset, refinement);
+  if (!refinement.problem().landmarks.empty()) {
+    result->views = ChooseViews(rig, dataset.drives[0], state, refinement.problem().landmarks[0]);
+    result->keyframes = UsedKeyframes(rig, dataset, refinement.problem().landmarks);
+  }
   result->peak_memory_megabytes = PeakMemoryMegabytes();
 }
 

@@ -4,7 +4,9 @@
 #include <vector>
 
 #include "mlic_core/calibration/association.h"
+#include "mlic_core/calibration/camera_initialization.h"
 #include "mlic_core/calibration/initialization.h"
+#include "mlic_core/camera/tracks_from_images.h"
 
 namespace mlic {
 
@@ -12,11 +14,13 @@ namespace mlic {
 // on a later run gives the same bits as one that was never interrupted.
 struct RefinementProgress {
   CalibrationState state;
-  std::vector<ImuSigma> imu_sigma;  // of each drive, as measured last
-  std::vector<PlaneNoise> noise;    // of each LiDAR, likewise
-  int rounds = 0;                   // of the joint adjustment, done
-  bool many_points = false;         // the map has settled: all points take part
-  std::vector<std::string> lines;   // what the stage has said so far
+  std::vector<ImuSigma> imu_sigma;                // of each drive, as measured last
+  std::vector<PlaneNoise> noise;                  // of each LiDAR, likewise
+  std::vector<double> landmark_noise;             // of each camera, likewise
+  std::vector<HeldCameraParameters> camera_held;  // of each camera
+  int rounds = 0;                                 // of the joint adjustment, done
+  bool many_points = false;                       // the map has settled: all points take part
+  std::vector<std::string> lines;                 // what the stage has said so far
 };
 
 // Where finished stages of a run are kept, so that a killed run goes on where it was. Load returns false when
@@ -29,10 +33,16 @@ class StageStore {
   virtual bool Load(const std::string& stage, DriveOdometry* odometry) = 0;
   virtual bool Load(const std::string& stage, Initialization* start) = 0;
   virtual bool Load(const std::string& stage, RefinementProgress* progress) = 0;
+  virtual bool Load(const std::string& stage, ImageFeatures* features) = 0;
+  virtual bool Load(const std::string& stage, TrackSet* tracks) = 0;
+  virtual bool Load(const std::string& stage, CameraInitialization* cameras) = 0;
 
   virtual void Save(const std::string& stage, const DriveOdometry& odometry) = 0;
   virtual void Save(const std::string& stage, const Initialization& start) = 0;
   virtual void Save(const std::string& stage, const RefinementProgress& progress) = 0;
+  virtual void Save(const std::string& stage, const ImageFeatures& features) = 0;
+  virtual void Save(const std::string& stage, const TrackSet& tracks) = 0;
+  virtual void Save(const std::string& stage, const CameraInitialization& cameras) = 0;
 };
 
 // Keeps nothing.
@@ -41,9 +51,15 @@ class NoStageStore : public StageStore {
   bool Load(const std::string&, DriveOdometry*) override { return false; }
   bool Load(const std::string&, Initialization*) override { return false; }
   bool Load(const std::string&, RefinementProgress*) override { return false; }
+  bool Load(const std::string&, ImageFeatures*) override { return false; }
+  bool Load(const std::string&, TrackSet*) override { return false; }
+  bool Load(const std::string&, CameraInitialization*) override { return false; }
   void Save(const std::string&, const DriveOdometry&) override {}
   void Save(const std::string&, const Initialization&) override {}
   void Save(const std::string&, const RefinementProgress&) override {}
+  void Save(const std::string&, const ImageFeatures&) override {}
+  void Save(const std::string&, const TrackSet&) override {}
+  void Save(const std::string&, const CameraInitialization&) override {}
 };
 
 }  // namespace mlic

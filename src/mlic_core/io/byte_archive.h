@@ -52,6 +52,10 @@ class ByteWriter {
       for (const T& value : values) Write(value);
     }
   }
+  void Write(const std::vector<bool>& values) {
+    Write(static_cast<std::uint64_t>(values.size()));
+    for (const bool value : values) Write(value);
+  }
   template <typename T>
   void Write(const std::optional<T>& value) {
     Write(value.has_value());
@@ -115,6 +119,14 @@ class ByteReader {
     } else {
       values.resize(Count(1));
       for (T& value : values) Read(value);
+    }
+  }
+  void Read(std::vector<bool>& values) {
+    values.resize(Count(1));
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      bool value = false;
+      Read(value);
+      values[i] = value;
     }
   }
   template <typename T>

@@ -17,6 +17,9 @@ std::vector<char> ToBytes(const CalibrationResult& result);
 std::vector<char> ToBytes(const DriveOdometry& odometry);
 std::vector<char> ToBytes(const Initialization& start);
 std::vector<char> ToBytes(const RefinementProgress& progress);
+std::vector<char> ToBytes(const ImageFeatures& features);
+std::vector<char> ToBytes(const TrackSet& tracks);
+std::vector<char> ToBytes(const CameraInitialization& cameras);  // without landmarks and information
 
 // False, with the object unspecified, when the bytes are not exactly one such object.
 bool FromBytes(const std::vector<char>& bytes, Dataset* dataset);
@@ -25,5 +28,8 @@ bool FromBytes(const std::vector<char>& bytes, CalibrationResult* result);
 bool FromBytes(const std::vector<char>& bytes, DriveOdometry* odometry);
 bool FromBytes(const std::vector<char>& bytes, Initialization* start);
 bool FromBytes(const std::vector<char>& bytes, RefinementProgress* progress);
+bool FromBytes(const std::vector<char>& bytes, ImageFeatures* features);
+bool FromBytes(const std::vector<char>& bytes, TrackSet* tracks);
+bool FromBytes(const std::vector<char>& bytes, CameraInitialization* cameras);
 
 }  // namespace mlic

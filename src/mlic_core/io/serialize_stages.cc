@@ -77,19 +77,73 @@ void Fields(Archive& archive, Initialization& start) {
 }
 
 template <typename Archive>
+void Fields(Archive& archive, HeldCameraParameters& held) {
+  archive(held.rotation, held.translation, held.time_offset, held.readout, held.intrinsics);
+}
+
+template <typename Archive>
 void Fields(Archive& archive, RefinementProgress& progress) {
-  archive(progress.state, progress.imu_sigma, progress.noise, progress.rounds, progress.many_points,
-          progress.lines);
+  archive(progress.state, progress.imu_sigma, progress.noise, progress.landmark_noise, progress.camera_held,
+          progress.rounds, progress.many_points, progress.lines);
+}
+
+template <>
+struct IsFlat<FeatureMatch> : std::true_type {};
+template <>
+struct IsFlat<TrackObservation> : std::true_type {};
+
+template <typename Archive>
+void Fields(Archive& archive, Keyframe& keyframe) {
+  archive(keyframe.camera, keyframe.image, keyframe.time);
+}
+
+template <typename Archive>
+void Fields(Archive& archive, FeatureSet& features) {
+  archive(features.pixels, features.scales, features.angles, features.scores, features.descriptor_size,
+          features.descriptors, features.float_descriptors);
+}
+
+template <typename Archive>
+void Fields(Archive& archive, PairMatches& pair) {
+  archive(pair.keyframe_a, pair.keyframe_b, pair.matches);
+}
+
+template <typename Archive>
+void Fields(Archive& archive, ImageFeatures& features) {
+  archive(features.keyframes, features.features, features.followed);
+}
+
+template <typename Archive>
+void Fields(Archive& archive, Track& track) {
+  archive(track.observations);
+}
+
+template <typename Archive>
+void Fields(Archive& archive, TrackSet& tracks) {
+  archive(tracks.keyframes, tracks.tracks);
+}
+
+template <typename Archive>
+void Fields(Archive& archive, CameraInitialization& cameras) {
+  archive(cameras.cameras, cameras.held, cameras.noise_scale, cameras.found, cameras.problems, cameras.notes);
 }
 
 std::vector<char> ToBytes(const DriveOdometry& odometry) { return WrittenBytes(odometry); }
 std::vector<char> ToBytes(const Initialization& start) { return WrittenBytes(start); }
 std::vector<char> ToBytes(const RefinementProgress& progress) { return WrittenBytes(progress); }
+std::vector<char> ToBytes(const ImageFeatures& features) { return WrittenBytes(features); }
+std::vector<char> ToBytes(const TrackSet& tracks) { return WrittenBytes(tracks); }
+std::vector<char> ToBytes(const CameraInitialization& cameras) { return WrittenBytes(cameras); }
 
 bool FromBytes(const std::vector<char>& bytes, DriveOdometry* odometry) { return ReadBytes(bytes, odometry); }
 bool FromBytes(const std::vector<char>& bytes, Initialization* start) { return ReadBytes(bytes, start); }
 bool FromBytes(const std::vector<char>& bytes, RefinementProgress* progress) {
   return ReadBytes(bytes, progress);
+}
+bool FromBytes(const std::vector<char>& bytes, ImageFeatures* features) { return ReadBytes(bytes, features); }
+bool FromBytes(const std::vector<char>& bytes, TrackSet* tracks) { return ReadBytes(bytes, tracks); }
+bool FromBytes(const std::vector<char>& bytes, CameraInitialization* cameras) {
+  return ReadBytes(bytes, cameras);
 }
 
 }  // namespace mlic

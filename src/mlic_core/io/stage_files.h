@@ -23,11 +23,21 @@ class StageFiles : public StageStore {
   bool Load(const std::string& stage, RefinementProgress* progress) override {
     return LoadAny(stage, progress);
   }
+  bool Load(const std::string& stage, ImageFeatures* features) override { return LoadAny(stage, features); }
+  bool Load(const std::string& stage, TrackSet* tracks) override { return LoadAny(stage, tracks); }
+  bool Load(const std::string& stage, CameraInitialization* cameras) override {
+    return LoadAny(stage, cameras);
+  }
 
   void Save(const std::string& stage, const DriveOdometry& odometry) override { SaveAny(stage, odometry); }
   void Save(const std::string& stage, const Initialization& start) override { SaveAny(stage, start); }
   void Save(const std::string& stage, const RefinementProgress& progress) override {
     SaveAny(stage, progress);
+  }
+  void Save(const std::string& stage, const ImageFeatures& features) override { SaveAny(stage, features); }
+  void Save(const std::string& stage, const TrackSet& tracks) override { SaveAny(stage, tracks); }
+  void Save(const std::string& stage, const CameraInitialization& cameras) override {
+    SaveAny(stage, cameras);
   }
 
  private:

@@ -1,0 +1,187 @@
+#include "mlic_core/calibration/camera_stages.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "mlic_core/camera/colmap.h"
+
+namespace mlic {
+namespace {
+
+std::string OfDrive(const std::string& name, std::size_t drive) {
+  return name + "_" + std::to_string(drive + 1);
+}
+
+const FeatureMatcher& Matcher(const CalibrationOptions& options) {
+  static const std::unique_ptr<FeatureMatcher> kClassical = MakeClassicalMatcher();
+  return options.matcher ? *options.matcher : *kClassical;
+}
+
+std::vector<TrackedCamera> Cameras(const Drive& drive, const std::vector<CameraIntrinsics>& intrinsics) {
+  std::vector<TrackedCamera> cameras;
+  for (std::size_t c = 0; c < drive.cameras.size(); ++c) {
+    cameras.push_back({&drive.cameras[c], intrinsics[c]});
+  }
+  return cameras;
+}
+
+std::vector<CameraIntrinsics> Intrinsics(const std::vector<CameraStart>& start) {
+  std::vector<CameraIntrinsics> intrinsics;
+  for (const CameraStart& camera : start) intrinsics.push_back(camera.intrinsics);
+  return intrinsics;
+}
+
+// What `make` gives for every drive, or what an earlier run kept.
+template <typename T, typename Make>
+std::vector<T> ForEveryDrive(const StageContext& context, const std::string& name, StageClock* stage,
+                             const Make& make) {
+  std::vector<T> of_drives(context.dataset.drives.size());
+  for (std::size_t d = 0; d < of_drives.size(); ++d) {
+    if (context.store.Load(OfDrive(name, d), &of_drives[d])) {
+      stage->TakeOver(stage->lines());
+    } else {
+      of_drives[d] = make(d);
+      context.store.Save(OfDrive(name, d), of_drives[d]);
+    }
+  }
+  return of_drives;
+}
+
+void CountTracks(const StageContext& context, const std::vector<TrackSet>& tracks, StageClock* stage) {
+  for (std::size_t c = 0; c < context.rig.cameras.size(); ++c) {
+    std::size_t keyframes = 0, sights = 0, shared = 0;
+    for (const TrackSet& set : tracks) {
+      const auto camera = [&](const TrackObservation& o) {
+        return static_cast<std::size_t>(set.keyframes[o.keyframe].camera);
+      };
+      for (const Keyframe& keyframe : set.keyframes)
+        keyframes += static_cast<std::size_t>(keyframe.camera) == c;
+      for (const Track& track : set.tracks) {
+        std::size_t own = 0;
+        for (const TrackObservation& o : track.observations) own += camera(o) == c;
+        sights += own;
+        if (own < track.observations.size()) shared += own;
+      }
+    }
+    char line[200];
+    std::snprintf(line, sizeof(line),
+                  "%s: %zu keyframes, %zu sights of tracks, %zu of them shared with other cameras",
+                  context.rig.cameras[c].name.c_str(), keyframes, sights, shared);
+    stage->Line(line);
+  }
+}
+
+}  // namespace
+
+std::vector<ImageFeatures> FeatureStage(const StageContext& context, const std::vector<CameraStart>& start,
+                                        const CalibrationState& state) {
+  StageClock stage("image features", context);
+  const Watch watch{&stage, &context.cancellation};
+  return ForEveryDrive<ImageFeatures>(context, "features", &stage, [&](std::size_t d) {
+    VehiclePose pose;
+    if (d < state.drives.size()) {
+      const SplitSpline& trajectory = state.drives[d].trajectory;
+      pose = [&trajectory](double t) -> std::optional<RigidTransform> {
+        if (!trajectory.Contains(t)) return std::nullopt;
+        return trajectory.Pose(t);
+      };
+    }
+    return ExtractFeatures(Cameras(context.dataset.drives[d], Intrinsics(start)), pose,
+                           Matcher(context.options), {}, watch);
+  });
+}
+
+std::vector<TrackSet> TrackStage(const StageContext& context, const std::vector<CameraStart>& start,
+                                 const std::vector<ImageFeatures>& features) {
+  StageClock stage("tracks of each camera", context);
+  const Watch watch{&stage, &context.cancellation};
+  const TrackingOptions options;
+  const auto tracks = ForEveryDrive<TrackSet>(context, "tracks", &stage, [&](std::size_t d) {
+    const auto cameras = Cameras(context.dataset.drives[d], Intrinsics(start));
+    const auto pairs = ChoosePairs(cameras, features[d].keyframes, {}, options);
+    const auto matches =
+        MatchPairs(cameras, features[d], pairs, {}, Matcher(context.options), options, watch);
+    return TracksFromMatches(cameras, features[d], matches, options, watch);
+  });
+  CountTracks(context, tracks, &stage);
+  return tracks;
+}
+
+std::vector<TrackSet> SharedTrackStage(const StageContext& context, const CalibrationState& state,
+                                       const std::vector<ImageFeatures>& features) {
+  StageClock stage("tracks across cameras", context);
+  const Watch watch{&stage, &context.cancellation};
+  TrackingOptions options;
+  options.largest_epipolar_error = 2.0;
+  options.prediction_error = 0.02;
+  std::vector<CameraIntrinsics> intrinsics;
+  for (const CameraCalibration& camera : state.cameras) intrinsics.push_back(camera.intrinsics);
+  const auto tracks = ForEveryDrive<TrackSet>(context, "shared_tracks", &stage, [&](std::size_t d) {
+    const auto cameras = Cameras(context.dataset.drives[d], intrinsics);
+    const SplitSpline& trajectory = state.drives[d].trajectory;
+    const CameraPose pose = [&](int camera, double time) -> std::optional<RigidTransform> {
+      const SensorCalibration& sensor = state.cameras[camera].sensor;
+      // A keyframe a little outside the span is predicted from its end.
+      const double t = std::clamp(time + sensor.time_offset, trajectory.Start(), trajectory.End());
+      return trajectory.Pose(t) * sensor.T_imu_sensor;
+    };
+    const auto pairs = ChoosePairs(cameras, features[d].keyframes, pose, options);
+    const auto matches =
+        MatchPairs(cameras, features[d], pairs, pose, Matcher(context.options), options, watch);
+    return TracksFromMatches(cameras, features[d], matches, options, watch);
+  });
+  CountTracks(context, tracks, &stage);
+  return tracks;
+}
+
+void ColmapStage(const StageContext& context, const std::vector<TrackSet>& tracks,
+                 std::vector<CameraStart>* start) {
+  if (context.options.intrinsics != IntrinsicsStart::kColmap) return;
+  StageClock stage("intrinsics by COLMAP", context);
+  std::vector<std::size_t> asked;
+  std::vector<ColmapInput> inputs;
+  for (std::size_t c = 0; c < start->size(); ++c) {
+    if (!(*start)[c].from_field_of_view) continue;
+    asked.push_back(c);
+    inputs.push_back(ColmapInputFromTracks(tracks[0], static_cast<int>(c), (*start)[c].intrinsics));
+  }
+  const std::filesystem::path directory = context.options.colmap_directory.empty()
+                                              ? std::filesystem::temp_directory_path() / "mlic_colmap"
+                                              : context.options.colmap_directory;
+  const auto outcomes = RunColmap(inputs, {}, directory, context.cancellation);
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    const std::string& name = context.rig.cameras[asked[i]].name;
+    const ColmapOutcome& outcome = outcomes[i];
+    if (!outcome.model) {
+      stage.Line(name + ": " + outcome.problem);
+      continue;
+    }
+    for (const std::string& doubt : outcome.model->doubts) stage.Line(name + ": " + doubt);
+    char line[200];
+    std::snprintf(line, sizeof(line),
+                  "%s: focal length %.1f px, %.0f %% of the images registered, %.2f px rms", name.c_str(),
+                  outcome.model->intrinsics.parameters[0], 100.0 * outcome.model->registered_share,
+                  outcome.model->reprojection_rms);
+    stage.Line(line);
+    if (outcome.model->doubts.empty()) (*start)[asked[i]] = {outcome.model->intrinsics, false};
+  }
+}
+
+CameraInitialization CameraInitializationStage(const StageContext& context,
+                                               const std::vector<CameraStart>& start,
+                                               const std::vector<TrackSet>& tracks,
+                                               const CalibrationState& state) {
+  StageClock stage("camera initialisation", context);
+  CameraInitialization cameras;
+  if (context.store.Load("cameras", &cameras)) {
+    stage.TakeOver({});
+  } else {
+    cameras = InitializeCameras(context.rig, start, tracks, state, context.cancellation);
+    context.store.Save("cameras", cameras);
+  }
+  for (const std::string& note : cameras.notes) stage.Line(note);
+  for (const std::string& problem : cameras.problems) stage.Line(problem);
+  return cameras;
+}
+
+}  // namespace mlic

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <vector>
+
+#include "mlic_core/calibration/camera_initialization.h"
+#include "mlic_core/calibration/stage_clock.h"
+#include "mlic_core/camera/tracks_from_images.h"
+
+namespace mlic {
+
+// Keyframes and features of every drive's images. state: its trajectories say where the vehicle moves;
+// without drives keyframes are chosen by time alone.
+std::vector<ImageFeatures> FeatureStage(const StageContext& context, const std::vector<CameraStart>& start,
+                                        const CalibrationState& state);
+
+// Tracks of each camera by itself, before any camera's pose is known.
+std::vector<TrackSet> TrackStage(const StageContext& context, const std::vector<CameraStart>& start,
+                                 const std::vector<ImageFeatures>& features);
+
+// Tracks again, now that the cameras of the state say which images share their view: across cameras and
+// across time.
+std::vector<TrackSet> SharedTrackStage(const StageContext& context, const CalibrationState& state,
+                                       const std::vector<ImageFeatures>& features);
+
+// Intrinsics from COLMAP for the cameras that the rig file gives only a field of view of, where the options
+// ask for it; a camera on which COLMAP fails keeps its start, and a line says why.
+void ColmapStage(const StageContext& context, const std::vector<TrackSet>& tracks,
+                 std::vector<CameraStart>* start);
+
+// SPEC stage 5 on the state's trajectories.
+CameraInitialization CameraInitializationStage(const StageContext& context,
+                                               const std::vector<CameraStart>& start,
+                                               const std::vector<TrackSet>& tracks,
+                                               const CalibrationState& state);
+
+}  // namespace mlic
