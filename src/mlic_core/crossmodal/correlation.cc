@@ -1,0 +1,139 @@
+#include "mlic_core/crossmodal/correlation.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+namespace mlic {
+namespace {
+
+constexpr int kChannels = StructureImage::kChannels;
+constexpr double kTaper = 0.5;  // sigma of the Gaussian by the template's half-size
+
+using Row = Eigen::Map<const Eigen::ArrayXf>;
+
+}  // namespace
+
+StructureTemplate::StructureTemplate(const StructureImage& image, int column, int row, int half)
+    : half_(half) {
+  const int size = 2 * half + 1;
+  channels_.assign(static_cast<std::size_t>(size * size * kChannels), 0.0f);
+  weight_.assign(static_cast<std::size_t>(size * size), 0.0f);
+  energy_.assign(static_cast<std::size_t>(size * size), 0.0f);
+  double all = 0.0, known = 0.0, sum = 0.0;
+  for (int y = -half; y <= half; ++y) {
+    for (int x = -half; x <= half; ++x) {
+      const double sigma = kTaper * half;
+      const auto taper = static_cast<float>(std::exp(-0.5 * (x * x + y * y) / (sigma * sigma)));
+      all += taper;
+      const int u = column + x, v = row + y;
+      if (u < 1 || v < 1 || u + 1 >= image.width || v + 1 >= image.height) continue;
+      const float w = taper * image.Weight(v)[u];
+      if (w <= 0.0f) continue;
+      known += w;
+      const auto pixel = static_cast<std::size_t>((y + half) * size + x + half);
+      const float* c = image.Channels(v) + kChannels * u;
+      const float* up = image.Channels(v - 1) + kChannels * u;
+      const float* down = image.Channels(v + 1) + kChannels * u;
+      weight_[pixel] = w;
+      energy_[pixel] = w * image.Energy(v)[u];
+      sum += energy_[pixel];
+      for (int k = 0; k < kChannels; ++k) {
+        channels_[pixel * kChannels + static_cast<std::size_t>(k)] = w * c[k];
+        const double dx = 0.5 * (c[k + kChannels] - c[k - kChannels]), dy = 0.5 * (down[k] - up[k]);
+        sharpness_(0, 0) += w * dx * dx;
+        sharpness_(0, 1) += w * dx * dy;
+        sharpness_(1, 1) += w * dy * dy;
+      }
+    }
+  }
+  sharpness_(1, 0) = sharpness_(0, 1);
+  complete_ = known / all;
+  if (sum > 0.0) sharpness_ /= sum;
+}
+
+double StructureTemplate::Score(const StructureImage& image, int column, int row) const {
+  const int size = 2 * half_ + 1;
+  const int left = std::max(0, half_ - column), right = std::min(size, image.width - column + half_);
+  const int top = std::max(0, half_ - row), bottom = std::min(size, image.height - row + half_);
+  if (left >= right) return -1.0;
+  const int n = right - left;
+  float product = 0.0f, own = 0.0f, other = 0.0f, shared = 0.0f, all = 0.0f;
+  for (int y = top; y < bottom; ++y) {
+    const int v = row + y - half_, u = column + left - half_;
+    const auto first = static_cast<std::size_t>(y * size + left);
+    const Row weight(&weight_[first], n), known(image.Weight(v) + u, n);
+    product += (Row(&channels_[first * kChannels], n * kChannels) *
+                Row(image.Channels(v) + kChannels * u, n * kChannels))
+                   .sum();
+    own += (Row(&energy_[first], n) * known).sum();
+    other += (weight * Row(image.Energy(v) + u, n)).sum();
+    shared += (weight * known).sum();
+  }
+  all = Row(weight_.data(), size * size).sum();
+  if (shared < 0.5f * all || own <= 0.0f || other <= 0.0f) return -1.0;
+  return static_cast<double>(product) / std::sqrt(static_cast<double>(own) * static_cast<double>(other));
+}
+
+ScoreMap Correlate(const StructureTemplate& piece, const StructureImage& image, int column, int row,
+                   int center_u, int center_v, int radius) {
+  ScoreMap map{center_u, center_v, radius, {}};
+  map.scores.reserve(static_cast<std::size_t>(map.Size() * map.Size()));
+  for (int v = -radius; v <= radius; ++v) {
+    for (int u = -radius; u <= radius; ++u) {
+      map.scores.push_back(piece.Score(image, column + center_u + u, row + center_v + v));
+    }
+  }
+  return map;
+}
+
+ScorePeak HighestScore(const ScoreMap& map) {
+  ScorePeak peak;
+  for (int v = map.center_v - map.radius; v <= map.center_v + map.radius; ++v) {
+    for (int u = map.center_u - map.radius; u <= map.center_u + map.radius; ++u) {
+      if (map.At(u, v) > peak.score) peak = {u, v, map.At(u, v), false};
+    }
+  }
+  peak.inside = std::abs(peak.u - map.center_u) < map.radius && std::abs(peak.v - map.center_v) < map.radius;
+  return peak;
+}
+
+double SecondPeak(const ScoreMap& map, const ScorePeak& peak, double distance) {
+  double second = -1.0;
+  const int radius = map.radius;
+  for (int v = map.center_v - radius + 1; v < map.center_v + radius; ++v) {
+    for (int u = map.center_u - radius + 1; u < map.center_u + radius; ++u) {
+      const double score = map.At(u, v);
+      if (score <= second || std::hypot(u - peak.u, v - peak.v) < distance) continue;
+      bool highest = true;
+      for (int k = 0; k < 9 && highest; ++k) highest = map.At(u + k % 3 - 1, v + k / 3 - 1) <= score;
+      if (highest) second = score;
+    }
+  }
+  return second;
+}
+
+bool FitPeak(const ScoreMap& map, const ScorePeak& peak, Eigen::Vector2d* place, Eigen::Matrix2d* curvature) {
+  // Least squares of a + b.x + x.C.x/2 over 3 x 3 scores, in closed form.
+  double s[3][3];
+  for (int y = 0; y < 3; ++y) {
+    for (int x = 0; x < 3; ++x) s[y][x] = map.At(peak.u + x - 1, peak.v + y - 1);
+  }
+  Eigen::Vector2d slope = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d C = Eigen::Matrix2d::Zero();
+  for (int k = 0; k < 3; ++k) {
+    slope.x() += (s[k][2] - s[k][0]) / 6.0;
+    slope.y() += (s[2][k] - s[0][k]) / 6.0;
+    C(0, 0) += (s[k][0] - 2.0 * s[k][1] + s[k][2]) / 3.0;
+    C(1, 1) += (s[0][k] - 2.0 * s[1][k] + s[2][k]) / 3.0;
+  }
+  C(0, 1) = C(1, 0) = 0.25 * (s[0][0] - s[0][2] - s[2][0] + s[2][2]);
+  if (!(C(0, 0) < 0.0) || !(C.determinant() > 1e-12)) return false;
+  const Eigen::Vector2d shift = -C.inverse() * slope;
+  if (shift.cwiseAbs().maxCoeff() > 1.0) return false;
+  *place = Eigen::Vector2d(peak.u, peak.v) + shift;
+  *curvature = C;
+  return true;
+}
+
+}  // namespace mlic

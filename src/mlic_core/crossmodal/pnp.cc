@@ -1,0 +1,194 @@
+#include "mlic_core/crossmodal/pnp.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "mlic_core/common/random.h"
+#include "mlic_core/crossmodal/three_point.h"
+#include "mlic_core/geometry/so3.h"
+
+namespace mlic {
+namespace {
+
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+
+constexpr int kFewestIterations = 30;
+constexpr int kMostRounds = 10;            // of choosing inliers
+constexpr double kRobustLimit = 1.5;       // sigmas: errors beyond count less (Huber)
+constexpr double kLeastSampleArea = 0.05;  // of three bearings' triangle, rad^2: smaller ones fix no pose
+
+class Sightings {
+ public:
+  Sightings(const std::vector<PointSighting>& sightings, const CameraIntrinsics& intrinsics,
+            const PnpOptions& options)
+      : sightings_(sightings), intrinsics_(intrinsics), options_(options) {
+    const Eigen::Matrix2d slack = options.model_sigma * options.model_sigma * Eigen::Matrix2d::Identity();
+    for (const PointSighting& sighting : sightings) {
+      const Eigen::LLT<Eigen::Matrix2d> cholesky(sighting.covariance + slack);
+      whitening_.push_back(cholesky.matrixL().solve(Eigen::Matrix2d::Identity()));
+    }
+  }
+
+  std::size_t size() const { return sightings_.size(); }
+
+  // Whitened error; false where the camera cannot see the point.
+  bool Error(const RigidTransform& pose, std::size_t i, Eigen::Vector2d* error,
+             Eigen::Matrix<double, 2, 6>* J = nullptr) const {
+    const Eigen::Vector3d turned = pose.rotation * sightings_[i].point;
+    Eigen::Vector2d pixel;
+    CameraPointJacobian J_point;
+    if (!Project(intrinsics_, turned + pose.translation, &pixel, J != nullptr ? &J_point : nullptr))
+      return false;
+    *error = whitening_[i] * (pixel - sightings_[i].pixel);
+    if (J != nullptr) {
+      const CameraPointJacobian whitened = whitening_[i] * J_point;
+      J->leftCols<3>() = -whitened * Hat(turned);
+      J->rightCols<3>() = whitened;
+    }
+    return true;
+  }
+
+  // Truncated squared errors in units of the limit; stops where they exceed `bound`.
+  double Cost(const RigidTransform& pose, double bound) const {
+    const double limit = options_.largest_error * options_.largest_error;
+    double cost = 0.0;
+    Eigen::Vector2d error;
+    for (std::size_t i = 0; i < size() && cost < bound; ++i) {
+      cost += Error(pose, i, &error) ? std::min(1.0, error.squaredNorm() / limit) : 1.0;
+    }
+    return cost;
+  }
+
+  std::vector<bool> Inliers(const RigidTransform& pose) const {
+    std::vector<bool> inlier(size());
+    Eigen::Vector2d error;
+    for (std::size_t i = 0; i < size(); ++i) {
+      inlier[i] = Error(pose, i, &error) && error.norm() < options_.largest_error;
+    }
+    return inlier;
+  }
+
+ private:
+  const std::vector<PointSighting>& sightings_;
+  const CameraIntrinsics& intrinsics_;
+  const PnpOptions& options_;
+  std::vector<Eigen::Matrix2d> whitening_;
+};
+
+struct NormalEquations {
+  Matrix6d H = Matrix6d::Zero();
+  Vector6d g = Vector6d::Zero();
+  double chi2 = 0.0;
+  int count = 0;
+};
+
+NormalEquations Linearize(const Sightings& sightings, const RigidTransform& pose,
+                          const std::vector<bool>& inlier) {
+  NormalEquations out;
+  for (std::size_t i = 0; i < sightings.size(); ++i) {
+    Eigen::Vector2d error;
+    Eigen::Matrix<double, 2, 6> J;
+    if (!inlier[i] || !sightings.Error(pose, i, &error, &J)) continue;
+    const double weight = std::min(1.0, kRobustLimit / std::max(1e-12, error.norm()));
+    out.H += weight * J.transpose() * J;
+    out.g += weight * J.transpose() * error;
+    out.chi2 += error.squaredNorm();
+    ++out.count;
+  }
+  return out;
+}
+
+// Moves the pose to the inliers' optimum. False where the inliers do not fix it.
+bool Optimize(const Sightings& sightings, const std::vector<bool>& inlier, RigidTransform* pose) {
+  for (int i = 0; i < 20; ++i) {
+    const NormalEquations equations = Linearize(sightings, *pose, inlier);
+    const Eigen::LDLT<Matrix6d> solver(equations.H);
+    const Vector6d step = -solver.solve(equations.g);
+    if (equations.count < 3 || !step.allFinite() || !solver.isPositive()) return false;
+    pose->rotation = (ExpQuaternion(step.head<3>()) * pose->rotation).normalized();
+    pose->translation += step.tail<3>();
+    if (step.norm() < 1e-9) break;
+  }
+  return true;
+}
+
+int Count(const std::vector<bool>& inlier) {
+  return static_cast<int>(std::count(inlier.begin(), inlier.end(), true));
+}
+
+int IterationsNeeded(double inlier_share, const PnpOptions& options) {
+  const double good = inlier_share * inlier_share * inlier_share;
+  const int fewest = std::min(kFewestIterations, options.most_iterations);
+  if (good > 0.9999) return fewest;
+  if (good < 1e-9) return options.most_iterations;
+  const double needed = std::log(1.0 - options.confidence) / std::log(1.0 - good);
+  return std::max(fewest, static_cast<int>(std::min<double>(options.most_iterations, needed + 1.0)));
+}
+
+}  // namespace
+
+std::optional<PnpResult> RefinePose(const std::vector<PointSighting>& sightings,
+                                    const CameraIntrinsics& intrinsics, const PnpOptions& options,
+                                    const RigidTransform& T_camera_body) {
+  const Sightings all(sightings, intrinsics, options);
+  PnpResult result;
+  result.T_camera_body = T_camera_body;
+  for (int round = 0; round < kMostRounds; ++round) {
+    std::vector<bool> inlier = all.Inliers(result.T_camera_body);
+    if (inlier == result.inlier) break;
+    result.inlier = std::move(inlier);
+    result.inliers = Count(result.inlier);
+    if (result.inliers < std::max(3, options.fewest_inliers)) return std::nullopt;
+    if (!Optimize(all, result.inlier, &result.T_camera_body)) return std::nullopt;
+  }
+  const NormalEquations equations = Linearize(all, result.T_camera_body, result.inlier);
+  result.chi2 = equations.chi2 / std::max(1, 2 * equations.count - 6);
+  result.covariance = std::max(1.0, result.chi2) * equations.H.inverse();
+  return result;
+}
+
+std::optional<PnpResult> EstimatePose(const std::vector<PointSighting>& sightings,
+                                      const CameraIntrinsics& intrinsics, const PnpOptions& options,
+                                      const RigidTransform* guess) {
+  const Sightings all(sightings, intrinsics, options);
+  std::vector<Eigen::Vector3d> bearings;
+  std::vector<std::size_t> usable;
+  for (std::size_t i = 0; i < sightings.size(); ++i) {
+    Eigen::Vector3d bearing = Eigen::Vector3d::Zero();
+    if (Unproject(intrinsics, sightings[i].pixel, &bearing)) usable.push_back(i);
+    bearings.push_back(bearing);
+  }
+  if (static_cast<int>(usable.size()) < std::max(3, options.fewest_inliers)) return std::nullopt;
+  RigidTransform best;
+  double least = static_cast<double>(sightings.size());
+  const auto consider = [&](const RigidTransform& pose) {
+    const double cost = all.Cost(pose, least);
+    if (cost >= least) return false;
+    best = pose, least = cost;
+    return true;
+  };
+  if (guess != nullptr) consider(*guess);
+  Random random(options.seed);
+  int needed = options.most_iterations;
+  for (int i = 0; i < needed; ++i) {
+    std::size_t s[3];
+    for (std::size_t& k : s) k = usable[random.Next() % usable.size()];
+    const Eigen::Vector3d b[3] = {bearings[s[0]], bearings[s[1]], bearings[s[2]]};
+    if ((b[1] - b[0]).cross(b[2] - b[0]).norm() < kLeastSampleArea) continue;
+    const Eigen::Vector3d p[3] = {sightings[s[0]].point, sightings[s[1]].point, sightings[s[2]].point};
+    RigidTransform poses[kMostThreePointPoses];
+    const int count = SolveThreePoint(b, p, poses);
+    bool better = false;
+    for (int k = 0; k < count; ++k) better |= consider(poses[k]);
+    if (better) {
+      const double share = Count(all.Inliers(best)) / static_cast<double>(sightings.size());
+      needed = std::min(options.most_iterations, std::max(i + 1, IterationsNeeded(share, options)));
+    }
+  }
+  return RefinePose(sightings, intrinsics, options, best);
+}
+
+}  // namespace mlic

@@ -1,0 +1,108 @@
+#include "mlic_core/crossmodal/structure_features.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "mlic_core/common/error.h"
+#include "mlic_core/crossmodal/edge_maps.h"
+
+namespace mlic {
+namespace {
+
+constexpr int kChannels = StructureImage::kChannels;
+
+// Edge strength is compared with that of this much wider a neighbourhood.
+constexpr double kSurroundings = 6.0;
+
+// Coefficients count by these factors: orientation tells more than strength.
+constexpr float kHarmonicWeights[kChannels] = {0.5f, 1.0f, 1.0f, 0.7f, 0.7f};
+
+// From edge moments of one level to features: blurred, and relative to the strength around.
+StructureImage ToStructure(const cv::Mat& moments, const cv::Mat& known, double sigma) {
+  StructureImage out;
+  out.width = moments.cols, out.height = moments.rows;
+  const auto count = static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height);
+  out.channels.assign(count * kChannels, 0.0f);
+  out.energy.assign(count, 0.0f);
+  out.weight.assign(count, 0.0f);
+  cv::Mat near, strength(moments.size(), CV_32FC2), around;
+  cv::GaussianBlur(moments, near, cv::Size(), sigma, sigma, cv::BORDER_REFLECT_101);
+  for (int v = 0; v < out.height; ++v) {
+    const float* m = near.ptr<float>(v);
+    const float* k = known.ptr<float>(v);
+    float* s = strength.ptr<float>(v);
+    for (int u = 0; u < out.width; ++u) s[2 * u] = k[u] * m[kChannels * u], s[2 * u + 1] = k[u];
+  }
+  cv::GaussianBlur(strength, around, cv::Size(), kSurroundings * sigma, kSurroundings * sigma,
+                   cv::BORDER_REFLECT_101);
+  for (int v = 0; v < out.height; ++v) {
+    const float* m = near.ptr<float>(v);
+    const float* a = around.ptr<float>(v);
+    const float* k = known.ptr<float>(v);
+    for (int u = 0; u < out.width; ++u) {
+      if (k[u] <= 0.0f) continue;
+      const auto pixel =
+          static_cast<std::size_t>(v) * static_cast<std::size_t>(out.width) + static_cast<std::size_t>(u);
+      float* c = &out.channels[pixel * kChannels];
+      const float mean = a[2 * u] / std::max(1e-6f, a[2 * u + 1]);
+      const float scale = 1.0f / (mean + 0.05f);
+      for (int i = 0; i < kChannels; ++i) {
+        const float value = m[kChannels * u + i] - (i == 0 ? mean : 0.0f);
+        c[i] = kHarmonicWeights[i] * scale * value;
+        out.energy[pixel] += c[i] * c[i];
+      }
+      out.weight[pixel] = 1.0f;
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+StructurePyramid PhotoStructure(const cv::Mat& gray, const cv::Mat& mask, const StructureOptions& options) {
+  Check(gray.type() == CV_8UC1, "PhotoStructure: expected CV_8UC1");
+  cv::Mat image, known(gray.size(), CV_32FC1, cv::Scalar(1.0f));
+  gray.convertTo(image, CV_32F);
+  if (!mask.empty()) {
+    Check(mask.type() == CV_8UC1 && mask.size() == gray.size(), "PhotoStructure: mask of another size");
+    known.setTo(0.0f, mask == 0);
+  }
+  StructurePyramid pyramid;
+  for (int level = 0; level < options.levels; ++level) {
+    if (level > 0) HalveKnown(image, known, &image, &known);
+    const EdgeMap edges = IntensityEdges(image, known, options.gradient_sigma);
+    pyramid.push_back(ToStructure(edges.moments, edges.known, options.channel_sigma));
+  }
+  return pyramid;
+}
+
+StructurePyramid MapStructure(const RenderedStructure& rendering, const StructureOptions& options) {
+  Check(rendering.intensity.type() == CV_32FC1, "MapStructure: expected an intensity image CV_32FC1");
+  cv::Mat intensity = rendering.intensity.clone();
+  cv::Mat known(intensity.size(), CV_32FC1, cv::Scalar(1.0f));
+  for (int v = 0; v < intensity.rows; ++v) {
+    for (int u = 0; u < intensity.cols; ++u) {
+      if (std::isfinite(intensity.at<float>(v, u))) continue;
+      intensity.at<float>(v, u) = 0.0f;
+      known.at<float>(v, u) = 0.0f;
+    }
+  }
+  SurfaceImage surface{rendering.points, rendering.normals, rendering.range};
+  StructurePyramid pyramid;
+  for (int level = 0; level < options.levels; ++level) {
+    if (level > 0) {
+      HalveKnown(intensity, known, &intensity, &known);
+      if (!surface.range.empty()) surface = HalveNearest(surface);
+    }
+    EdgeMap edges = IntensityEdges(intensity, known, options.gradient_sigma);
+    if (!surface.range.empty()) {
+      AddDepthEdges(surface, options.gradient_sigma, static_cast<float>(options.depth_weight), &edges);
+      AddOrientationEdges(surface, options.gradient_sigma, static_cast<float>(options.normal_weight), &edges);
+    }
+    pyramid.push_back(ToStructure(edges.moments, edges.known, options.channel_sigma));
+  }
+  return pyramid;
+}
+
+}  // namespace mlic

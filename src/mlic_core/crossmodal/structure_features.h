@@ -1,0 +1,67 @@
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+namespace mlic {
+
+// Structure that a photo and a rendering of the LiDAR map share: where edges are and which way they run, not
+// how bright either side is. At every pixel, the distribution of edge strength over orientation (modulo pi,
+// so that inverted contrast is the same edge), blurred over the neighbourhood: the channel features of
+// orientated gradients, CFOG (Ye, Bruzzone, Shan, Bovolo, Zhu, "Fast and robust matching for multimodal
+// remote sensing image registration", 2019), kept as the Fourier coefficients 0, 2 and 4 of that
+// distribution in place of samples of it. Edge strength saturates, so that one strong edge does not drown the
+// rest. Coefficient 0 is kept relative to its wider surroundings: empty and crowded places differ by it.
+struct StructureImage {
+  static constexpr int kChannels = 5;
+
+  int width = 0;
+  int height = 0;
+  std::vector<float> channels;  // row by row, the channels of a pixel together
+  std::vector<float> energy;    // of each pixel, the sum of its channels' squares
+  std::vector<float> weight;    // of each pixel, 0 where nothing is known, else 1
+
+  const float* Channels(int row) const {
+    return &channels[static_cast<std::size_t>(row) * static_cast<std::size_t>(width * kChannels)];
+  }
+  const float* Energy(int row) const {
+    return &energy[static_cast<std::size_t>(row) * static_cast<std::size_t>(width)];
+  }
+  const float* Weight(int row) const {
+    return &weight[static_cast<std::size_t>(row) * static_cast<std::size_t>(width)];
+  }
+};
+
+// Level l is half as large as level l - 1; a pixel of level l covers 2 x 2 of level l - 1, so the pixel
+// at x of level 0 is at (x + 0.5) / 2^l - 0.5 of level l.
+using StructurePyramid = std::vector<StructureImage>;
+
+inline double ToLevel(double x, int level) { return (x + 0.5) / (1 << level) - 0.5; }
+inline double FromLevel(double x, int level) { return (x + 0.5) * (1 << level) - 0.5; }
+
+struct StructureOptions {
+  int levels = 4;
+  double gradient_sigma = 1.0;  // px at each level: of the Gaussian whose derivative finds edges
+  double channel_sigma = 1.5;   // px at each level: of the blur over the neighbourhood
+  // Weights of the rendering's edges of depth and of surface orientation beside those of intensity (1). Edges
+  // of depth are fattened on one side by the beam's width.
+  double depth_weight = 0.5;
+  double normal_weight = 0.5;
+};
+
+// The rendered map as the features need it. All of one size.
+struct RenderedStructure {
+  cv::Mat intensity;  // CV_32FC1; NaN where nothing was seen
+  cv::Mat points;     // CV_32FC3: the surface point under each pixel, m, in any frame; may be empty
+  cv::Mat normals;    // CV_32FC3: its unit normal in the same frame; zero where unknown
+  cv::Mat range;      // CV_32FC1: its distance from the camera, m; 0 or NaN where nothing was seen
+};
+
+// gray: CV_8UC1; mask: CV_8UC1 of the same size, 0: ignore; may be empty.
+StructurePyramid PhotoStructure(const cv::Mat& gray, const cv::Mat& mask, const StructureOptions& options);
+
+// Edges of intensity, of depth (steps off the neighbour's plane, so a slanted floor has none) and of surface
+// orientation.
+StructurePyramid MapStructure(const RenderedStructure& rendering, const StructureOptions& options);
+
+}  // namespace mlic
