@@ -1,14 +1,28 @@
 #include <onnxruntime_cxx_api.h>
 
 #include <algorithm>
-#include <functional>
-#include <numeric>
+#include <iostream>
+#include <sstream>
 
 #include "mlic_core/camera/learned_runtimes.h"
 #include "mlic_core/common/error.h"
 
 namespace mlic {
 namespace {
+
+// Swallows what is written to std::cerr. Debian's package registers its operators twice at the first network
+// that it loads and says so in 567 lines, without harm: real errors are exceptions.
+class SilentErrors {
+ public:
+  SilentErrors() : before_(std::cerr.rdbuf(nothing_.rdbuf())) {}
+  ~SilentErrors() { std::cerr.rdbuf(before_); }
+  SilentErrors(const SilentErrors&) = delete;
+  SilentErrors& operator=(const SilentErrors&) = delete;
+
+ private:
+  std::ostringstream nothing_;
+  std::streambuf* before_;
+};
 
 // ONNX Runtime wants one environment in a process, before everything else and until the end.
 Ort::Env& Environment() {
@@ -45,7 +59,7 @@ class OnnxNetwork : public Network {
   OnnxNetwork(const std::filesystem::path& file, const NetworkSignature& signature)
       : file_(file.string()), signature_(signature) {
     try {
-      Environment();
+      const SilentErrors silent;
       session_ = Ort::Session(Environment(), file.c_str(), OneThread());
     } catch (const Ort::Exception& error) {
       throw InputError(file_ + ": cannot be read as an ONNX network: " + FirstLine(error.what()));
