@@ -5,6 +5,7 @@
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/crossmodal/intensity_compensation.h"
 #include "mlic_core/crossmodal/map_surfaces.h"
+#include "mlic_core/crossmodal/moving_points.h"
 
 namespace mlic {
 namespace {
@@ -15,27 +16,49 @@ std::uint32_t Scramble(std::uint32_t index) {
   return static_cast<std::uint32_t>(z >> 32);
 }
 
-}  // namespace
-
-IntensityMap BuildIntensityMap(const std::vector<MapReturn>& returns, const IntensityMapOptions&) {
-  const MapSurfaces surfaces = FindSurfaces(returns);
-  const std::vector<float> intensity = CompensateIntensity(returns, surfaces);
-  IntensityMap map;
-  map.cells = surfaces.cells;
-  map.points.resize(returns.size());
-  map.origins.resize(returns.size());
-  ParallelFor(map.cells.size(), [&](std::size_t c) {
-    const MapCell& cell = map.cells[c];
-    std::vector<std::uint32_t> order(cell.end - cell.begin);
-    for (std::uint32_t k = 0; k < order.size(); ++k) order[k] = cell.begin + k;
-    std::sort(order.begin(), order.end(), [](std::uint32_t a, std::uint32_t b) {
+// The points of each cell that stay, in random order.
+std::vector<std::vector<std::uint32_t>> ChoosePoints(const MapSurfaces& surfaces,
+                                                     const std::vector<std::uint8_t>& moving) {
+  std::vector<std::vector<std::uint32_t>> chosen(surfaces.cells.size());
+  ParallelFor(chosen.size(), [&](std::size_t c) {
+    for (std::uint32_t k = surfaces.cells[c].begin; k < surfaces.cells[c].end; ++k) {
+      if (!surfaces.surfaces[k].stray && (moving.empty() || !moving[k])) chosen[c].push_back(k);
+    }
+    std::sort(chosen[c].begin(), chosen[c].end(), [](std::uint32_t a, std::uint32_t b) {
       return Scramble(a) != Scramble(b) ? Scramble(a) < Scramble(b) : a < b;
     });
-    for (std::uint32_t k = 0; k < order.size(); ++k) {
-      const ReturnSurface& surface = surfaces.surfaces[order[k]];
-      const MapReturn& r = returns[surfaces.order[order[k]]];
-      map.points[cell.begin + k] = {surface.position, intensity[order[k]], surface.normal, surface.spacing};
-      map.origins[cell.begin + k] = {r.time, r.lidar};
+  });
+  return chosen;
+}
+
+}  // namespace
+
+IntensityMap BuildIntensityMap(const std::vector<MapReturn>& returns, const IntensityMapOptions& options) {
+  const MapSurfaces surfaces = FindSurfaces(returns);
+  std::vector<std::uint8_t> moving;
+  if (options.remove_moving) moving = FindMovingPoints(returns, surfaces);
+  const std::vector<float> intensity = CompensateIntensity(returns, surfaces);
+  const std::vector<std::vector<std::uint32_t>> chosen = ChoosePoints(surfaces, moving);
+  IntensityMap map;
+  std::uint32_t count = 0;
+  std::vector<std::size_t> cell_of;
+  for (std::size_t c = 0; c < chosen.size(); ++c) {
+    if (chosen[c].empty()) continue;
+    map.cells.push_back(surfaces.cells[c]);
+    map.cells.back().begin = count;
+    map.cells.back().end = count += static_cast<std::uint32_t>(chosen[c].size());
+    cell_of.push_back(c);
+  }
+  map.points.resize(count);
+  map.origins.resize(count);
+  ParallelFor(map.cells.size(), [&](std::size_t c) {
+    std::size_t k = map.cells[c].begin;
+    for (const std::uint32_t from : chosen[cell_of[c]]) {
+      const ReturnSurface& surface = surfaces.surfaces[from];
+      const MapReturn& r = returns[surfaces.order[from]];
+      map.points[k] = {surface.position, intensity[from], surface.normal, surface.spacing};
+      map.origins[k] = {r.time, r.lidar};
+      ++k;
     }
   });
   return map;

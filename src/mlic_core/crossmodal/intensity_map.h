@@ -52,7 +52,6 @@ struct IntensityMap {
 struct IntensityMapOptions {
   std::size_t largest_count = 10000000;  // points taken; thinned out evenly beyond
   bool remove_moving = true;             // what other beams saw through at other times is left out
-  double range_noise = 0.02;             // m, of the LiDARs
 };
 
 // All returns of a drive at the given calibration (lidars[i] belongs to drive.lidars[i]), in order of LiDAR

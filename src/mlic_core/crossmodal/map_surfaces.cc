@@ -21,6 +21,7 @@ constexpr std::size_t kCellPoints = 256;  // of a drawn cell, more only where it
 constexpr double kCellSize = 0.25;        // m
 constexpr double kFloor = 0.005;          // m: what range noise does not explain, trajectory and unevenness
 constexpr double kThicknessSigmas = 1.5;
+constexpr double kDenseParent = 16.0;  // times as many points around a few as there are of them: those stray
 
 struct KeyedReturn {
   std::uint64_t key;
@@ -80,7 +81,11 @@ class RootVoxel {
     const bool fine_enough = size <= kPatch || count < kManyPoints;
     if (level == kLevels || count < kFewestPoints || (fit.planar && fine_enough && in_cell)) {
       finds_->patches.push_back(static_cast<std::uint32_t>(begin));
-      for (std::size_t k = begin; k < end; ++k) Describe(returns_[keyed_[k].index], fit, &surfaces[k]);
+      const bool alone = count < kFewestPoints && parent.count > kDenseParent * static_cast<double>(count);
+      for (std::size_t k = begin; k < end; ++k) {
+        Describe(returns_[keyed_[k].index], fit, &surfaces[k]);
+        surfaces[k].stray = surfaces[k].normal.isZero() && (alone || fit.planar);
+      }
       return;
     }
     const int shift = 3 * (kLevels - 1 - level);

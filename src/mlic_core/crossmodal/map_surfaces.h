@@ -12,6 +12,7 @@ struct ReturnSurface {
   Eigen::Vector3f position;                          // with less range noise
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // unit, towards the sensor; zero: no plane
   float spacing = 0.0f;                              // m
+  bool stray = false;  // lies alone beside dense surfaces: the mean of two that its beam hit, or noise
 };
 
 // Returns sorted into an octree (root 4 m, leaves 0.125 m) and what it says of each.
