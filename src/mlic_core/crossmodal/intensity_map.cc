@@ -56,7 +56,7 @@ IntensityMap BuildIntensityMap(const std::vector<MapReturn>& returns, const Inte
     for (const std::uint32_t from : chosen[cell_of[c]]) {
       const ReturnSurface& surface = surfaces.surfaces[from];
       const MapReturn& r = returns[surfaces.order[from]];
-      map.points[k] = {surface.position, intensity[from], surface.normal, surface.spacing};
+      map.points[k] = {surface.position, intensity[from], surface.normal, surface.spacing, surface.weight};
       map.origins[k] = {r.time, r.lidar};
       ++k;
     }

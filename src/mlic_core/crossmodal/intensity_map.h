@@ -26,6 +26,7 @@ struct SurfacePoint {
   float intensity = 0.0f;    // 0 to 1, range, incidence and sensor compensated
   Eigen::Vector3f normal;    // unit, on the side it was seen from; zero where there is no plane
   float spacing = 0.0f;      // m, to the neighbours on the surface
+  float weight = 1.0f;       // of its intensity among its neighbours': sharp, well-lit looks count more
 };
 
 // Which beam a point comes from.

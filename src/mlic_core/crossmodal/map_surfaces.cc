@@ -21,6 +21,7 @@ constexpr std::size_t kCellPoints = 256;  // of a drawn cell, more only where it
 constexpr double kCellSize = 0.25;        // m
 constexpr double kFloor = 0.005;          // m: what range noise does not explain, trajectory and unevenness
 constexpr double kThicknessSigmas = 1.5;
+constexpr double kUnknownCosine = 0.3;
 constexpr double kDenseParent = 16.0;  // times as many points around a few as there are of them: those stray
 
 struct KeyedReturn {
@@ -151,14 +152,17 @@ class RootVoxel {
     surface->position = r.position;
     surface->spacing = static_cast<float>(fit.spacing);
     surface->normal.setZero();
-    if (!fit.planar) return;
+    // A beam's light on the surface covers an area that grows with range squared over cosine.
     const double range = r.beam.norm();
+    surface->weight = static_cast<float>(std::sqrt(kUnknownCosine / (1.0 + range * range)));
+    if (!fit.planar) return;
     const Eigen::Vector3d direction = r.beam.cast<double>() / range;
     const double cosine = fit.normal.dot(direction);
     const double distance = fit.normal.dot(r.position.cast<double>() - fit.center);
     const double plane_sigma = fit.thickness / std::sqrt(fit.count) + kFloor;
     const double expected = std::sqrt(cosine * cosine * range_noise_ * range_noise_ + kFloor * kFloor);
     if (std::abs(distance) > 3.0 * std::max(expected, fit.thickness)) return;
+    surface->weight = static_cast<float>(std::sqrt(std::max(0.02, std::abs(cosine)) / (1.0 + range * range)));
     surface->normal = ((cosine > 0.0 ? -1.0 : 1.0) * fit.normal).cast<float>();
     const double noise = range_noise_ * range_noise_ * cosine * cosine;
     const double step =

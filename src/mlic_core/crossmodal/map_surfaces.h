@@ -12,6 +12,7 @@ struct ReturnSurface {
   Eigen::Vector3f position;                          // with less range noise
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // unit, towards the sensor; zero: no plane
   float spacing = 0.0f;                              // m
+  float weight = 1.0f;                               // as of SurfacePoint
   bool stray = false;  // lies alone beside dense surfaces: the mean of two that its beam hit, or noise
 };
 

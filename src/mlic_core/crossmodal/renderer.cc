@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "mlic_core/common/parallel.h"
+#include "mlic_core/crossmodal/hole_filling.h"
 #include "mlic_core/crossmodal/projection_table.h"
 #include "mlic_core/crossmodal/splat_canvas.h"
 
@@ -233,9 +234,12 @@ RenderedView ViewRenderer::Render(const ViewPose& pose) const {
   for (const std::uint32_t c : self.VisibleCells(&drawing, &shares))
     self.DrawCell(self.map.cells[c], shares[c], &drawing);
   for (const Splat& splat : drawing.splats) {
-    drawing.canvas.DrawBrightness(splat, self.map.points[splat.point].intensity);
+    const SurfacePoint& point = self.map.points[splat.point];
+    drawing.canvas.DrawBrightness(splat, point.intensity, point.weight);
   }
-  return self.Finish(drawing);
+  RenderedView view = self.Finish(drawing);
+  FillHoles(self.map, self.intrinsics.parameters[0], &view);
+  return view;
 }
 
 std::vector<RenderedView> RenderViews(const IntensityMap& map, const CameraIntrinsics& intrinsics,

@@ -39,11 +39,11 @@ void SplatCanvas::DrawRange(const Splat& splat) {
   });
 }
 
-void SplatCanvas::DrawBrightness(const Splat& splat, float brightness) {
+void SplatCanvas::DrawBrightness(const Splat& splat, float brightness, float point_weight) {
   const float tolerance = Tolerance(splat);
   ForPixels(splat, width_, height_, [&](std::size_t pixel, float inside, float range) {
     if (range > nearest_[pixel] + tolerance) return;
-    const float weight = inside * inside;
+    const float weight = point_weight * inside * inside;
     Sum& sum = sums_[pixel];
     sum.weight += weight;
     sum.brightness += weight * brightness;

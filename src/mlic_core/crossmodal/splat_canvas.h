@@ -37,7 +37,7 @@ class SplatCanvas {
   }
 
   void DrawRange(const Splat& splat);
-  void DrawBrightness(const Splat& splat, float brightness);
+  void DrawBrightness(const Splat& splat, float brightness, float weight);
 
   int width() const { return width_; }
   int height() const { return height_; }
