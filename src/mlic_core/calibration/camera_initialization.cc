@@ -32,46 +32,6 @@ constexpr double kStandsStill = 0.1;  // of a sigma
 // The distortion that images show most: k1, or double_sphere's alpha.
 int FirstDistortion(CameraModel model) { return model == CameraModel::kDoubleSphere ? 5 : 4; }
 
-// Rotation and offset of one camera before anything is triangulated; the focal length where it only comes
-// from the field of view.
-void AlignCamera(const CameraConfig& config, const CameraStart& start, std::size_t c,
-                 const std::vector<TrackSet>& tracks, const CalibrationState& state,
-                 CameraInitialization* result) {
-  CameraCalibration& camera = result->cameras[c];
-  std::vector<const SplitSpline*> trajectories;
-  for (const DriveState& drive : state.drives) trajectories.push_back(&drive.trajectory);
-  // Distortion that is not known yet bends bearings by several pixels.
-  const double largest_error = start.from_field_of_view ? 8.0 : 3.0;
-  CameraRotation rotation;
-  CameraIntrinsics intrinsics = camera.intrinsics;
-  for (int iteration = 0; iteration < 4; ++iteration) {
-    const auto motions = VisualMotions(tracks, static_cast<int>(c), intrinsics, largest_error);
-    const CameraRotation next = AlignCameraRotation(motions, trajectories, config.guess, config.time_offset);
-    // In a narrow view rotation and translation trade, and the ratio may mislead: it has to prove itself.
-    if (!next.valid || (rotation.valid && next.cost >= rotation.cost)) break;
-    rotation = next;
-    camera.intrinsics = intrinsics;
-    if (!start.from_field_of_view || std::abs(rotation.focal_ratio - 1.0) < 0.02) break;
-    intrinsics.parameters[0] *= rotation.focal_ratio;
-    intrinsics.parameters[1] *= rotation.focal_ratio;
-  }
-  if (!rotation.valid || rotation.inlier_share < kLeastShare) {
-    result->problems.push_back(
-        config.name +
-        ": its images do not turn as the IMU does (too few matches, a blocked view, or "
-        "another vehicle's topic)");
-    return;
-  }
-  camera.sensor.T_imu_sensor.rotation = rotation.R_imu_camera;
-  camera.sensor.time_offset = rotation.time_offset;
-  result->found[c] = true;
-  char line[200];
-  std::snprintf(line, sizeof(line), "%s: offset %.1f ms, focal length %.0f px, turns as the IMU to %.2f deg",
-                config.name.c_str(), 1e3 * rotation.time_offset, camera.intrinsics.parameters[0],
-                rotation.residual * 180.0 / M_PI);
-  result->notes.push_back(line);
-}
-
 // Holds all but what is meant to move in this round: with 1 the focal lengths that come from a field of view,
 // with 2 also their first term of distortion and readouts, with 3 everything.
 std::vector<HeldCameraParameters> HeldInRound(const Rig& rig, const std::vector<CameraStart>& start,
@@ -116,13 +76,86 @@ double ChangeInSigmas(const CalibrationState& before, const CalibrationState& af
   return largest;
 }
 
-// Rounds of triangulation and solve with the trajectory held.
-void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start, const std::vector<TrackSet>& tracks,
+}  // namespace
+
+std::vector<CameraStart> StartFromRig(const Rig& rig, const Dataset& dataset) {
+  std::vector<CameraStart> starts;
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+    const CameraConfig& config = rig.cameras[c];
+    int width = 0, height = 0;
+    for (const Drive& drive : dataset.drives) {
+      if (width > 0 || c >= drive.cameras.size()) continue;
+      width = drive.cameras[c].width;
+      height = drive.cameras[c].height;
+    }
+    if (config.intrinsics) {
+      starts.push_back({{config.model, width, height, *config.intrinsics}, false});
+    } else if (config.fov_deg) {
+      starts.push_back({IntrinsicsFromFieldOfView(config.model, width, height, *config.fov_deg), true});
+    } else {
+      throw InputError(
+          "camera '" + config.name +
+          "': the rig file gives neither intrinsics nor fov_deg; add the horizontal field of view "
+          "in degrees as fov_deg");
+    }
+  }
+  return starts;
+}
+
+bool AlignCamera(const CameraConfig& config, const CameraStart& start, std::size_t c,
+                 const std::vector<TrackSet>& tracks, const std::vector<const SplitSpline*>& T_map_imu,
+                 CameraCalibration* camera, CameraRotation* rotation) {
+  // Distortion that is not known yet bends bearings by several pixels.
+  const double largest_error = start.from_field_of_view ? 8.0 : 3.0;
+  *rotation = CameraRotation();
+  CameraIntrinsics intrinsics = camera->intrinsics;
+  for (int iteration = 0; iteration < 4; ++iteration) {
+    const auto motions = VisualMotions(tracks, static_cast<int>(c), intrinsics, largest_error);
+    const CameraRotation next = AlignCameraRotation(motions, T_map_imu, config.guess, config.time_offset);
+    // In a narrow view rotation and translation trade, and the ratio may mislead: it has to prove itself.
+    if (!next.valid || (rotation->valid && next.cost >= rotation->cost)) break;
+    *rotation = next;
+    camera->intrinsics = intrinsics;
+    if (!start.from_field_of_view || std::abs(rotation->focal_ratio - 1.0) < 0.02) break;
+    intrinsics.parameters[0] *= rotation->focal_ratio;
+    intrinsics.parameters[1] *= rotation->focal_ratio;
+  }
+  if (!rotation->valid || rotation->inlier_share < kLeastShare) return false;
+  camera->sensor.T_imu_sensor.rotation = rotation->R_imu_camera;
+  camera->sensor.time_offset = rotation->time_offset;
+  return true;
+}
+
+std::string AlignmentNote(const std::string& name, const CameraCalibration& camera,
+                          const CameraRotation& rotation) {
+  char line[200];
+  std::snprintf(line, sizeof(line), "%s: offset %.1f ms, focal length %.0f px, turns as the IMU to %.2f deg",
+                name.c_str(), 1e3 * rotation.time_offset, camera.intrinsics.parameters[0],
+                rotation.residual * 180.0 / M_PI);
+  return line;
+}
+
+std::string AlignmentProblem(const std::string& name) {
+  return name +
+         ": its images do not turn as the IMU does (too few matches, a blocked view, or another vehicle's "
+         "topic)";
+}
+
+CameraCalibration CameraAsGiven(const CameraConfig& config, const CameraStart& start) {
+  CameraCalibration camera;
+  camera.intrinsics = start.intrinsics;
+  camera.rolling_shutter = config.shutter == Shutter::kRolling;
+  if (config.guess) camera.sensor.T_imu_sensor = config.guess->T_imu_sensor;
+  camera.sensor.time_offset = config.time_offset.value_or(0.0);
+  return camera;
+}
+
+void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start,
+                   const std::vector<TrackSet>& all_tracks, JointProblem problem,
                    const CancellationToken& cancellation, CalibrationState* state,
                    CameraInitialization* result) {
   const std::size_t cameras = rig.cameras.size();
-  JointProblem problem;
-  problem.hold_trajectory = true;
+  const std::vector<TrackSet> tracks = WithoutLostCameras(all_tracks, result->found);
   for (const CameraConfig& camera : rig.cameras) {
     problem.camera_guesses.push_back(camera.fixed ? std::nullopt : camera.guess);
   }
@@ -152,6 +185,7 @@ void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start, const 
           HoldUndeterminedIntrinsics(information + prior, *state, layout, problem.camera_held);
     }
     const SolveSummary summary = SolveJointProblem(problem, planned ? 4 : 3, cancellation, state);
+    if (summary.information.size() == 0 && planned) continue;  // all steps damped: the next round goes on
     if (summary.information.size() == 0) break;
     for (std::size_t d = 0; d < summary.points.size(); ++d) problem.landmarks[d].points = summary.points[d];
     options.noise_scale = MeasureLandmarkNoise(problem.landmarks, *state, options);
@@ -165,32 +199,6 @@ void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start, const 
   result->landmarks = std::move(problem.landmarks);
 }
 
-}  // namespace
-
-std::vector<CameraStart> StartFromRig(const Rig& rig, const Dataset& dataset) {
-  std::vector<CameraStart> starts;
-  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
-    const CameraConfig& config = rig.cameras[c];
-    int width = 0, height = 0;
-    for (const Drive& drive : dataset.drives) {
-      if (width > 0 || c >= drive.cameras.size()) continue;
-      width = drive.cameras[c].width;
-      height = drive.cameras[c].height;
-    }
-    if (config.intrinsics) {
-      starts.push_back({{config.model, width, height, *config.intrinsics}, false});
-    } else if (config.fov_deg) {
-      starts.push_back({IntrinsicsFromFieldOfView(config.model, width, height, *config.fov_deg), true});
-    } else {
-      throw InputError(
-          "camera '" + config.name +
-          "': the rig file gives neither intrinsics nor fov_deg; add the horizontal field of view "
-          "in degrees as fov_deg");
-    }
-  }
-  return starts;
-}
-
 CameraInitialization InitializeCameras(const Rig& rig, const std::vector<CameraStart>& start,
                                        const std::vector<TrackSet>& tracks, const CalibrationState& given,
                                        const CancellationToken& cancellation) {
@@ -198,25 +206,35 @@ CameraInitialization InitializeCameras(const Rig& rig, const std::vector<CameraS
   const std::size_t cameras = rig.cameras.size();
   result.cameras.resize(cameras);
   result.found.assign(cameras, false);
+  std::vector<const SplitSpline*> trajectories;
+  for (const DriveState& drive : given.drives) trajectories.push_back(&drive.trajectory);
   for (std::size_t c = 0; c < cameras; ++c) {
     cancellation.ThrowIfCancelled();
     const CameraConfig& config = rig.cameras[c];
-    CameraCalibration& camera = result.cameras[c];
-    camera.intrinsics = start[c].intrinsics;
-    camera.rolling_shutter = config.shutter == Shutter::kRolling;
-    if (config.guess) camera.sensor.T_imu_sensor = config.guess->T_imu_sensor;
-    camera.sensor.time_offset = config.time_offset.value_or(0.0);
-    if (config.fixed) {
-      result.found[c] = true;
-    } else {
-      AlignCamera(config, start[c], c, tracks, given, &result);
+    CameraCalibration& camera = result.cameras[c] = CameraAsGiven(config, start[c]);
+    CameraRotation rotation;
+    result.found[c] =
+        config.fixed || AlignCamera(config, start[c], c, tracks, trajectories, &camera, &rotation);
+    if (!result.found[c]) {
+      result.problems.push_back(AlignmentProblem(config.name));
+    } else if (!config.fixed) {
+      result.notes.push_back(AlignmentNote(config.name, camera, rotation));
     }
   }
   CalibrationState state;
   state.drives = given.drives;
   state.cameras = result.cameras;
-  AdjustCameras(rig, start, WithoutLostCameras(tracks, result.found), cancellation, &state, &result);
+  JointProblem problem;
+  problem.hold_trajectory = true;
+  AdjustCameras(rig, start, tracks, std::move(problem), cancellation, &state, &result);
   result.cameras = state.cameras;
+  JudgeCameras(rig, &result);
+  return result;
+}
+
+void JudgeCameras(const Rig& rig, CameraInitialization* judged) {
+  CameraInitialization& result = *judged;
+  const std::size_t cameras = rig.cameras.size();
   const std::vector<std::size_t> counts = CountObservations(result.landmarks, cameras);
   for (std::size_t c = 0; c < cameras; ++c) {
     if (!result.found[c]) continue;
@@ -230,12 +248,11 @@ CameraInitialization InitializeCameras(const Rig& rig, const std::vector<CameraS
       result.problems.push_back(line);
       continue;
     }
-    const SensorCalibration& sensor = state.cameras[c].sensor;
+    const SensorCalibration& sensor = result.cameras[c].sensor;
     std::snprintf(line, sizeof(line), "%s: %zu sights, %.2f of the expected noise, offset %.2f ms",
                   rig.cameras[c].name.c_str(), counts[c], result.noise_scale[c], 1e3 * sensor.time_offset);
     result.notes.push_back(line);
   }
-  return result;
 }
 
 }  // namespace mlic

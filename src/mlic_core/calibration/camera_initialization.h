@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "mlic_core/calibration/camera_landmarks.h"
+#include "mlic_core/calibration/camera_rotation.h"
 #include "mlic_core/calibration/joint_problem.h"
 #include "mlic_core/camera/tracks.h"
 #include "mlic_core/common/progress.h"
@@ -38,5 +39,29 @@ struct CameraInitialization {
 CameraInitialization InitializeCameras(const Rig& rig, const std::vector<CameraStart>& start,
                                        const std::vector<TrackSet>& tracks, const CalibrationState& state,
                                        const CancellationToken& cancellation);
+
+// The parts of it, which a rig without LiDARs uses as well (visual_initialization.h).
+
+// A camera before anything is estimated: from the rig file and its start.
+CameraCalibration CameraAsGiven(const CameraConfig& config, const CameraStart& start);
+
+// Rotation, time offset and, where it only comes from the field of view, focal length of camera c from visual
+// rotations against the trajectories' (of each drive). False: its images do not turn as the IMU does.
+bool AlignCamera(const CameraConfig& config, const CameraStart& start, std::size_t c,
+                 const std::vector<TrackSet>& tracks, const std::vector<const SplitSpline*>& T_map_imu,
+                 CameraCalibration* camera, CameraRotation* rotation);
+std::string AlignmentNote(const std::string& name, const CameraCalibration& camera,
+                          const CameraRotation& rotation);
+std::string AlignmentProblem(const std::string& name);
+
+// Rounds of triangulation and solve from the state, tight ones last. problem: what else takes part and what
+// is held of the trajectories; its landmarks, held cameras and their guesses are set here. result: found is
+// read, the landmarks and what belongs to them are written.
+void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start, const std::vector<TrackSet>& tracks,
+                   JointProblem problem, const CancellationToken& cancellation, CalibrationState* state,
+                   CameraInitialization* result);
+
+// Gives up cameras with too few sights; says so, or how good the others are.
+void JudgeCameras(const Rig& rig, CameraInitialization* result);
 
 }  // namespace mlic

@@ -1,0 +1,171 @@
+#include "mlic_core/calibration/visual_initialization.h"
+
+#include <gtest/gtest.h>
+
+#include "synthetic_tracks.h"
+
+namespace mlic {
+namespace {
+
+constexpr double kDegree = M_PI / 180.0;
+constexpr double kImuRate = 200.0;
+
+CameraCalibration Camera(const Eigen::Vector3d& rpy_deg, const Eigen::Vector3d& translation,
+                         double time_offset) {
+  CameraCalibration camera;
+  camera.sensor.T_imu_sensor = {FromRollPitchYaw(rpy_deg * kDegree), translation};
+  camera.sensor.time_offset = time_offset;
+  camera.intrinsics = {CameraModel::kPlumbBob,
+                       752,
+                       480,
+                       {392.8, 392.1, 371.4, 243.9, -0.0914, 0.0183, 0.0004, -0.0006, -0.0011}};
+  return camera;
+}
+
+std::vector<CameraCalibration> Stereo() {
+  return {Camera({-91.3, 1.1, -88.9}, {0.061, 0.108, -0.013}, -0.0085),
+          Camera({-89.2, -0.8, -92.1}, {0.058, -0.101, -0.009}, 0.0113)};
+}
+
+struct ImuErrors {
+  double gyroscope = 0.0, accelerometer = 0.0;  // densities of white noise
+  Eigen::Vector3d gyroscope_bias{-0.0042, 0.0031, 0.0017};
+  Eigen::Vector3d accelerometer_bias{0.043, 0.052, -0.061};
+};
+
+std::vector<ImuSample> MakeImu(const SplitSpline& trajectory, double duration, const ImuErrors& errors) {
+  std::vector<ImuSample> samples;
+  Random random(5);
+  const double root_rate = std::sqrt(kImuRate);
+  const auto noise = [&](double density) {
+    const double x = random.Normal(), y = random.Normal(), z = random.Normal();
+    return Eigen::Vector3d(density * root_rate * Eigen::Vector3d(x, y, z));
+  };
+  for (int i = 0; i <= static_cast<int>(duration * kImuRate); ++i) {
+    const double t = i / kImuRate;
+    const SplineBasis basis(trajectory.position.knots(), t);
+    const Eigen::Quaterniond R = trajectory.rotation.Rotation(t);
+    samples.push_back(
+        {t, trajectory.rotation.AngularVelocity(t) + errors.gyroscope_bias + noise(errors.gyroscope),
+         R.conjugate() * (trajectory.position.Acceleration(basis) - kGravity) + errors.accelerometer_bias +
+             noise(errors.accelerometer)});
+  }
+  return samples;
+}
+
+struct Case {
+  std::vector<CameraCalibration> truth;
+  SplitSpline trajectory;
+  ImuErrors imu;
+  Rig rig;
+  Dataset dataset;
+  std::vector<CameraStart> start;
+  std::vector<TrackSet> tracks;
+
+  Initialization Run(CameraInitialization* cameras = nullptr) const {
+    return InitializeFromCameras(rig, dataset, start, tracks, CancellationToken(), cameras);
+  }
+};
+
+Case MakeCase(const std::vector<CameraCalibration>& truth, const SyntheticTracksOptions& options,
+              const ImuErrors& imu, sim::Scenario scenario = sim::Scenario::kHandheld,
+              std::uint64_t seed = 7) {
+  Case c;
+  c.truth = truth;
+  c.imu = imu;
+  c.trajectory =
+      SplineOf(*sim::MakeTrajectory(scenario, seed, options.duration, RigidTransform()), options.duration);
+  c.dataset.drives.emplace_back();
+  c.dataset.drives[0].imu = MakeImu(c.trajectory, options.duration, imu);
+  c.tracks.push_back(MakeTracks(c.trajectory, truth, options));
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    CameraConfig config;
+    config.name = "camera_" + std::to_string(i);
+    config.model = truth[i].intrinsics.model;
+    c.rig.cameras.push_back(config);
+    c.start.push_back({truth[i].intrinsics, false});
+  }
+  return c;
+}
+
+void StartFromFieldOfView(Case* c, double fov_deg) {
+  for (std::size_t i = 0; i < c->truth.size(); ++i) {
+    const CameraIntrinsics& t = c->truth[i].intrinsics;
+    c->start[i] = {IntrinsicsFromFieldOfView(t.model, t.width, t.height, fov_deg), true};
+  }
+}
+
+struct Errors {
+  double degrees = 0.0, metres = 0.0, milliseconds = 0.0, pixels = 0.0;
+  double path_share = 0.0;  // of the path's length, the scale's error
+};
+
+double PathLength(const SplitSpline& trajectory, double start, double end) {
+  double length = 0.0;
+  for (double t = start; t + 0.05 <= end; t += 0.05) {
+    length += (trajectory.Pose(t + 0.05).translation - trajectory.Pose(t).translation).norm();
+  }
+  return length;
+}
+
+Errors Worst(const Case& c, const Initialization& result) {
+  Errors worst;
+  for (const std::string& line : result.notes) std::printf("  %s\n", line.c_str());
+  for (const std::string& line : result.problems) std::printf("  problem: %s\n", line.c_str());
+  if (result.state.drives.size() != 1 || result.state.cameras.size() != c.truth.size()) {
+    ADD_FAILURE() << "no state";
+    return {1e3, 1e3, 1e3, 1e3, 1e3};
+  }
+  for (std::size_t i = 0; i < c.truth.size(); ++i) {
+    const SensorCalibration &truth = c.truth[i].sensor, &found = result.state.cameras[i].sensor;
+    const double degrees = AngleBetween(truth.T_imu_sensor.rotation, found.T_imu_sensor.rotation) / kDegree;
+    const double metres = (truth.T_imu_sensor.translation - found.T_imu_sensor.translation).norm();
+    const double milliseconds = 1e3 * std::abs(truth.time_offset - found.time_offset);
+    const double pixels = MeanDisplacement(c.truth[i].intrinsics, result.state.cameras[i].intrinsics);
+    std::printf("  camera %zu: %.6f deg %.4f mm %.6f ms intrinsics %.5f px\n", i, degrees, 1e3 * metres,
+                milliseconds, pixels);
+    worst.degrees = std::max(worst.degrees, degrees);
+    worst.metres = std::max(worst.metres, metres);
+    worst.milliseconds = std::max(worst.milliseconds, milliseconds);
+    worst.pixels = std::max(worst.pixels, pixels);
+  }
+  const SplitSpline& trajectory = result.state.drives[0].trajectory;
+  const double start = std::max(0.5, trajectory.Start()), end = trajectory.End() - 0.5;
+  const double truth = PathLength(c.trajectory, start, end);
+  worst.path_share = std::abs(PathLength(trajectory, start, end) / truth - 1.0);
+  std::printf("  path of %.1f m wrong by %.4f %%\n", truth, 100.0 * worst.path_share);
+  return worst;
+}
+
+TEST(VisualInitialization, NoiseFreeTracksGiveTheTruth) {
+  SyntheticTracksOptions options;
+  options.duration = 20.0;
+  options.points = 4000;
+  const Case c = MakeCase(Stereo(), options, ImuErrors());
+  const Errors worst = Worst(c, c.Run());
+  EXPECT_LT(worst.degrees, 1e-3);
+  EXPECT_LT(worst.metres, 1e-4);
+  EXPECT_LT(worst.milliseconds, 1e-2);
+  EXPECT_LT(worst.pixels, 0.01);
+  EXPECT_LT(worst.path_share, 1e-4);
+}
+
+TEST(VisualInitialization, FindsEverythingFromTheFieldOfView) {
+  SyntheticTracksOptions options;
+  options.duration = 30.0;
+  options.noise = 0.5;
+  ImuErrors imu;
+  imu.gyroscope = 2e-4;
+  imu.accelerometer = 2e-3;
+  Case c = MakeCase(Stereo(), options, imu);
+  StartFromFieldOfView(&c, 90.0);
+  const Errors worst = Worst(c, c.Run());
+  EXPECT_LT(worst.degrees, 0.5);
+  EXPECT_LT(worst.metres, 2e-2);
+  EXPECT_LT(worst.milliseconds, 0.2);
+  EXPECT_LT(worst.pixels, 3.0);
+  EXPECT_LT(worst.path_share, 0.01);
+}
+
+}  // namespace
+}  // namespace mlic
