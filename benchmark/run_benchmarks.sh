@@ -43,5 +43,8 @@ echo
 echo 'LiDAR odometry, one thread'
 "$build/benchmark/odometry_benchmark"
 echo
+echo 'Intensity map of the paper'"'"'s rig, made and drawn'
+"$build/benchmark/renderer_benchmark"
+echo
 echo 'Calibration after each stage: worst sensor or pair; of the car without the height over the IMU'
 "$build/benchmark/calibration_benchmark" "$@"
