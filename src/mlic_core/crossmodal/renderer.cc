@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/crossmodal/hole_filling.h"
@@ -17,13 +18,26 @@ constexpr float kSplatSpacings = 0.9f;  // radius of a splat over the spacing of
 constexpr float kSplatPixels = 0.8f;    // least radius of a splat, px
 constexpr float kLargestSplat = 40.0f;  // px
 constexpr float kDensity = 1.5f;        // points drawn for each pixel, at most
-constexpr float kBackFacing = 0.1f;     // cosine beyond which a surface shows its other side
-constexpr float kGrazing = 0.06f;       // cosine below which a slope is not believed
+constexpr float kShells = 8.0f;         // of cells in each doubling of distance: near ones hide far ones
+constexpr float kTile = 64.0f;       // px: cells of one shell are drawn tile by tile, which stay in the cache
+constexpr float kBackFacing = 0.1f;  // cosine beyond which a surface shows its other side
+constexpr float kGrazing = 0.06f;    // cosine below which a slope is not believed
 
 // What is worth knowing of a cell before its points are looked at.
 struct CellSummary {
   float spacing = 0.0f;                              // m, mean
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // mean: shorter than one where normals differ
+};
+
+// A cell that may show, where it comes in the order of drawing, and the share of its points that is enough.
+struct VisibleCell {
+  int shell, tile;
+  std::uint32_t cell;
+  float share;
+
+  bool operator<(const VisibleCell& other) const {
+    return std::tie(shell, tile, cell) < std::tie(other.shell, other.tile, other.cell);
+  }
 };
 
 // T_camera_map at one row, single precision; points are taken relative to the camera before they are turned.
@@ -63,7 +77,6 @@ struct ViewRenderer::Implementation {
   struct Drawing {
     std::vector<RowPose> rows;  // one, or one for each row of a rolling shutter
     SplatCanvas canvas;
-    std::vector<Splat> splats;
 
     const RowPose& PoseAt(float row) const {
       const int last = static_cast<int>(rows.size()) - 1;
@@ -71,33 +84,33 @@ struct ViewRenderer::Implementation {
     }
   };
 
-  std::vector<std::uint32_t> VisibleCells(Drawing* drawing, std::vector<float>* shares) const;
+  std::vector<VisibleCell> VisibleCells(const Drawing& drawing) const;
   bool Place(const Drawing& drawing, const SurfacePoint& point, float scale, float* row, Splat* splat) const;
   void DrawCell(const MapCell& cell, float share, Drawing* drawing) const;
   RenderedView Finish(const Drawing& drawing) const;
 };
 
-// A cell is left out when it is behind or beside the image, too far, or hidden; shares[c] of the points of
-// the others are enough for their pixels.
-std::vector<std::uint32_t> ViewRenderer::Implementation::VisibleCells(Drawing* drawing,
-                                                                      std::vector<float>* shares) const {
-  std::vector<std::pair<float, std::uint32_t>> visible;
-  shares->assign(map.cells.size(), 1.0f);
+// A cell is left out when it is behind or beside the image or too far; a share of the points of the others is
+// enough for their pixels. In the order to draw them.
+std::vector<VisibleCell> ViewRenderer::Implementation::VisibleCells(const Drawing& drawing) const {
+  std::vector<VisibleCell> visible;
   const float width = static_cast<float>(intrinsics.width), height = static_cast<float>(intrinsics.height);
-  const RowPose& pose = drawing->PoseAt(0.5f * height);
+  const RowPose& pose = drawing.PoseAt(0.5f * height);
   for (std::uint32_t c = 0; c < map.cells.size(); ++c) {
     const MapCell& cell = map.cells[c];
     const Eigen::Vector3f offset = cell.center - pose.center;
     const float distance = offset.norm();
     if (distance - cell.radius > options.farthest) continue;
+    const float nearest = std::max(kNearest, distance - cell.radius);
+    const int shell = static_cast<int>(kShells * std::log2(nearest / kNearest));
     ProjectionTable::Pixel pixel;
     if (distance < 3.0f * cell.radius) {
-      visible.emplace_back(distance - cell.radius, c);
+      visible.push_back({shell, 0, c, 1.0f});
       continue;
     }
     if (!table.Project(pose.R_camera_map * offset, distance, &pixel)) {
       // Its center is outside of what the camera sees, but its border may be inside.
-      if (distance < 10.0f * cell.radius) visible.emplace_back(distance - cell.radius, c);
+      if (distance < 10.0f * cell.radius) visible.push_back({shell, 0, c, 1.0f});
       continue;
     }
     const float per_metre = 0.5f * (1.0f + pixel.qx * pixel.qx + pixel.qy * pixel.qy) / distance;
@@ -105,17 +118,15 @@ std::vector<std::uint32_t> ViewRenderer::Implementation::VisibleCells(Drawing* d
     const float radius = 2.0f * std::sqrt(area) * cell.radius + 2.0f;
     if (pixel.u < -radius || pixel.v < -radius || pixel.u > width + radius || pixel.v > height + radius)
       continue;
-    visible.emplace_back(distance - cell.radius, c);
     const CellSummary& summary = summaries[c];
     const float facing = std::abs(summary.normal.dot(offset)) / distance + 1.0f - summary.normal.norm();
     const float pixels = area * summary.spacing * summary.spacing * std::min(1.0f, facing);
-    (*shares)[c] = std::min(1.0f, kDensity * pixels);
+    const int tile = static_cast<int>(std::max(0.0f, pixel.v) / kTile) * 1024 +
+                     static_cast<int>(std::max(0.0f, pixel.u) / kTile);
+    visible.push_back({shell, tile, c, std::min(1.0f, kDensity * pixels)});
   }
   std::sort(visible.begin(), visible.end());
-  std::vector<std::uint32_t> cells;
-  cells.reserve(visible.size());
-  for (const auto& entry : visible) cells.push_back(entry.second);
-  return cells;
+  return visible;
 }
 
 // The ellipse of a point's disc. With q the stereographic plane, A = d pixel / d q and Q = d q / d p: the
@@ -175,10 +186,10 @@ void ViewRenderer::Implementation::DrawCell(const MapCell& cell, float share, Dr
   for (std::uint32_t k = cell.begin; k < cell.begin + count; ++k) {
     Splat splat;
     if (!Place(*drawing, map.points[k], scale, &row, &splat)) continue;
-    if (drawing->canvas.IsHidden(splat.u, splat.v, splat.r, SplatCanvas::Tolerance(splat))) continue;
-    splat.point = k;
-    drawing->splats.push_back(splat);
-    drawing->canvas.DrawRange(splat);
+    splat.brightness = map.points[k].intensity;
+    splat.weight = map.points[k].weight;
+    splat.point = static_cast<std::int32_t>(k);
+    drawing->canvas.Draw(splat);
   }
 }
 
@@ -189,16 +200,15 @@ RenderedView ViewRenderer::Implementation::Finish(const Drawing& drawing) const 
   view.depth = cv::Mat::zeros(size, CV_32F);
   view.normal = cv::Mat::zeros(size, CV_32FC3);
   view.point = cv::Mat(size, CV_32S, cv::Scalar(-1));
-  const std::vector<SplatCanvas::Sum>& sums = drawing.canvas.sums();
   for (int row = 0; row < size.height; ++row) {
     for (int column = 0; column < size.width; ++column) {
-      const SplatCanvas::Sum& sum = sums[static_cast<std::size_t>(row) * size.width + column];
-      if (sum.best < 0) continue;
-      view.intensity.at<float>(row, column) = sum.brightness / sum.weight;
-      view.depth.at<float>(row, column) = sum.range / sum.weight;
-      const Eigen::Vector3f& n = map.points[sum.best].normal;
+      const SplatCanvas::Pixel& pixel = drawing.canvas.pixel(column, row);
+      if (pixel.best < 0) continue;
+      view.intensity.at<float>(row, column) = pixel.brightness / pixel.weight;
+      view.depth.at<float>(row, column) = pixel.range / pixel.weight;
+      const Eigen::Vector3f& n = map.points[pixel.best].normal;
       view.normal.at<cv::Vec3f>(row, column) = cv::Vec3f(n.x(), n.y(), n.z());
-      view.point.at<std::int32_t>(row, column) = sum.best;
+      view.point.at<std::int32_t>(row, column) = pixel.best;
     }
   }
   return view;
@@ -223,20 +233,15 @@ ViewRenderer::~ViewRenderer() = default;
 
 RenderedView ViewRenderer::Render(const ViewPose& pose) const {
   const Implementation& self = *implementation_;
-  Implementation::Drawing drawing{{}, SplatCanvas(self.intrinsics.width, self.intrinsics.height), {}};
+  Implementation::Drawing drawing{{}, SplatCanvas(self.intrinsics.width, self.intrinsics.height)};
   if (pose.rolling) {
     for (int row = 0; row < self.intrinsics.height; ++row)
       drawing.rows.push_back(RowPoseOf(pose.T_map_camera(row)));
   } else {
     drawing.rows.push_back(RowPoseOf(pose.T_map_camera(0.0)));
   }
-  std::vector<float> shares;
-  for (const std::uint32_t c : self.VisibleCells(&drawing, &shares))
-    self.DrawCell(self.map.cells[c], shares[c], &drawing);
-  for (const Splat& splat : drawing.splats) {
-    const SurfacePoint& point = self.map.points[splat.point];
-    drawing.canvas.DrawBrightness(splat, point.intensity, point.weight);
-  }
+  for (const VisibleCell& v : self.VisibleCells(drawing))
+    self.DrawCell(self.map.cells[v.cell], v.share, &drawing);
   RenderedView view = self.Finish(drawing);
   FillHoles(self.map, self.intrinsics.parameters[0], &view);
   return view;

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <cstdint>
-#include <opencv2/core/mat.hpp>
+#include <limits>
 #include <vector>
 
 namespace mlic {
@@ -14,14 +14,24 @@ struct Splat {
   float xx, xy, yy;
   float gx, gy;                   // m/px
   float half_width, half_height;  // px, of the box around it
-  std::uint32_t point;
+  float brightness, weight;       // of its point
+  std::int32_t point;
 };
 
-// What splats are drawn on: first their ranges, so that each pixel knows its nearest surface, then the
-// brightness of those that lie on it.
+// What splats are drawn on, roughly from near to far. Each pixel is the weighted mean of the splats on the
+// nearest surface that reaches it: what is farther does not show, and something much nearer that comes late
+// replaces what was there.
 class SplatCanvas {
  public:
-  SplatCanvas(int width, int height);
+  SplatCanvas(int width, int height)
+      : width_(width), height_(height), pixels_(static_cast<std::size_t>(width) * height) {}
+
+  struct Pixel {
+    float nearest = std::numeric_limits<float>::infinity();  // m
+    float weight = 0.0f, brightness = 0.0f, range = 0.0f;    // sums
+    float best_weight = 0.0f;
+    std::int32_t best = -1;  // the point with the greatest weight
+  };
 
   // By how much ranges of one surface may differ in a pixel, m.
   static float Tolerance(const Splat& splat) {
@@ -29,30 +39,16 @@ class SplatCanvas {
     return 0.05f + 0.01f * splat.r + 0.5f * slope;
   }
 
-  // Whether something much nearer than the range has been drawn there.
-  bool IsHidden(float u, float v, float range, float tolerance) const {
-    const int column = static_cast<int>(u + 0.5f), row = static_cast<int>(v + 0.5f);
-    if (column < 0 || row < 0 || column >= width_ || row >= height_) return false;
-    return nearest_[static_cast<std::size_t>(row) * width_ + column] < range - tolerance;
+  // Leaves out splats whose middle is hidden.
+  void Draw(const Splat& splat);
+
+  const Pixel& pixel(int column, int row) const {
+    return pixels_[static_cast<std::size_t>(row) * width_ + column];
   }
-
-  void DrawRange(const Splat& splat);
-  void DrawBrightness(const Splat& splat, float brightness, float weight);
-
-  int width() const { return width_; }
-  int height() const { return height_; }
-  float nearest(std::size_t pixel) const { return nearest_[pixel]; }
-
-  struct Sum {
-    float weight = 0.0f, brightness = 0.0f, range = 0.0f, best_weight = 0.0f;
-    std::int32_t best = -1;
-  };
-  const std::vector<Sum>& sums() const { return sums_; }
 
  private:
   int width_, height_;
-  std::vector<float> nearest_;
-  std::vector<Sum> sums_;
+  std::vector<Pixel> pixels_;
 };
 
 }  // namespace mlic
