@@ -99,6 +99,8 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
     summary.last_step = solution.delta.segment(layout.knots, 7 * layout.sensors).cwiseAbs().maxCoeff();
     sum = std::move(next);
   }
+  for (PlaneAssociation& association : problem.planes)
+    summary.planes.push_back(std::move(association.planes));
   for (LandmarkSet& set : problem.landmarks) summary.points.push_back(std::move(set.points));
   return summary;
 }

@@ -98,7 +98,9 @@ struct SolveSummary {
   std::size_t landmark_observations = 0;
   double last_step = 0.0;       // largest step of the calibration in the last iteration: m, rad
   Eigen::MatrixXd information;  // of the calibration, from the data alone, at the last linearisation
-  std::vector<std::vector<PointLandmark>> points;  // as the solve moved them, for each drive
+  // As the solve moved them, for each drive.
+  std::vector<std::vector<MapPlane>> planes;
+  std::vector<std::vector<PointLandmark>> points;
 };
 
 // Gauss-Newton with Marquardt damping on steps that do not lower the cost. The result does not depend on the

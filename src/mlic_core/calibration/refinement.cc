@@ -31,6 +31,7 @@ Refinement::Refinement(const Rig& rig, const Dataset& dataset, Initialization st
       state_(std::move(start.state)),
       given_imu_sigma_(start.imu_sigma),
       noise_(rig.lidars.size()) {
+  initial_.lidars = state_.lidars;
   problem_.dataset = &dataset;
   problem_.imu_sigma = start.imu_sigma;
   for (const LidarConfig& lidar : rig.lidars) {
@@ -66,6 +67,20 @@ void Refinement::Associate(const std::vector<bool>& lidars, std::size_t points_p
   if (!tracks_.empty()) AssociateLandmarks();
 }
 
+SolveSummary Refinement::Solve(int iterations) {
+  SolveSummary summary = SolveJointProblem(problem_, iterations, cancellation_, &state_);
+  // Residuals to planes where the solve did not leave them would look like noise.
+  for (std::size_t d = 0; d < problem_.planes.size(); ++d) {
+    problem_.planes[d].planes = std::move(summary.planes[d]);
+  }
+  for (std::size_t d = 0; d < problem_.landmarks.size(); ++d) {
+    problem_.landmarks[d].points = std::move(summary.points[d]);
+  }
+  summary.planes.clear();
+  summary.points.clear();
+  return summary;
+}
+
 void Refinement::AssociateLandmarks() {
   problem_.landmarks = TriangulateLandmarks(tracks_, state_, landmark_options_);
   const Layout layout(state_, problem_.estimate_imu_matrices);
@@ -78,7 +93,7 @@ void Refinement::AssociateLandmarks() {
 }
 
 void Refinement::AddCameras(const CameraInitialization& cameras, const std::vector<TrackSet>& tracks) {
-  state_.cameras = cameras.cameras;
+  state_.cameras = initial_.cameras = cameras.cameras;
   cameras_found_ = cameras.found;
   tracks_ = WithoutLostCameras(tracks, cameras.found);
   landmark_options_.noise_scale = cameras.noise_scale;
@@ -132,7 +147,7 @@ void Refinement::AdjustEachLidar(const Progress& progress, const Line& line) {
     problem_.hold_trajectory = lidar != base_lidar_;
     for (int round = 0; round < kRounds; ++round) {
       Associate(only, kFewPoints);
-      SolveJointProblem(problem_, 2, cancellation_, &state_);
+      Solve(2);
       noise_ = MeasurePlaneNoise(problem_.planes, state_, noise_);
       progress((static_cast<double>(k) + (round + 1.0) / kRounds) / static_cast<double>(lidars));
     }
@@ -161,12 +176,9 @@ void Refinement::AdjustJointly(double until, const Progress& progress, const Lin
         rig_.imu.intrinsics == ImuIntrinsicsModel::kScaleMisalignment && (round >= 2 || many);
     Associate({}, many ? kManyPoints : kFewPoints);
     // One step is enough while the association still changes.
-    last_solve_ = SolveJointProblem(problem_, round == 0 || many ? 2 : 1, cancellation_, &state_);
+    last_solve_ = Solve(round == 0 || many ? 2 : 1);
     noise_ = MeasurePlaneNoise(problem_.planes, state_, noise_);
     if (!tracks_.empty()) {
-      for (std::size_t d = 0; d < problem_.landmarks.size(); ++d) {
-        problem_.landmarks[d].points = last_solve_.points[d];
-      }
       landmark_options_.noise_scale = MeasureLandmarkNoise(problem_.landmarks, state_, landmark_options_);
     }
     MeasureImuSigma();

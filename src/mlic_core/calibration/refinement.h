@@ -46,6 +46,8 @@ class Refinement {
   void Restore(const RefinementProgress& progress);
 
   const CalibrationState& state() const { return state_; }
+  // The sensors as the initialisation left them; without drives.
+  const CalibrationState& initial() const { return initial_; }
   const JointProblem& problem() const { return problem_; }
   const std::vector<PlaneNoise>& noise() const { return noise_; }
   const SolveSummary& last_solve() const { return last_solve_; }
@@ -60,6 +62,8 @@ class Refinement {
   double RootVoxel() const;
   void Associate(const std::vector<bool>& lidars, std::size_t points_per_scan);
   void AssociateLandmarks();
+  // Solves from the state as it is: state and landmarks move together.
+  SolveSummary Solve(int iterations);
   void MeasureImuSigma();
   Eigen::MatrixXd ScaledInformation() const;
   // Largest change of a sensor since `before`, in sigmas of the last solve.
@@ -71,7 +75,7 @@ class Refinement {
   const CancellationToken& cancellation_;
   CalibrationObserver& observer_;
   std::size_t base_lidar_;
-  CalibrationState state_;
+  CalibrationState state_, initial_;
   JointProblem problem_;
   std::vector<ImuSigma> given_imu_sigma_;
   std::vector<PlaneNoise> noise_;
