@@ -6,9 +6,10 @@
 namespace mlic {
 
 // Normal equations H x = -g of the joint problem with the structure that the problem has: control points
-// banded in time, bordered by the calibration, with 3-parameter landmarks (planes, later points) that are
-// eliminated first. Eliminating a landmark ties all control points that saw it, so the rest is solved dense
-// (OpenBLAS); without landmarks it stays banded.
+// banded in time, bordered by the calibration, with 3-parameter landmarks (planes, points) that are
+// eliminated first. Eliminating a landmark ties all control points that saw it. As long as no landmark is
+// seen over more than a part of a drive, columns end early (EnvelopeMatrix), and time and memory grow with
+// the drive's length, not with its cube and square.
 struct Accumulator {
   Accumulator(int knots, int bandwidth, int calibration);
 

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace mlic {
+
+// A symmetric positive definite matrix whose columns end early, with a border of full rows below, and its
+// Cholesky factor in the same place:
+//
+//   [ A  B^T ]    A = L L^T,  border becomes B L^-T, so that the Schur complement on what the border belongs
+//   [ B   C  ]    to is C - border border^T.
+//
+// Column j of A holds nothing below row reach(j), and neither does that of L: an ordering by time keeps the
+// cost at size * reach^2. Stored as columns of tiles, each as tall as its reach. All sums run in an order of
+// their own, whatever the number of threads.
+class EnvelopeMatrix {
+ public:
+  // reach: last row of each column that may differ from zero, at least the column itself; made monotonous
+  // here. border_rows: rows of the border. All zero.
+  EnvelopeMatrix(std::vector<int> reach, int border_rows);
+
+  int size() const { return size_; }
+
+  // Element i of this is row FirstRow(column) + i of the column, down to its reach. What lies above the
+  // diagonal is ignored.
+  double* Column(int column) {
+    const Panel& panel = panels_[column / kTile];
+    return values_.data() + panel.begin + static_cast<std::size_t>(column % kTile) * panel.height;
+  }
+  static int FirstRow(int column) { return column - column % kTile; }
+
+  Eigen::MatrixXd border;  // border_rows x size
+
+  // Factors A in place and divides the border by it. False if A is not positive definite.
+  bool Factor();
+
+  // Solves L^T x = right in place, once factored.
+  void SolveTransposed(Eigen::VectorXd* right) const;
+
+ private:
+  static constexpr int kTile = 96;
+
+  struct Panel {
+    std::size_t begin;  // in values_
+    int height;
+    int width;
+    int last_tile;  // that it reaches
+  };
+
+  void DivideBelow(std::size_t k);
+  void UpdateTile(std::size_t k, std::size_t tile);
+
+  int size_;
+  std::vector<Panel> panels_;
+  std::vector<double> values_;
+};
+
+}  // namespace mlic
