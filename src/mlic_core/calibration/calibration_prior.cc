@@ -18,6 +18,18 @@ void AddGuess(const ExtrinsicGuess& guess, const RigidTransform& T, int at, Eige
   }
 }
 
+// Numerator and denominator of the rational model trade along directions that no image shows: without a bound
+// a step runs along them to where the model holds nowhere. Coefficients beyond one are large for any lens.
+void AddDistortion(const CameraIntrinsics& intrinsics, int at, Eigen::MatrixXd* information,
+                   Eigen::VectorXd* gradient) {
+  if (intrinsics.model != CameraModel::kRationalPolynomial) return;
+  for (std::size_t i = 4; i < intrinsics.parameters.size(); ++i) {
+    const int row = at + static_cast<int>(i);
+    (*information)(row, row) = 1.0;
+    (*gradient)[row] = intrinsics.parameters[i];
+  }
+}
+
 }  // namespace
 
 void CalibrationPrior(const JointProblem& problem, const CalibrationState& state, const Layout& layout,
@@ -33,6 +45,7 @@ void CalibrationPrior(const JointProblem& problem, const CalibrationState& state
       AddGuess(*problem.camera_guesses[c], state.cameras[c].sensor.T_imu_sensor, layout.Camera(c),
                information, gradient);
     }
+    AddDistortion(state.cameras[c].intrinsics, layout.Intrinsics(c), information, gradient);
     if (layout.Readout(c) < 0) continue;
     // A rolling shutter takes between nothing and an image's period to read out.
     constexpr double kReadoutWeight = 1.0 / (0.05 * 0.05);

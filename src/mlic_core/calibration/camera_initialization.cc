@@ -26,7 +26,6 @@ struct Round {
 };
 constexpr Round kRounds[] = {{8.0, 1.0, 1}, {6.0, 1.0, 2}, {4.0, 1.0, 2}, {2.0, 1.0, 3}, {1.0, 0.5, 3}};
 constexpr int kAllParameters = 3;
-constexpr int kMostRounds = 12;
 constexpr double kStandsStill = 0.1;  // of a sigma
 
 // The distortion that images show most: k1, or double_sphere's alpha.
@@ -153,7 +152,7 @@ CameraCalibration CameraAsGiven(const CameraConfig& config, const CameraStart& s
 void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start,
                    const std::vector<TrackSet>& all_tracks, JointProblem problem,
                    const CancellationToken& cancellation, CalibrationState* state,
-                   CameraInitialization* result) {
+                   CameraInitialization* result, const AdjustmentRounds& rounds) {
   const std::size_t cameras = rig.cameras.size();
   const std::vector<TrackSet> tracks = WithoutLostCameras(all_tracks, result->found);
   for (const CameraConfig& camera : rig.cameras) {
@@ -164,7 +163,7 @@ void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start,
   std::vector<HeldCameraParameters> held;
   const Layout layout(*state, false);
   constexpr int kPlanned = static_cast<int>(std::size(kRounds));
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = rounds.first; round < rounds.end; ++round) {
     cancellation.ThrowIfCancelled();
     const bool planned = round < kPlanned;
     options.least_sigma = planned ? kRounds[round].least_sigma : 0.0;
@@ -188,7 +187,8 @@ void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start,
     if (summary.information.size() == 0 && planned) continue;  // all steps damped: the next round goes on
     if (summary.information.size() == 0) break;
     for (std::size_t d = 0; d < summary.points.size(); ++d) problem.landmarks[d].points = summary.points[d];
-    options.noise_scale = MeasureLandmarkNoise(problem.landmarks, *state, options);
+    // The least sigma of planned rounds is not the tracks' own.
+    if (!planned) options.noise_scale = MeasureLandmarkNoise(problem.landmarks, *state, options);
     result->information = summary.information;
     if (planned) continue;
     if (ChangeInSigmas(before, *state, layout, problem.camera_held, summary.information) < kStandsStill)

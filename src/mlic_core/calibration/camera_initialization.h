@@ -54,12 +54,19 @@ std::string AlignmentNote(const std::string& name, const CameraCalibration& came
                           const CameraRotation& rotation);
 std::string AlignmentProblem(const std::string& name);
 
-// Rounds of triangulation and solve from the state, tight ones last. problem: what else takes part and what
+// The rounds of AdjustCameras: the first five get ever tighter and let ever more intrinsics move, the others
+// go on until the calibration moves by less than a tenth of its sigmas.
+struct AdjustmentRounds {
+  int first = 0;
+  int end = 12;
+};
+
+// Rounds of triangulation and solve from the state. problem: what else takes part and what
 // is held of the trajectories; its landmarks, held cameras and their guesses are set here. result: found is
 // read, the landmarks and what belongs to them are written.
 void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start, const std::vector<TrackSet>& tracks,
                    JointProblem problem, const CancellationToken& cancellation, CalibrationState* state,
-                   CameraInitialization* result);
+                   CameraInitialization* result, const AdjustmentRounds& rounds = {});
 
 // Gives up cameras with too few sights; says so, or how good the others are.
 void JudgeCameras(const Rig& rig, CameraInitialization* result);

@@ -190,11 +190,17 @@ class PositionSolver {
   }
 
   void AddSights() {
-    for (const SightedPoint& point : sights_) AddPoint(point);
+    constexpr std::size_t kChunks = 8;
+    std::vector<Accumulator> parts(
+        kChunks, Accumulator(unknowns_.knot_scalars, unknowns_.bandwidth, unknowns_.border));
+    ParallelChunks(sights_.size(), kChunks, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+      for (std::size_t p = begin; p < end; ++p) AddPoint(sights_[p], &parts[chunk]);
+    });
+    for (const Accumulator& part : parts) sum_ += part;
   }
 
   // W_i c_i^2 terms of each sight, less what the free point takes out: -(W_i c_i) own^-1 (W_j c_j).
-  void AddPoint(const SightedPoint& point) {
+  void AddPoint(const SightedPoint& point, Accumulator* sum) const {
     const std::size_t n = point.sights.size();
     const Eigen::Matrix3d covariance = PointCovariance(point);
     std::vector<LinearRow> rows(n);
@@ -203,7 +209,7 @@ class PositionSolver {
     for (std::size_t i = 0; i < n; ++i) {
       rows[i] = SightRow(point, point.sights[i]);
       W[i] = WeightOf(point.sights[i]);
-      AddRow(rows[i], W[i], Eigen::Vector3d::Zero(), &sum_);
+      AddRow(rows[i], W[i], Eigen::Vector3d::Zero(), sum);
       for (int k = 0; k < 4; ++k) columns.push_back(rows[i].knot + 3 * k);
     }
     std::sort(columns.begin(), columns.end());
@@ -218,17 +224,17 @@ class PositionSolver {
     for (std::size_t i = 0; i < columns.size(); ++i) {
       const Eigen::Matrix3d left = ties[i] * covariance;
       for (std::size_t j = 0; j <= i; ++j) {
-        sum_.AddBand(columns[i], columns[j], -left * ties[j].transpose());
+        sum->AddBand(columns[i], columns[j], -left * ties[j].transpose());
       }
     }
     for (std::size_t c = 0; c < levers.size(); ++c) {
       if (levers[c].isZero(0.0)) continue;
       const Eigen::Matrix3d left = levers[c] * covariance;
       for (std::size_t j = 0; j < columns.size(); ++j) {
-        sum_.border.block<3, 3>(unknowns_.lever[c], columns[j]) -= left * ties[j].transpose();
+        sum->border.block<3, 3>(unknowns_.lever[c], columns[j]) -= left * ties[j].transpose();
       }
       for (std::size_t e = 0; e < levers.size(); ++e) {
-        sum_.corner.block<3, 3>(unknowns_.lever[c], unknowns_.lever[e]) -= left * levers[e].transpose();
+        sum->corner.block<3, 3>(unknowns_.lever[c], unknowns_.lever[e]) -= left * levers[e].transpose();
       }
     }
   }
@@ -337,6 +343,13 @@ class PositionSolver {
       }
       drive.positions = PositionSpline(unknowns_.knots[d], control_points);
       drive.gravity_times = unknowns_.gravity_times[d];
+      drive.start = known_.gyro[d].End();
+      drive.end = known_.gyro[d].Start();
+      for (const SightedPoint& point : sights_) {
+        if (point.drive != d) continue;
+        drive.start = std::min(drive.start, point.sights.front().time);
+        drive.end = std::max(drive.end, point.sights.back().time);
+      }
       for (std::size_t i = 0; i < drive.gravity_times.size(); ++i) {
         drive.gravity.push_back(border_.segment<3>(unknowns_.gravity[d] + 3 * static_cast<int>(i)));
       }

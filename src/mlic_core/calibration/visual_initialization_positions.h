@@ -26,6 +26,7 @@ struct KnownRotations {
 };
 
 struct DrivePositions {
+  double start = 0.0, end = 0.0;         // s, IMU clock, from the first to the last sight
   PositionSpline positions;              // of the IMU, gyro frame, m; the first is zero
   std::vector<Eigen::Vector3d> gravity;  // gyro frame, at the times of gravity_times, linear between them
   std::vector<double> gravity_times;     // s

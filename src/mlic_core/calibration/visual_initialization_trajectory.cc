@@ -26,14 +26,16 @@ std::vector<Eigen::Quaterniond> UprightTurns(const std::vector<Eigen::Vector3d>&
 
 std::vector<TimedPose> UprightPoses(const GyroIntegration& gyro, const DrivePositions& drive) {
   std::vector<Eigen::Quaterniond> turns = UprightTurns(drive.gravity);
-  const double start = drive.gravity_times.front(), end = drive.gravity_times.back();
+  constexpr double kMargin = 0.5;  // s, about the sights: beyond, positions are the accelerometer's alone
+  const double start = std::max(gyro.Start(), drive.start - kMargin);
+  const double end = std::min(gyro.End(), drive.end + kMargin);
   const Eigen::Vector3d x_axis = turns.front() * gyro.RotationTo(start) * Eigen::Vector3d::UnitX();
   const Eigen::Quaterniond level(
       Eigen::AngleAxisd(-std::atan2(x_axis.y(), x_axis.x()), Eigen::Vector3d::UnitZ()));
-  const double length = drive.gravity_times[1] - start;
+  const double length = drive.gravity_times[1] - drive.gravity_times[0];
   const int last = static_cast<int>(turns.size()) - 2;
   const auto turn_at = [&](double time) {
-    const int i = std::clamp(static_cast<int>((time - start) / length), 0, last);
+    const int i = std::clamp(static_cast<int>((time - drive.gravity_times[0]) / length), 0, last);
     return Eigen::Quaterniond(level * turns[i].slerp((time - drive.gravity_times[i]) / length, turns[i + 1]));
   };
   const auto position = [&](double t) {
