@@ -124,7 +124,8 @@ TEST(WriteResults, RefusedLeavesNoTransformsOfAnEarlierRun) {
   WriteResults(output, result);
   for (const char* name : {"calibration.yaml", "report.html", "trajectory.tum", "trajectory_2.tum", "map.pcd",
                            "static_transforms.launch", "sensors.urdf.xacro", "kalibr_camchain.yaml",
-                           "camera_info/cam_front.yaml"}) {
+                           "camera_info/cam_front.yaml", "images/cam_front_tracks.png",
+                           "images/keyframes.csv", "initial_calibration.yaml"}) {
     EXPECT_TRUE(std::filesystem::exists(output / name)) << name;
   }
   CalibrationResult refused;

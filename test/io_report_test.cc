@@ -6,6 +6,7 @@
 #include "mlic_core/io/png_image.h"
 #include "mlic_core/io/report.h"
 #include "mlic_core/io/text_file.h"
+#include "mlic_core/io/track_picture.h"
 
 namespace mlic {
 namespace {
@@ -48,6 +49,36 @@ TEST(Report, LowInlierShareBecomesAHint) {
   EXPECT_EQ(ReportOf(result).find("are inliers; look"), std::string::npos);
   result.residuals[1].inlier_share = 0.6;
   EXPECT_TRUE(Contains(ReportOf(result), "left_lidar: only 60 percent"));
+}
+
+TEST(Report, CamerasAreShownByCellsAndOnThePhoto) {
+  CalibrationResult result = SampleResult();
+  const std::string html = ReportOf(result);
+  EXPECT_TRUE(Contains(html, "rms 0.410 px of each coordinate"));
+  // Nine of ten mean errors are below 0.08 px and a cell is 80 px wide.
+  EXPECT_TRUE(Contains(html, "arrows: mean errors &times; 1000"));
+  EXPECT_TRUE(Contains(html, "data:image/jpeg;base64,"));
+  result.views.clear();
+  result.residuals.pop_back();
+  EXPECT_EQ(ReportOf(result).find("Camera residuals"), std::string::npos);
+}
+
+// Arrows are magnified so that they can be seen, and the factor is said.
+TEST(TrackPicture, ArrowsPointFromTheSightToTheProjection) {
+  const CameraView view = SampleResult().views.front();
+  const cv::Mat photo = view.images->Load(1), picture = DrawTracks(photo, view);
+  ASSERT_EQ(picture.type(), CV_8UC3);
+  ASSERT_EQ(picture.size(), photo.size());
+  const int factor = ArrowMagnification(view, photo.cols);
+  EXPECT_EQ(factor, 100);  // 0.36 px become 36 of the 42.7 px allowed
+  const auto colour = [&](const Eigen::Vector2f& at) {
+    return picture.at<cv::Vec3b>(static_cast<int>(at.y()), static_cast<int>(at.x()));
+  };
+  const LandmarkSight& sight = view.sights[30];
+  const cv::Vec3b along = colour(sight.observed + 0.5f * factor * (sight.projected - sight.observed));
+  EXPECT_GT(along[2], along[0] + 60) << "red where the arrow is";
+  const cv::Vec3b against = colour(sight.observed - 0.5f * factor * (sight.projected - sight.observed));
+  EXPECT_LE(std::abs(against[2] - against[0]), 30) << "gray where it is not";
 }
 
 TEST(Base64, KnownValues) {

@@ -76,6 +76,48 @@ ResidualSummary SampleResidual(const std::string& sensor, const std::string& uni
   return summary;
 }
 
+// A camera that sees a checkerboard of gray squares, always the same.
+class SampleImages : public ImageSource {
+ public:
+  std::size_t Count() const override { return 3; }
+  double Time(std::size_t index) const override { return 0.1 * static_cast<double>(index); }
+  cv::Mat Load(std::size_t /*index*/) const override {
+    cv::Mat image(800, 1280, CV_8UC1);
+    for (int row = 0; row < image.rows; ++row) {
+      for (int column = 0; column < image.cols; ++column) {
+        image.at<std::uint8_t>(row, column) = (row / 100 + column / 100) % 2 == 0 ? 90 : 150;
+      }
+    }
+    return image;
+  }
+};
+
+// Errors that turn about the image's centre, and a few landmarks.
+void AddCameraResiduals(CalibrationResult& result) {
+  ResidualSummary summary = SampleResidual("cam_front", "px", 0.4, 1.0);
+  summary.rms = 0.41;
+  summary.over_image.columns = 16;
+  summary.over_image.rows = 10;
+  for (int row = 0; row < 10; ++row) {
+    for (int column = 0; column < 16; ++column) {
+      summary.over_image.mean.emplace_back(0.01f * (row - 4.5f), -0.01f * (column - 7.5f));
+      summary.over_image.counts.push_back(10 * ((row + column) % 7));
+    }
+  }
+  result.residuals.push_back(summary);
+  CameraView view{"cam_front", std::make_shared<SampleImages>(), 1, {}};
+  for (int i = 0; i < 60; ++i) {
+    const Eigen::Vector2f pixel(40.0f + 20.0f * i, 60.0f + 11.0f * i), step(4.0f, -3.0f);
+    view.sights.push_back(
+        {pixel, pixel + Eigen::Vector2f(0.3f, 0.2f), {pixel - step, pixel, pixel + 2.0f * step}});
+  }
+  result.views = {view};
+  result.keyframes = {{"cam_front", {1700000000000000000, 1700000000100000001}}};
+  SensorResult initial = result.sensors[3];
+  initial.calibration.T_imu_sensor.translation.x() += 0.02;
+  result.initial_sensors = {initial};
+}
+
 }  // namespace
 
 CalibrationResult SampleResult() {
@@ -128,6 +170,7 @@ CalibrationResult SampleResult() {
       SampleResidual("front_lidar", "m", 0.02, 1.0), SampleResidual("left_lidar", "m", 0.02, 1.1),
       SampleResidual("right_lidar", "m", 0.02, 0.9), SampleResidual("gyroscope", "rad/s", 0.004, 1.0),
       SampleResidual("accelerometer", "m/s^2", 0.05, 1.4)};
+  AddCameraResiduals(result);
   result.peak_memory_megabytes = 1834.0;
   return result;
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "mlic_core/common/error.h"
+#include "mlic_core/evaluation/epipolar_error.h"
 #include "mlic_core/evaluation/intrinsics_error.h"
 #include "mlic_core/evaluation/map_evaluation.h"
 #include "mlic_core/evaluation/trajectory_error.h"
@@ -58,17 +59,13 @@ std::size_t CountPoints(const Drive& drive) {
   return count;
 }
 
-void EvaluateMaps(const EvaluateOptions& options, const BagSet& bags, const CalibrationResult& calibration,
-                  const std::optional<CalibrationResult>& truth, const std::vector<StampedPose>& trajectory,
-                  const CancellationToken& cancellation, Evaluation* evaluation) {
-  const Rig rig = options.rig.empty() ? RigOfCalibration(bags, calibration) : LoadRigFile(options.rig);
+void EvaluateMaps(const BagSet& bags, const Rig& rig, const Drive& drive,
+                  const CalibrationResult& calibration, const std::optional<CalibrationResult>& truth,
+                  const std::vector<StampedPose>& trajectory, const CancellationToken& cancellation,
+                  Evaluation* evaluation) {
   std::vector<std::string> names;
   for (const LidarConfig& lidar : rig.lidars) names.push_back(lidar.name);
   if (names.empty()) return;
-  LoadReport report;
-  Silence silence;
-  const Dataset dataset = LoadDataset(rig, {options.bag}, LoadOptions(), report, cancellation, silence);
-  const Drive& drive = dataset.drives.front();
   const std::size_t stride = CountPoints(drive) / kMostMapPoints + 1;
   const auto add = [&](const std::string& title, const std::string& file, const CalibrationResult& poses) {
     cancellation.ThrowIfCancelled();
@@ -87,21 +84,68 @@ void EvaluateMaps(const EvaluateOptions& options, const BagSet& bags, const Cali
   }
 }
 
+// The matches are the same for all calibrations; all stand on the same trajectory.
+void EvaluateCameras(const EvaluateOptions& options, const Rig& rig, const Drive& drive,
+                     const CalibrationResult& calibration, const std::optional<CalibrationResult>& initial,
+                     const std::optional<CalibrationResult>& truth,
+                     const std::vector<StampedPose>& trajectory, const CancellationToken& cancellation,
+                     Evaluation* evaluation) {
+  if (rig.cameras.size() < 2) return;
+  std::vector<std::string> names;
+  for (const CameraConfig& camera : rig.cameras) names.push_back(camera.name);
+  const std::vector<FreshMatch> matches =
+      FindFreshMatches(drive, names, calibration, trajectory, ReadKeyframesBeside(options.calibration),
+                       FreshMatchOptions(), cancellation);
+  std::vector<EpipolarColumn> columns;
+  const auto add = [&](const std::string& name, const CalibrationResult& poses) {
+    columns.push_back({name, MeasureEpipolarErrors(matches, poses, trajectory)});
+  };
+  add("calibration", calibration);
+  if (initial) add("before the joint adjustment", WithPosesOf(calibration, *initial));
+  if (truth) add("truth", WithPosesOf(calibration, *truth));
+  evaluation->Add("epipolar errors of new matches", TableOf(columns), "epipolar_errors.csv", CsvOf(columns));
+}
+
+void EvaluateData(const EvaluateOptions& options, const BagSet& bags, const CalibrationResult& calibration,
+                  const std::optional<CalibrationResult>& initial,
+                  const std::optional<CalibrationResult>& truth, const std::vector<StampedPose>& trajectory,
+                  const CancellationToken& cancellation, Evaluation* evaluation) {
+  const Rig rig = options.rig.empty() ? RigOfCalibration(bags, calibration) : LoadRigFile(options.rig);
+  if (rig.lidars.empty() && rig.cameras.empty()) return;
+  LoadReport report;
+  Silence silence;
+  LoadOptions load;
+  load.rig_directory = options.rig.parent_path();
+  const Dataset dataset = LoadDataset(rig, {options.bag}, load, report, cancellation, silence);
+  const Drive& drive = dataset.drives.front();
+  EvaluateMaps(bags, rig, drive, calibration, truth, trajectory, cancellation, evaluation);
+  EvaluateCameras(options, rig, drive, calibration, initial, truth, trajectory, cancellation, evaluation);
+}
+
+void CompareTo(const CalibrationResult& truth, const std::string& of, const std::string& prefix,
+               const CalibrationResult& calibration, Evaluation* evaluation) {
+  const TruthComparison comparison = CompareWithTruth(calibration, truth);
+  evaluation->Add(of + "error against the truth", TableOf(comparison), prefix + "errors.csv",
+                  CsvOf(comparison));
+  const std::vector<IntrinsicsError> intrinsics = CompareIntrinsics(calibration, truth);
+  if (intrinsics.empty()) return;
+  evaluation->Add(of + "intrinsics against the truth", TableOf(intrinsics), prefix + "intrinsics_errors.csv",
+                  CsvOf(intrinsics));
+}
+
 int Evaluate(const EvaluateOptions& options, const CancellationToken& cancellation) {
   const CalibrationResult calibration = ReadCalibrationFile(options.calibration);
   std::optional<CalibrationResult> truth;
   if (!options.truth.empty()) truth = ReadCalibrationFile(options.truth);
+  std::optional<CalibrationResult> initial;
+  const fs::path initial_file = options.calibration.parent_path() / "initial_calibration.yaml";
+  if (fs::exists(initial_file)) initial = ReadCalibrationFile(initial_file);
   const BagSet bags({options.bag});
   Evaluation evaluation;
   evaluation.text = "verdict: " + std::string(calibration.trusted ? "trusted" : "refused") + "\n";
   if (truth) {
-    const TruthComparison comparison = CompareWithTruth(calibration, *truth);
-    evaluation.Add("error against the truth", TableOf(comparison), "errors.csv", CsvOf(comparison));
-    const std::vector<IntrinsicsError> intrinsics = CompareIntrinsics(calibration, *truth);
-    if (!intrinsics.empty()) {
-      evaluation.Add("intrinsics against the truth", TableOf(intrinsics), "intrinsics_errors.csv",
-                     CsvOf(intrinsics));
-    }
+    CompareTo(*truth, "", "", calibration, &evaluation);
+    if (initial) CompareTo(*truth, "before the joint adjustment: ", "initial_", *initial, &evaluation);
   }
   if (calibration.sensors.empty() && options.reference_topic.empty()) {
     evaluation.text += "no sensor's link to the IMU was shown: there is no map to evaluate\n";
@@ -113,11 +157,12 @@ int Evaluate(const EvaluateOptions& options, const CancellationToken& cancellati
       evaluation.Add("trajectory against " + options.reference_topic, TableOf(error), "trajectory_errors.csv",
                      CsvOf(error));
     }
-    EvaluateMaps(options, bags, calibration, truth, trajectory, cancellation, &evaluation);
+    EvaluateData(options, bags, calibration, initial, truth, trajectory, cancellation, &evaluation);
   }
   cancellation.ThrowIfCancelled();
-  for (const char* name : {"errors.csv", "intrinsics_errors.csv", "map_quality.csv", "map_quality_truth.csv",
-                           "trajectory_errors.csv"}) {
+  for (const char* name :
+       {"errors.csv", "intrinsics_errors.csv", "initial_errors.csv", "initial_intrinsics_errors.csv",
+        "map_quality.csv", "map_quality_truth.csv", "trajectory_errors.csv", "epipolar_errors.csv"}) {
     std::error_code ignored;
     fs::remove(options.output / name, ignored);
   }

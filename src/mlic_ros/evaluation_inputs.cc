@@ -1,27 +1,33 @@
 #include "mlic_ros/evaluation_inputs.h"
 
 #include <algorithm>
+#include <cstdlib>
+#include <sstream>
 
 #include "mlic_core/common/error.h"
+#include "mlic_core/io/text_file.h"
 #include "mlic_core/io/trajectory_file.h"
 #include "mlic_ros/rig_draft.h"
 
 namespace mlic {
 namespace {
 
-const LidarConfig& TopicOf(const BagSet& bags, const Rig& draft, const SensorResult& sensor) {
-  std::vector<const LidarConfig*> of_frame, of_name;
+// configs: the bag's LiDARs or cameras; kind: "LiDAR" or "camera".
+template <typename Config>
+const Config& TopicOf(const BagSet& bags, const std::vector<Config>& configs, const std::string& kind,
+                      const SensorResult& sensor) {
+  std::vector<const Config*> of_frame, of_name;
   std::string list;
-  for (const LidarConfig& lidar : draft.lidars) {
-    if (!sensor.frame_id.empty() && lidar.frame_id == sensor.frame_id) of_frame.push_back(&lidar);
-    if (lidar.name == sensor.name) of_name.push_back(&lidar);
-    list += (list.empty() ? "" : ", ") + lidar.topic + " (" + lidar.frame_id + ")";
+  for (const Config& config : configs) {
+    if (!sensor.frame_id.empty() && config.frame_id == sensor.frame_id) of_frame.push_back(&config);
+    if (config.name == sensor.name) of_name.push_back(&config);
+    list += (list.empty() ? "" : ", ") + config.topic + " (" + config.frame_id + ")";
   }
   if (of_frame.size() == 1) return *of_frame.front();
   if (of_name.size() == 1) return *of_name.front();
-  throw InputError("bag " + bags.names() + ": " + std::to_string(of_frame.size()) +
-                   " LiDAR topics have the frame " + sensor.frame_id + " of " + sensor.name +
-                   ", expected one; give the bag's rig file by --rig. LiDAR topics (frames): " + list);
+  throw InputError("bag " + bags.names() + ": " + std::to_string(of_frame.size()) + " " + kind +
+                   " topics have the frame " + sensor.frame_id + " of " + sensor.name +
+                   ", expected one; give the bag's rig file by --rig. " + kind + " topics (frames): " + list);
 }
 
 }  // namespace
@@ -42,16 +48,41 @@ std::vector<StampedPose> ReadTrajectoryBeside(const std::filesystem::path& calib
   return trajectory;
 }
 
+std::vector<CameraKeyframes> ReadKeyframesBeside(const std::filesystem::path& calibration) {
+  const std::filesystem::path path = calibration.parent_path() / "images" / "keyframes.csv";
+  std::vector<CameraKeyframes> keyframes;
+  if (!std::filesystem::exists(path)) return keyframes;
+  std::istringstream text(ReadFile(path));
+  std::string line;
+  std::getline(text, line);  // the titles
+  while (std::getline(text, line)) {
+    const std::size_t comma = line.rfind(',');
+    const std::string camera = line.substr(0, comma);
+    char* end = nullptr;
+    const TimeNs stamp = comma == std::string::npos ? 0 : std::strtoll(&line[comma + 1], &end, 10);
+    if (end == nullptr || *end != '\0') {
+      throw InputError(path.string() + ": expected camera,stamp_ns but found '" + line +
+                       "'; run calibrate again");
+    }
+    if (keyframes.empty() || keyframes.back().camera != camera) keyframes.push_back({camera, {}});
+    keyframes.back().stamps.push_back(stamp);
+  }
+  return keyframes;
+}
+
 Rig RigOfCalibration(const BagSet& bags, const CalibrationResult& calibration) {
   std::vector<std::string> notes;
   const Rig draft = DraftRig(bags, notes);
   Rig rig;
   rig.imu = draft.imu;
   for (const SensorResult& sensor : calibration.sensors) {
-    if (sensor.type != SensorResult::Type::kLidar) continue;
-    LidarConfig lidar = TopicOf(bags, draft, sensor);
-    lidar.name = sensor.name;
-    rig.lidars.push_back(lidar);
+    if (sensor.type == SensorResult::Type::kLidar) {
+      rig.lidars.push_back(TopicOf(bags, draft.lidars, "LiDAR", sensor));
+      rig.lidars.back().name = sensor.name;
+    } else {
+      rig.cameras.push_back(TopicOf(bags, draft.cameras, "camera", sensor));
+      rig.cameras.back().name = sensor.name;
+    }
   }
   return rig;
 }
@@ -64,6 +95,8 @@ CalibrationResult WithPosesOf(const CalibrationResult& calibration, const Calibr
                                     [&](const SensorResult& s) { return s.name == sensor.name; });
     if (found == other.sensors.end()) continue;
     sensor.calibration = found->calibration;
+    sensor.intrinsics = found->intrinsics;
+    sensor.rolling_shutter_readout = found->rolling_shutter_readout;
     moved.sensors.push_back(sensor);
   }
   return moved;

@@ -16,12 +16,17 @@ namespace mlic {
 // or has fewer than two poses, or poses out of order.
 std::vector<StampedPose> ReadTrajectoryBeside(const std::filesystem::path& calibration);
 
-// The bag's topics of the calibration's LiDARs, found by frame_id, where a frame is not unique by the name
-// drafted from the topic. InputError names a LiDAR whose topic is not found, with the bag's LiDAR topics and
-// frames.
+// The images that took part in the calibration, images/keyframes.csv beside calibration.yaml; none when it is
+// not there. InputError names a line that is not of the format.
+std::vector<CameraKeyframes> ReadKeyframesBeside(const std::filesystem::path& calibration);
+
+// The bag's topics of the calibration's LiDARs and cameras, found by frame_id, where a frame is not unique by
+// the name drafted from the topic. InputError names a sensor whose topic is not found, with the bag's topics
+// and frames of its kind.
 Rig RigOfCalibration(const BagSet& bags, const CalibrationResult& calibration);
 
-// A calibration whose LiDARs stand where the other one (the truth) says; sensors that it lacks are left out.
+// A calibration whose sensors stand where the other one (the truth) says, with its intrinsics; sensors that
+// it lacks are left out.
 CalibrationResult WithPosesOf(const CalibrationResult& calibration, const CalibrationResult& other);
 
 }  // namespace mlic

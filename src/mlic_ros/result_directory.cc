@@ -24,9 +24,9 @@ void ReplaceResults(const fs::path& directory, const std::function<void(const fs
     fs::remove_all(partial.path);
     fs::create_directories(partial.path);
     write(partial.path);
-    for (const char* name :
-         {"calibration.yaml", "static_transforms.launch", "sensors.urdf.xacro", "camera_info",
-          "kalibr_camchain.yaml", "trajectory.tum", "map.pcd", "report.html", "images"}) {
+    for (const char* name : {"calibration.yaml", "static_transforms.launch", "sensors.urdf.xacro",
+                             "camera_info", "kalibr_camchain.yaml", "trajectory.tum", "map.pcd",
+                             "report.html", "images", "initial_calibration.yaml"}) {
       fs::remove_all(directory / name);
     }
     for (const fs::directory_entry& entry : fs::directory_iterator(partial.path)) {

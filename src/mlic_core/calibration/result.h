@@ -127,7 +127,8 @@ struct CalibrationResult {
   std::string imu_frame_id;
   ImuCalibration imu;
   Eigen::Vector3d gravity{0.0, 0.0, -9.81};
-  std::vector<SensorResult> sensors;  // when refused: only those whose link to the IMU was shown
+  std::vector<SensorResult> sensors;          // when refused: only those whose link to the IMU was shown
+  std::vector<SensorResult> initial_sensors;  // the same before the joint adjustment, without sigmas
   std::vector<PairResult> pairs;
   std::vector<std::vector<StampedPose>> trajectories;  // T_map_imu, one for each drive, IMU clock
   std::vector<MapPoint> map;                           // of the first drive

@@ -60,6 +60,24 @@ void AddIntrinsics(const CameraCalibration& camera, const ObservabilityAnalysis:
   result->readout_sigma = analysis.readout_sigma;
 }
 
+// Poses, offsets and intrinsics alone, of the sensors that are shown in the end.
+std::vector<SensorResult> InitialSensors(const Rig& rig, const CalibrationState& initial,
+                                         const std::vector<bool>& shown) {
+  const std::vector<Sensor> sensors = AllSensors(rig, initial);
+  std::vector<SensorResult> results;
+  for (std::size_t s = 0; s < sensors.size(); ++s) {
+    if (!shown[s]) continue;
+    SensorResult result;
+    result.name = sensors[s].name;
+    result.frame_id = sensors[s].frame_id;
+    result.calibration = sensors[s].calibration;
+    if (s >= initial.lidars.size()) AddIntrinsics(initial.cameras[s - initial.lidars.size()], {}, &result);
+    result.readout_sigma.reset();
+    results.push_back(result);
+  }
+  return results;
+}
+
 // Reasons for refusal of one sensor; none when its result may be trusted.
 std::vector<std::string> Judge(const Sensor& config, const ObservabilityAnalysis::Sensor& sensor) {
   std::vector<std::string> reasons;
@@ -151,6 +169,7 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Refinement& re
     if (s >= lidars)
       AddIntrinsics(state.cameras[s - lidars], analysis.cameras[s - lidars], &result->sensors.back());
   }
+  result->initial_sensors = InitialSensors(rig, refinement.initial(), shown);
   result->pairs = MakePairs(sensors, shown, analysis);
   result->imu = state.Imu(0);
   result->gravity = kGravity;

@@ -1,6 +1,7 @@
 #include "mlic_core/io/report.h"
 
 #include "mlic_core/io/export_frames.h"
+#include "mlic_core/io/report_cameras.h"
 #include "mlic_core/io/report_figures.h"
 #include "mlic_core/io/report_tables.h"
 #include "mlic_core/io/report_verdict.h"
@@ -59,7 +60,8 @@ std::string ResidualSection(const CalibrationResult& result) {
     html += "<div class=\"card\"><h3><i style=\"background:" + color + "\"></i>" +
             EscapeXml(residual.sensor) + "</h3>\n" + HistogramFigure(residual, color) + "\n" +
             OverTimeFigure(residual, color) + "\n<p class=\"note\">assumed &sigma; " +
-            ShortNumber(residual.sigma, 3) + " " + EscapeXml(residual.unit) + ", " +
+            ShortNumber(residual.sigma, 3) + " " + EscapeXml(residual.unit) + ", rms " +
+            ShortNumber(residual.rms, 3) + " " + EscapeXml(residual.unit) + ", " +
             FixedNumber(100.0 * residual.inlier_share, 1) + "% inliers</p></div>\n";
   }
   return html +
@@ -79,6 +81,8 @@ void WriteReport(const std::filesystem::path& path, const CalibrationResult& res
   html += Section("Sensors", SensorTable(result));
   const std::string cameras = CameraTable(result);
   if (!cameras.empty()) html += Section("Camera intrinsics", cameras);
+  const std::string camera_residuals = CameraResiduals(result);
+  if (!camera_residuals.empty()) html += Section("Camera residuals", camera_residuals);
   const std::string top_view = TopViewFigure(result);
   if (!top_view.empty()) html += Section("The first drive from above", top_view);
   if (!result.pairs.empty()) html += Section("Pairs of sensors", PairTable(result));

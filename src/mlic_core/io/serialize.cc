@@ -61,16 +61,26 @@ void Fields(Archive& archive, StageSummary& stage) {
 }
 
 template <typename Archive>
+void Fields(Archive& archive, ResidualField& field) {
+  archive(field.columns, field.rows, field.mean, field.counts);
+}
+
+template <typename Archive>
 void Fields(Archive& archive, ResidualSummary& residual) {
   archive(residual.sensor, residual.unit, residual.sigma, residual.inlier_share, residual.histogram,
-          residual.over_time_seconds, residual.over_time_rms);
+          residual.over_time_seconds, residual.over_time_rms, residual.rms, residual.over_image);
+}
+
+template <typename Archive>
+void Fields(Archive& archive, CameraKeyframes& keyframes) {
+  archive(keyframes.camera, keyframes.stamps);
 }
 
 template <typename Archive>
 void Fields(Archive& archive, CalibrationResult& result) {
   archive(result.trusted, result.reasons, result.warnings, result.imu_frame_id, result.imu, result.gravity,
-          result.sensors, result.pairs, result.trajectories, result.map, result.stages, result.residuals,
-          result.peak_memory_megabytes);
+          result.sensors, result.initial_sensors, result.pairs, result.trajectories, result.map,
+          result.stages, result.residuals, result.keyframes, result.peak_memory_megabytes);
 }
 
 std::vector<char> ToBytes(const Dataset& dataset) { return WrittenBytes(dataset); }

@@ -26,8 +26,9 @@ std::string TrajectoryName(std::size_t drive) {
 // Results of an earlier run, calibration.yaml first: without it the rest is not taken for a result.
 void RemoveEarlierResults(const fs::path& directory) {
   std::error_code error;
-  for (const char* name : {"calibration.yaml", "static_transforms.launch", "sensors.urdf.xacro",
-                           "kalibr_camchain.yaml", "camera_info", "report.html", "map.pcd", "images"}) {
+  for (const char* name :
+       {"calibration.yaml", "static_transforms.launch", "sensors.urdf.xacro", "kalibr_camchain.yaml",
+        "camera_info", "report.html", "map.pcd", "images", "initial_calibration.yaml"}) {
     fs::remove_all(directory / name, error);
     if (error) throw InputError((directory / name).string() + ": cannot be replaced: " + error.message());
   }
@@ -42,6 +43,15 @@ std::string KeyframesCsv(const std::vector<CameraKeyframes>& keyframes) {
     for (const TimeNs stamp : camera.stamps) csv += camera.camera + "," + std::to_string(stamp) + "\n";
   }
   return csv;
+}
+
+// What the joint adjustment started from, for comparisons.
+void WriteInitialCalibration(const fs::path& path, const CalibrationResult& result) {
+  CalibrationResult initial;
+  initial.reasons = {"as it stood before the joint adjustment: to compare with, not to use"};
+  initial.imu_frame_id = result.imu_frame_id;
+  initial.sensors = result.initial_sensors;
+  WriteCalibrationFile(path, initial);
 }
 
 }  // namespace
@@ -59,6 +69,9 @@ void WriteResults(const fs::path& directory, const CalibrationResult& result) {
   WriteTrackPictures(directory / "images", result.views);
   if (!result.keyframes.empty()) {
     WriteFileAtomically(directory / "images" / "keyframes.csv", KeyframesCsv(result.keyframes));
+  }
+  if (!result.initial_sensors.empty()) {
+    WriteInitialCalibration(directory / "initial_calibration.yaml", result);
   }
   WriteReport(directory / "report.html", result);
   if (result.trusted) {

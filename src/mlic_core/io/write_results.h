@@ -8,8 +8,9 @@ namespace mlic {
 
 // Writes calibration.yaml, report.html, trajectory.tum (trajectory_2.tum and so on for further drives),
 // map.pcd, static_transforms.launch, sensors.urdf.xacro, and where there are cameras camera_info/NAME.yaml,
-// kalibr_camchain.yaml, images/NAME_tracks.png and images/keyframes.csv, each whole or not at all. A refused
-// result gets none that others would load: neither launch file nor URDF nor camera files; files of an earlier
+// kalibr_camchain.yaml, images/NAME_tracks.png and images/keyframes.csv, each whole or not at all;
+// initial_calibration.yaml holds the sensors as they stood before the joint adjustment. A refused result gets
+// none that others would load: neither launch file nor URDF nor camera files; files of an earlier
 // run that this one does not write are removed. calibration.yaml is written last: where it stands, the others
 // do.
 void WriteResults(const std::filesystem::path& directory, const CalibrationResult& result);
