@@ -34,6 +34,7 @@ std::vector<std::vector<std::uint32_t>> ChoosePoints(const MapSurfaces& surfaces
 }  // namespace
 
 IntensityMap BuildIntensityMap(const std::vector<MapReturn>& returns, const IntensityMapOptions& options) {
+  if (returns.empty()) return {};
   const MapSurfaces surfaces = FindSurfaces(returns);
   std::vector<std::uint8_t> moving;
   if (options.remove_moving) moving = FindMovingPoints(returns, surfaces);
