@@ -22,6 +22,7 @@ struct PseudoRenderingOptions {
   double intensity_noise = 0.04;
   double range_noise = 0.01;  // m
   double hole_share = 0.1;    // of the pixels, in patches of some pixels
+  bool splat = true;          // foreground one pixel too wide
   double farthest = 60.0;     // m
   bool invert_half = false;   // every other material is bright where it was dark
   std::uint64_t seed = 1;
@@ -64,7 +65,7 @@ inline RenderedStructure PseudoRendering(const sim::World& world, const CameraIn
   });
   // Points are drawn larger than a pixel: the nearest of the neighbours wins where it is much nearer.
   RenderedStructure out{raw.intensity.clone(), raw.points.clone(), raw.normals.clone(), raw.range.clone()};
-  for (int v = 1; v + 1 < height; ++v) {
+  for (int v = 1; options.splat && v + 1 < height; ++v) {
     for (int u = 1; u + 1 < width; ++u) {
       for (int k = 0; k < 9; ++k) {
         const int y = v + k / 3 - 1, x = u + k % 3 - 1;

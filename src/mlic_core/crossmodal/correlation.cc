@@ -20,7 +20,7 @@ StructureTemplate::StructureTemplate(const StructureImage& image, int column, in
   channels_.assign(static_cast<std::size_t>(size * size * kChannels), 0.0f);
   weight_.assign(static_cast<std::size_t>(size * size), 0.0f);
   energy_.assign(static_cast<std::size_t>(size * size), 0.0f);
-  double all = 0.0, known = 0.0, sum = 0.0;
+  double all = 0.0, known = 0.0, trusted = 0.0, sum = 0.0;
   for (int y = -half; y <= half; ++y) {
     for (int x = -half; x <= half; ++x) {
       const double sigma = kTaper * half;
@@ -28,9 +28,10 @@ StructureTemplate::StructureTemplate(const StructureImage& image, int column, in
       all += taper;
       const int u = column + x, v = row + y;
       if (u < 1 || v < 1 || u + 1 >= image.width || v + 1 >= image.height) continue;
+      if (image.Known(v)[u] <= 0.0f) continue;
+      known += taper;
       const float w = taper * image.Weight(v)[u];
-      if (w <= 0.0f) continue;
-      known += w;
+      trusted += w;
       const auto pixel = static_cast<std::size_t>((y + half) * size + x + half);
       const float* c = image.Channels(v) + kChannels * u;
       const float* up = image.Channels(v - 1) + kChannels * u;
@@ -49,6 +50,7 @@ StructureTemplate::StructureTemplate(const StructureImage& image, int column, in
   }
   sharpness_(1, 0) = sharpness_(0, 1);
   complete_ = known / all;
+  trusted_ = trusted / all;
   if (sum > 0.0) sharpness_ /= sum;
 }
 
@@ -62,7 +64,7 @@ double StructureTemplate::Score(const StructureImage& image, int column, int row
   for (int y = top; y < bottom; ++y) {
     const int v = row + y - half_, u = column + left - half_;
     const auto first = static_cast<std::size_t>(y * size + left);
-    const Row weight(&weight_[first], n), known(image.Weight(v) + u, n);
+    const Row weight(&weight_[first], n), known(image.Known(v) + u, n);
     product += (Row(&channels_[first * kChannels], n * kChannels) *
                 Row(image.Channels(v) + kChannels * u, n * kChannels))
                    .sum();

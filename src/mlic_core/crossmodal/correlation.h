@@ -16,8 +16,9 @@ class StructureTemplate {
   // The middle must be inside the image; parts outside count as unknown.
   StructureTemplate(const StructureImage& image, int column, int row, int half);
 
-  // Share of the weight that is known.
+  // Share of the template that is known, and that counts.
   double Complete() const { return complete_; }
+  double Trusted() const { return trusted_; }
   // The structure tensor of the template: sum of weighted squared derivatives of its channels, by the sum of
   // weighted squared channels, 1/px^2. Its smaller eigenvalue is 0 where the template can slide along itself.
   const Eigen::Matrix2d& Sharpness() const { return sharpness_; }
@@ -31,6 +32,7 @@ class StructureTemplate {
  private:
   int half_;
   double complete_ = 0.0;
+  double trusted_ = 0.0;
   Eigen::Matrix2d sharpness_ = Eigen::Matrix2d::Zero();
   std::vector<float> channels_;  // times weight
   std::vector<float> weight_;

@@ -80,6 +80,7 @@ std::vector<MapMatch> MatchView(const RenderedView& view, const CameraIntrinsics
     match.pixel = found.rendered + found.displacement;
     match.covariance = found.covariance;
     match.score = found.score;
+    match.peak_ratio = found.peak_ratio;
     if (match.map_point >= 0) matches.push_back(match);
   }
   return matches;

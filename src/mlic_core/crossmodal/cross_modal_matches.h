@@ -34,6 +34,7 @@ struct MapMatch {
   Eigen::Matrix2d covariance;   // of the pixel, px^2
   Eigen::Vector2d rendered;     // where the rendering's calibration has it, px
   double score = 0.0;           // normalised correlation
+  double peak_ratio = 0.0;      // second peak by best
 };
 
 struct CrossModalOptions {

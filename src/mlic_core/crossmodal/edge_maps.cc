@@ -11,6 +11,9 @@ namespace mlic {
 namespace {
 
 constexpr int kChannels = StructureImage::kChannels;
+constexpr int kStepWidth = 5;  // px, around a step of depth that is not trusted
+// A step of depth counts half where it is this, m and share of the range: the recess of a window is a step.
+constexpr float kStep = 0.03f, kStepByRange = 0.001f;
 constexpr float kLeastSupport = 0.5f;  // share of the derivative's support that must be known
 
 void Blur(const cv::Mat& in, double sigma, cv::Mat* out) {
@@ -54,7 +57,7 @@ float DepthStep(const SurfaceImage& surface, int v0, int u0, int v1, int u1) {
   const auto& normal_a = surface.normals.at<cv::Vec3f>(v0, u0);
   const auto& normal_b = surface.normals.at<cv::Vec3f>(v1, u1);
   const float step = std::min(StepOffPlane(a, normal_a, b), StepOffPlane(b, normal_b, a));
-  const float usual = 0.15f + 0.01f * std::min(range_a, range_b);
+  const float usual = kStep + kStepByRange * std::min(range_a, range_b);
   const float strength = step * step / (step * step + usual * usual);
   return range_b > range_a ? strength : -strength;
 }
@@ -67,6 +70,7 @@ EdgeMap IntensityEdges(const cv::Mat& image, const cv::Mat& known, double sigma)
   EdgeMap edges;
   edges.moments = cv::Mat::zeros(image.size(), CV_32FC(kChannels));
   edges.known = cv::Mat::zeros(image.size(), CV_32FC1);
+  edges.trust = cv::Mat::ones(image.size(), CV_32FC1);
   cv::Mat sum, support;
   Blur(image.mul(known), sigma, &sum);
   Blur(known, sigma, &support);
@@ -101,7 +105,7 @@ EdgeMap IntensityEdges(const cv::Mat& image, const cv::Mat& known, double sigma)
   return edges;
 }
 
-void AddDepthEdges(const SurfaceImage& surface, double sigma, float weight, EdgeMap* edges) {
+void AddDepthEdges(const SurfaceImage& surface, double sigma, float weight, float trust, EdgeMap* edges) {
   cv::Mat gradient = cv::Mat::zeros(surface.range.size(), CV_32FC2);
   for (int v = 1; v + 1 < gradient.rows; ++v) {
     const float* range[3];
@@ -112,6 +116,20 @@ void AddDepthEdges(const SurfaceImage& surface, double sigma, float weight, Edge
       if (Seen(range[0][u]) && Seen(range[2][u])) g[2 * u + 1] = DepthStep(surface, v - 1, u, v + 1, u);
     }
   }
+  cv::Mat steps(gradient.size(), CV_32FC1);
+  for (int v = 0; v < gradient.rows; ++v) {
+    const float* g = gradient.ptr<float>(v);
+    float* s = steps.ptr<float>(v);
+    const float* range = surface.range.ptr<float>(v);
+    const auto* normal = surface.normals.ptr<cv::Vec3f>(v);
+    for (int u = 0; u < gradient.cols; ++u) {
+      const bool odd = Seen(range[u]) && normal[u].dot(normal[u]) < 0.5f;
+      s[u] = odd ? 1.0f : std::max(std::abs(g[2 * u]), std::abs(g[2 * u + 1]));
+    }
+  }
+  cv::dilate(steps, steps, cv::getStructuringElement(cv::MORPH_ELLIPSE, {kStepWidth, kStepWidth}));
+  Blur(steps, sigma, &steps);
+  edges->trust = edges->trust.mul(1.0 - (1.0 - trust) * steps);
   // A step spans two places of the central difference; blurring gives its direction more than four values.
   Blur(gradient, sigma, &gradient);
   for (int v = 0; v < gradient.rows; ++v) {

@@ -7,10 +7,12 @@ namespace mlic {
 // Edges of one level of an image. Part of structure_features.h.
 
 // moments: CV_32FC(5): of each pixel's edge, strength r in 0..1 and direction phi of its gradient, r times
-// (1, cos 2 phi, sin 2 phi, cos 4 phi, sin 4 phi). known: CV_32FC1, 1 or 0.
+// (1, cos 2 phi, sin 2 phi, cos 4 phi, sin 4 phi). known: CV_32FC1, 1 or 0. trust: CV_32FC1, 0 to 1, how much
+// a pixel counts.
 struct EdgeMap {
   cv::Mat moments;
   cv::Mat known;
+  cv::Mat trust;
 };
 
 // What lies under each pixel; as in RenderedStructure.
@@ -24,8 +26,8 @@ struct SurfaceImage {
 // what is usual in the image.
 EdgeMap IntensityEdges(const cv::Mat& image, const cv::Mat& known, double sigma);
 
-// Adds edges between a surface and what lies behind it, where known.
-void AddDepthEdges(const SurfaceImage& surface, double sigma, float weight, EdgeMap* edges);
+// Adds edges between a surface and what lies behind it, where known, and lowers the trust there to `trust`.
+void AddDepthEdges(const SurfaceImage& surface, double sigma, float weight, float trust, EdgeMap* edges);
 
 // Adds edges between surfaces that face different ways, where known.
 void AddOrientationEdges(const SurfaceImage& surface, double sigma, float weight, EdgeMap* edges);

@@ -19,12 +19,15 @@ constexpr double kSurroundings = 6.0;
 constexpr float kHarmonicWeights[kChannels] = {0.5f, 1.0f, 1.0f, 0.7f, 0.7f};
 
 // From edge moments of one level to features: blurred, and relative to the strength around.
-StructureImage ToStructure(const cv::Mat& moments, const cv::Mat& known, double sigma) {
+StructureImage ToStructure(const EdgeMap& edges, double sigma) {
+  const cv::Mat& moments = edges.moments;
+  const cv::Mat& known = edges.known;
   StructureImage out;
   out.width = moments.cols, out.height = moments.rows;
   const auto count = static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height);
   out.channels.assign(count * kChannels, 0.0f);
   out.energy.assign(count, 0.0f);
+  out.known.assign(count, 0.0f);
   out.weight.assign(count, 0.0f);
   cv::Mat near, strength(moments.size(), CV_32FC2), around;
   cv::GaussianBlur(moments, near, cv::Size(), sigma, sigma, cv::BORDER_REFLECT_101);
@@ -52,7 +55,8 @@ StructureImage ToStructure(const cv::Mat& moments, const cv::Mat& known, double 
         c[i] = kHarmonicWeights[i] * scale * value;
         out.energy[pixel] += c[i] * c[i];
       }
-      out.weight[pixel] = 1.0f;
+      out.known[pixel] = 1.0f;
+      out.weight[pixel] = edges.trust.at<float>(v, u);
     }
   }
   return out;
@@ -72,7 +76,7 @@ StructurePyramid PhotoStructure(const cv::Mat& gray, const cv::Mat& mask, const 
   for (int level = 0; level < options.levels; ++level) {
     if (level > 0) HalveKnown(image, known, &image, &known);
     const EdgeMap edges = IntensityEdges(image, known, options.gradient_sigma);
-    pyramid.push_back(ToStructure(edges.moments, edges.known, options.channel_sigma));
+    pyramid.push_back(ToStructure(edges, options.channel_sigma));
   }
   return pyramid;
 }
@@ -97,10 +101,12 @@ StructurePyramid MapStructure(const RenderedStructure& rendering, const Structur
     }
     EdgeMap edges = IntensityEdges(intensity, known, options.gradient_sigma);
     if (!surface.range.empty()) {
-      AddDepthEdges(surface, options.gradient_sigma, static_cast<float>(options.depth_weight), &edges);
+      const double trust = level == 0 ? options.depth_trust : 1.0;
+      AddDepthEdges(surface, options.gradient_sigma, static_cast<float>(options.depth_weight),
+                    static_cast<float>(trust), &edges);
       AddOrientationEdges(surface, options.gradient_sigma, static_cast<float>(options.normal_weight), &edges);
     }
-    pyramid.push_back(ToStructure(edges.moments, edges.known, options.channel_sigma));
+    pyramid.push_back(ToStructure(edges, options.channel_sigma));
   }
   return pyramid;
 }

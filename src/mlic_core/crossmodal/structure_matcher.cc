@@ -15,12 +15,13 @@ constexpr int kCoarsestRadius =
 constexpr int kFinerRadius = 3;  // px: search around the place that the coarser level gave
 constexpr int kReturnRadius = 3;
 constexpr double kPeakDistance = 3.0;     // px of its level: a second peak is farther off
+constexpr double kLeastTrusted = 0.25;    // share of a template
 constexpr double kLeastSharpness = 2e-3;  // 1/px^2, of a template's worse direction
 
 // Structure comes in blurred edges, not in independent pixels: the sigma of a peak, by what the mismatch of
 // template and photo and the peak's curvature would give if each pixel were independent. Measured on
 // simulated views with truth (crossmodal_matcher_test.cc).
-constexpr double kSigmaFactor = 5.0;
+constexpr double kSigmaFactor = 4.3;
 constexpr double kLeastSigma = 0.08;  // px: rendering and photo are sampled
 
 enum class Outcome { kNothing, kNoPeak, kAmbiguous, kNoReturn, kUncertain, kMatched };
@@ -92,7 +93,7 @@ bool Matcher::Search(const Place& place, StructureMatch* match, Outcome* why) co
     const StructureImage& image = rendering_[static_cast<std::size_t>(level)];
     if (column < 0 || row < 0 || column >= image.width || row >= image.height) return false;
     const StructureTemplate piece(image, column, row, options_.template_half);
-    if (piece.Complete() < options_.least_complete) return false;
+    if (piece.Complete() < options_.least_complete || piece.Trusted() < kLeastTrusted) return false;
     if (level == 0 && SmallerEigenvalue(piece.Sharpness()) < kLeastSharpness) return false;
     const ScoreMap map = Correlate(piece, photo_[static_cast<std::size_t>(level)], column, row, u, v, radius);
     const ScorePeak peak = HighestScore(map);
@@ -108,7 +109,7 @@ bool Matcher::Search(const Place& place, StructureMatch* match, Outcome* why) co
       if (!FitPeak(map, peak, &match->displacement, &curvature)) return false;
       match->score = peak.score;
       const double taper = 0.5 * options_.template_half;
-      match->covariance = PeakCovariance(peak.score, curvature, 2.0 * M_PI * taper * taper);
+      match->covariance = PeakCovariance(peak.score, curvature, piece.Trusted() * 2.0 * M_PI * taper * taper);
       return true;
     }
     u *= 2, v *= 2, radius = kFinerRadius;

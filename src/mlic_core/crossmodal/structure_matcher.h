@@ -14,7 +14,7 @@ struct StructureMatchOptions {
   double least_complete = 0.75;     // share of the template that must be known in the rendering
   double largest_search = 80.0;     // px: the search window's half-size never exceeds it
   double search_sigmas = 3.0;       // of the predicted covariance
-  double least_score = 0.3;         // normalised correlation, -1 to 1
+  double least_score = 0.35;        // normalised correlation, -1 to 1
   double largest_peak_ratio = 0.9;  // the second peak's score by the best one's
   // px: largest error of the way from rendering to photo and back. 0: no check.
   double largest_return_error = 1.0;
