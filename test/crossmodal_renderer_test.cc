@@ -5,7 +5,7 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
-#include "mlic_core/crossmodal/renderer.h"
+#include "mlic_core/crossmodal/view_selection.h"
 #include "mlic_core/lidar/scan_filter.h"
 #include "mlic_sim/image_stage.h"
 #include "mlic_sim/simulation.h"
@@ -163,6 +163,40 @@ TEST(Renderer, FollowsARollingShutter) {
     ASSERT_TRUE(hit);
     EXPECT_LT((place - hit->position).norm(), 0.05);
   }
+}
+
+TEST(ViewSelection, SpreadsViewsAndLeavesOutEmptyOnes) {
+  const Simulated s = Simulate("handheld_stereo.yaml", sim::Scenario::kHandheld, 6.0);
+  const sim::SimulatedCamera& camera = s.set.cameras[0];
+  std::vector<ViewCandidate> candidates;
+  for (int k = 0; k < 40; ++k) candidates.push_back({PoseOf(s, camera, 0.5 + 0.125 * k), 1.0});
+  // One that looks at nothing, and one that is blurred.
+  candidates[7].pose = FixedPose({Eigen::Quaterniond::Identity(), Vector3d(0.0, 0.0, 500.0)});
+  ViewSelectionOptions options;
+  options.count = 8;
+  const std::vector<std::size_t> chosen = SelectViews(s.map, camera.intrinsics, candidates, options);
+  ASSERT_EQ(chosen.size(), 8u);
+  EXPECT_EQ(std::count(chosen.begin(), chosen.end(), 7u), 0);
+  std::vector<std::size_t> sorted = chosen;
+  std::sort(sorted.begin(), sorted.end());
+  EXPECT_EQ(std::unique(sorted.begin(), sorted.end()), sorted.end()) << "each view once";
+  EXPECT_GT(sorted.back() - sorted.front(), 20u) << "not all from one place";
+  // The first choice loses to others once its picture is bad.
+  candidates[chosen[0]].quality = 0.01;
+  EXPECT_NE(SelectViews(s.map, camera.intrinsics, candidates, options)[0], chosen[0]);
+  const std::vector<ViewCandidate> nothing(3, candidates[7]);
+  EXPECT_TRUE(SelectViews(s.map, camera.intrinsics, nothing, options).empty());
+  EXPECT_TRUE(SelectViews(s.map, camera.intrinsics, {}, options).empty());
+}
+
+TEST(ViewSelection, ScaledIntrinsicsSeeTheSameBearings) {
+  const CameraIntrinsics camera = IntrinsicsFromFieldOfView(CameraModel::kEquidistant, 640, 480, 180.0);
+  const CameraIntrinsics half = ScaledIntrinsics(camera, 0.5);
+  Vector3d a, b;
+  // The middle of a small pixel is the corner between four large ones.
+  ASSERT_TRUE(Unproject(camera, {100.5, 200.5}, &a));
+  ASSERT_TRUE(Unproject(half, {50.0, 100.0}, &b));
+  EXPECT_LT((a - b).norm(), 1e-12);
 }
 
 }  // namespace
