@@ -1,4 +1,5 @@
 # Tests of evaluate and of resumed runs.
+mlic_add_test(evaluation_epipolar_test LIBRARIES mlic_evaluation)
 mlic_add_test(evaluation_intrinsics_test LIBRARIES mlic_evaluation)
 mlic_add_test(evaluation_trajectory_test LIBRARIES mlic_evaluation)
 if(TARGET mlic_pose_topic)

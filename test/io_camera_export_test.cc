@@ -83,6 +83,33 @@ TEST(KalibrCamchain, ModelsPosesAndTimeShiftFollowKalibr) {
   EXPECT_LT((result.sensors[3].calibration.T_imu_sensor * in_fisheye - p).norm(), 1e-8);
 }
 
+// The pixels are what counts, not the coefficients.
+TEST(KalibrCamchain, ASmallThirdCoefficientIsFitted) {
+  CalibrationResult result;
+  SensorResult camera = Camera("left", CameraModel::kPlumbBob,
+                               {692.8, 692.1, 641.4, 393.9, -0.0914, 0.0183, 0.0004, -0.0006, -0.0011});
+  result.sensors = {camera};
+  const std::string text = KalibrCamchainText(result);
+  EXPECT_TRUE(Contains(text, "fitted to the camera's plumb_bob"));
+  const YAML::Node cam0 = YAML::Load(text)["cam0"];
+  std::vector<double> parameters = Numbers(cam0["intrinsics"]);
+  for (const double value : Numbers(cam0["distortion_coeffs"])) parameters.push_back(value);
+  parameters.push_back(0.0);
+  const CameraIntrinsics written{CameraModel::kPlumbBob, 1280, 800, parameters};
+  double largest = 0.0;
+  for (int row = 0; row < 800; row += 50) {
+    for (int column = 0; column < 1280; column += 50) {
+      Eigen::Vector3d bearing;
+      Eigen::Vector2d pixel;
+      ASSERT_TRUE(Unproject(*camera.intrinsics, Eigen::Vector2d(column, row), &bearing));
+      ASSERT_TRUE(Project(written, bearing, &pixel));
+      largest = std::max(largest, (pixel - Eigen::Vector2d(column, row)).norm());
+    }
+  }
+  EXPECT_LT(largest, 0.2);
+  EXPECT_GT(largest, 1e-4) << "it cannot be exact";
+}
+
 TEST(CameraReport, HeldIntrinsicsAreMarked) {
   CalibrationResult result = SampleResult();
   const std::string table = CameraTable(result);

@@ -20,7 +20,7 @@ double PeakMemoryMegabytes() {
 
 // What LiDARs and cameras have in common, LiDARs first, as in Layout.
 struct Sensor {
-  std::string name, frame_id;
+  std::string name, frame_id, topic;
   bool fixed = false, has_guess = false;
   SensorCalibration calibration;
 };
@@ -28,8 +28,8 @@ struct Sensor {
 std::vector<Sensor> AllSensors(const Rig& rig, const CalibrationState& state) {
   std::vector<Sensor> sensors;
   const auto add = [&](const auto& config, const SensorCalibration& calibration) {
-    sensors.push_back({config.name, config.frame_id.empty() ? config.name : config.frame_id, config.fixed,
-                       config.guess.has_value(), calibration});
+    sensors.push_back({config.name, config.frame_id.empty() ? config.name : config.frame_id, config.topic,
+                       config.fixed, config.guess.has_value(), calibration});
   };
   for (std::size_t l = 0; l < state.lidars.size(); ++l) add(rig.lidars[l], state.lidars[l]);
   for (std::size_t c = 0; c < state.cameras.size(); ++c) add(rig.cameras[c], state.cameras[c].sensor);
@@ -40,6 +40,7 @@ SensorResult MakeSensor(const Sensor& sensor, const ObservabilityAnalysis& analy
   SensorResult result;
   result.name = sensor.name;
   result.frame_id = sensor.frame_id;
+  result.topic = sensor.topic;
   result.calibration = sensor.calibration;
   result.sigma = analysis.sigmas[s];
   result.translation_observable = analysis.sensors[s].translation;

@@ -2,11 +2,14 @@
 
 #include <algorithm>
 
+#include "mlic_core/io/radtan_fit.h"
 #include "mlic_core/io/rig_parsing.h"
 #include "mlic_core/io/text_file.h"
 
 namespace mlic {
 namespace {
+
+constexpr double kLargestMeanError = 0.2;  // px, of a camera that is written as a model with fewer terms
 
 // An intrinsic model in Kalibr's words; no camera_model where Kalibr has none that fits.
 struct KalibrModel {
@@ -14,22 +17,38 @@ struct KalibrModel {
   std::string distortion_model;
   std::vector<double> intrinsics;
   std::vector<double> distortion;
+  std::string remark;  // what is not exact
 };
+
+// radtan is k1 k2 p1 p2, with neither k3 nor a denominator.
+KalibrModel ToRadtan(const CameraIntrinsics& camera) {
+  const std::vector<double>& p = camera.parameters;
+  if (std::all_of(p.begin() + 8, p.end(), [](double value) { return value == 0.0; })) {
+    return {"pinhole", "radtan", {p.begin(), p.begin() + 4}, {p.begin() + 4, p.begin() + 8}, ""};
+  }
+  const RadtanFit fit = FitRadtan(camera);
+  if (!(fit.mean < kLargestMeanError)) return {};
+  const std::vector<double>& q = fit.intrinsics.parameters;
+  return {"pinhole",
+          "radtan",
+          {q.begin(), q.begin() + 4},
+          {q.begin() + 4, q.begin() + 8},
+          "fitted to the camera's " + CameraModelNames()[static_cast<std::size_t>(camera.model)] +
+              ", of which radtan lacks terms: pixels off by " + FixedNumber(fit.mean, 3) + " in the mean, " +
+              FixedNumber(fit.largest, 3) + " at most"};
+}
 
 KalibrModel ToKalibr(const CameraIntrinsics& camera) {
   const std::vector<double>& p = camera.parameters;
   const std::vector<double> pinhole(p.begin(), p.begin() + 4);
-  const auto zero = [](double value) { return value == 0.0; };
   switch (camera.model) {
     case CameraModel::kPlumbBob:
     case CameraModel::kRationalPolynomial:
-      // radtan is k1 k2 p1 p2, with neither k3 nor a denominator.
-      if (!std::all_of(p.begin() + 8, p.end(), zero)) return {};
-      return {"pinhole", "radtan", pinhole, {p.begin() + 4, p.begin() + 8}};
+      return ToRadtan(camera);
     case CameraModel::kEquidistant:
-      return {"pinhole", "equidistant", pinhole, {p.begin() + 4, p.end()}};
+      return {"pinhole", "equidistant", pinhole, {p.begin() + 4, p.end()}, ""};
     case CameraModel::kDoubleSphere:
-      return {"ds", "none", {p[4], p[5], p[0], p[1], p[2], p[3]}, {}};
+      return {"ds", "none", {p[4], p[5], p[0], p[1], p[2], p[3]}, {}, ""};
   }
   return {};
 }
@@ -71,6 +90,7 @@ std::string KalibrCamchainText(const CalibrationResult& result) {
     if (previous != nullptr) {
       text += MatrixText("T_cn_cnm1", T_cam_imu * previous->calibration.T_imu_sensor);
     }
+    if (!model.remark.empty()) text += "  # " + model.remark + "\n";
     text += "  camera_model: " + model.camera_model + "\n  distortion_coeffs: " + List(model.distortion) +
             "\n  distortion_model: " + model.distortion_model + "\n  intrinsics: " + List(model.intrinsics) +
             "\n  resolution: [" + std::to_string(camera.width) + ", " + std::to_string(camera.height) + "]\n";
