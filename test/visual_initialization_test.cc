@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
+
+#include "mlic_core/calibration/observability.h"
 #include "synthetic_tracks.h"
 
 namespace mlic {
@@ -33,9 +36,10 @@ struct ImuErrors {
   Eigen::Vector3d accelerometer_bias{0.043, 0.052, -0.061};
 };
 
-std::vector<ImuSample> MakeImu(const SplitSpline& trajectory, double duration, const ImuErrors& errors) {
+std::vector<ImuSample> MakeImu(const SplitSpline& trajectory, double duration, const ImuErrors& errors,
+                               std::uint64_t seed) {
   std::vector<ImuSample> samples;
-  Random random(5);
+  Random random(seed);
   const double root_rate = std::sqrt(kImuRate);
   const auto noise = [&](double density) {
     const double x = random.Normal(), y = random.Normal(), z = random.Normal();
@@ -76,7 +80,7 @@ Case MakeCase(const std::vector<CameraCalibration>& truth, const SyntheticTracks
   c.trajectory =
       SplineOf(*sim::MakeTrajectory(scenario, seed, options.duration, RigidTransform()), options.duration);
   c.dataset.drives.emplace_back();
-  c.dataset.drives[0].imu = MakeImu(c.trajectory, options.duration, imu);
+  c.dataset.drives[0].imu = MakeImu(c.trajectory, options.duration, imu, seed + 100);
   c.tracks.push_back(MakeTracks(c.trajectory, truth, options));
   for (std::size_t i = 0; i < truth.size(); ++i) {
     CameraConfig config;
@@ -168,6 +172,47 @@ TEST(VisualInitialization, FindsEverythingFromTheFieldOfView) {
   EXPECT_LT(worst.milliseconds, 0.1);
   EXPECT_LT(worst.pixels, 0.5);
   EXPECT_LT(worst.path_share, 0.002);
+}
+
+// Squared errors of all cameras' poses and offsets by their covariance; in the mean one.
+double NormalizedSquare(const Case& c, const Initialization& result, const CameraInitialization& cameras) {
+  JointProblem problem;
+  problem.camera_guesses.resize(c.truth.size());
+  problem.camera_held = cameras.held;
+  const ObservabilityAnalysis analysis = AnalyzeCalibration(problem, result.state, cameras.information);
+  const int size = 7 * static_cast<int>(c.truth.size());
+  Eigen::VectorXd error(size);
+  for (std::size_t i = 0; i < c.truth.size(); ++i) {
+    const SensorCalibration &truth = c.truth[i].sensor, &found = result.state.cameras[i].sensor;
+    error.segment<7>(7 * i) << Log(found.T_imu_sensor.rotation * truth.T_imu_sensor.rotation.conjugate()),
+        found.T_imu_sensor.translation - truth.T_imu_sensor.translation,
+        found.time_offset - truth.time_offset;
+  }
+  std::printf("  normalized:");
+  for (int k = 0; k < size; ++k) std::printf(" %.1f", error[k] / std::sqrt(analysis.covariance(k, k)));
+  const double square = error.dot(analysis.covariance.ldlt().solve(error)) / size;
+  std::printf("  square %.2f\n", square);
+  return square;
+}
+
+TEST(VisualInitialization, ErrorsAreAsLargeAsTheirSigmas) {
+  SyntheticTracksOptions options;
+  options.noise = 0.5;
+  options.duration = 20.0;
+  options.points = 4000;
+  double sum = 0.0;
+  constexpr int kSeeds = 6;
+  for (int seed = 1; seed <= kSeeds; ++seed) {
+    options.seed = seed;
+    const Case c =
+        MakeCase(Stereo(), options, RealImu(), sim::Scenario::kHandheld, static_cast<std::uint64_t>(seed));
+    CameraInitialization cameras;
+    const Initialization result = c.Run(&cameras);
+    ASSERT_EQ(result.state.drives.size(), 1u);
+    sum += NormalizedSquare(c, result, cameras) / kSeeds;
+  }
+  EXPECT_GT(sum, 0.5);
+  EXPECT_LT(sum, 1.6);
 }
 
 TEST(VisualInitialization, OneCameraIsEnoughAndEveryTenthSightMayBeWrong) {
