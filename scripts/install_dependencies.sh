@@ -1,16 +1,20 @@
 #!/usr/bin/env bash
 # Installs what MLIC needs to build, run and be tested, from Debian's own packages (12; also 11 and 13).
-#   install_dependencies.sh [--dry-run]
-# --dry-run prints what would be done. Does nothing, and says nothing, when all is there. Uses sudo when not root.
+#   install_dependencies.sh [--dry-run] [--with-learned]
+# --dry-run prints what would be done. --with-learned adds what runs learned matchers (docs/learned_matcher.md).
+# Does nothing, and says nothing, when all is there. Uses sudo when not root.
 set -euo pipefail
 export LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive
 
 dry_run=false
-case "${1:-}" in
-  "") ;;
-  --dry-run) dry_run=true ;;
-  *) sed -n '2,4p' "$0" >&2; exit 1 ;;
-esac
+with_learned=false
+for argument in "$@"; do
+  case "$argument" in
+    --dry-run) dry_run=true ;;
+    --with-learned) with_learned=true ;;
+    *) sed -n '2,5p' "$0" >&2; exit 1 ;;
+  esac
+done
 
 command -v apt-get >/dev/null || {
   echo "install_dependencies.sh: no apt-get here; MLIC installs on Debian 11 to 13, elsewhere install the packages listed in $0" >&2
@@ -59,6 +63,15 @@ available() {
 have() {
   installed "$1" || { [ "$1" = libcli11-dev ] && [ -f /usr/local/include/CLI/CLI.hpp ]; }
 }
+
+# ONNX Runtime is a package since Debian 13; 12 has libtorch, and that of 11 is too old.
+if $with_learned; then
+  case "$(. /etc/os-release && echo "${VERSION_ID:-}")" in
+    11) echo "install_dependencies.sh: neither ONNX Runtime nor a new libtorch is in this suite: no learned matcher" ;;
+    12) required+=(libtorch-dev) ;;
+    *) required+=(libonnxruntime-dev) ;;
+  esac
+fi
 
 # Optional packages that this suite lacks are no reason to ask the network again at every call.
 lists_known=false

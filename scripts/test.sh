@@ -5,7 +5,7 @@
 set -euo pipefail
 . "$(dirname "$0")/environment.sh"
 
-"$repository/scripts/install_dependencies.sh"
+"$repository/scripts/install_dependencies.sh" --with-learned
 require_host_name
 build_mlic -DBUILD_TESTING=ON -DMLIC_WITH_ROS=ON
 cd "$build"

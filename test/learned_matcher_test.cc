@@ -12,7 +12,13 @@
 
 #include "camera_synthetic_images.h"
 #include "learned_toy_networks.h"
+#include "mlic_core/camera/tracks_from_images.h"
 #include "mlic_core/common/parallel.h"
+
+extern "C" {
+void openblas_set_num_threads(int threads);
+int openblas_get_num_threads();
+}
 
 namespace mlic {
 namespace {
@@ -73,6 +79,7 @@ class LearnedMatcherTest : public testing::TestWithParam<Backend> {
     LearnedMatcherOptions options;
     options.weights = directory_;
     options.detection.longest_side = longest_side;
+    options.detection.most_features = 1500;  // all
     return MakeLearnedMatcher(options);
   }
 
@@ -239,6 +246,74 @@ TEST_P(LearnedMatcherTest, IsTheSameEveryTimeAndInParallel) {
   });
   EXPECT_EQ(differences, std::vector<int>(6, 0));
 }
+
+// From images to refined tracks, as the calibration does it.
+TEST_P(LearnedMatcherTest, MakesTracks) {
+  const SyntheticTexture texture(5);
+  const auto place = [](std::size_t image, const Eigen::Vector2d& p) {
+    const double turn = 0.01 * image;
+    return Eigen::Vector2d(std::cos(turn) * p.x() - std::sin(turn) * p.y() + 7.3 * image,
+                           std::sin(turn) * p.x() + std::cos(turn) * p.y() + 1.7 * image);
+  };
+  std::vector<cv::Mat> images;
+  for (std::size_t i = 0; i < 12; ++i) {
+    images.push_back(RenderTexture(
+        texture, 320, 240, [&](const Eigen::Vector2d& p) { return place(i, p); }, 1.5, 100 + i));
+  }
+  CameraRecording recording;
+  recording.width = 320;
+  recording.height = 240;
+  recording.images = std::make_shared<MemoryImages>(images);
+  const CameraIntrinsics intrinsics = IntrinsicsFromFieldOfView(CameraModel::kPlumbBob, 320, 240, 60.0);
+  TrackingOptions options;
+  options.follow.enabled = false;  // the matches alone
+  const TrackSet set = FindTracks({{&recording, intrinsics}}, VehiclePose(), CameraPose(), *Make(), options);
+  ASSERT_GT(set.tracks.size(), 100u);
+  double square = 0.0;
+  int count = 0, wrong = 0;
+  for (const Track& track : set.tracks) {
+    for (std::size_t i = 1; i < track.observations.size(); ++i) {
+      const TrackObservation &a = track.observations[i - 1], &b = track.observations[i];
+      const double error = (place(set.keyframes[a.keyframe].image, a.pixel.cast<double>()) -
+                            place(set.keyframes[b.keyframe].image, b.pixel.cast<double>()))
+                               .squaredNorm() /
+                           2.0;
+      wrong += error > 0.5;
+      square += error > 0.5 ? 0.0 : error;
+      count += error <= 0.5;
+    }
+  }
+  std::printf("%zu tracks, %d wrong of %d, rms %.3f px\n", set.tracks.size(), wrong, wrong + count,
+              std::sqrt(square / count));
+  EXPECT_LT(wrong, 0.01 * count);
+  EXPECT_LT(std::sqrt(square / count), 0.1);
+}
+
+#ifdef MLIC_HAS_LIBTORCH
+// libtorch's convolutions and products go through OpenBLAS, which adds up otherwise with several threads.
+TEST(LearnedNetwork, DoesNotDependOnTheNumberOfBlasThreads) {
+  const fs::path file = fs::path(testing::TempDir()) / "mlic_learned_blas.pt";
+  WriteTorchModule(file, R"(
+def forward(self, image):
+    kernel = torch.sin(torch.arange(65 * 256) * 1.0).view(65, 256, 1, 1)
+    layers = torch.cos(image * torch.arange(1, 257).view(1, 256, 1, 1))
+    return torch.conv2d(layers, kernel), image
+)");
+  const auto network =
+      LoadNetwork(NetworkRuntime::kLibtorch, file, {{{{"image"}, {}}}, {{{"a"}, {}}, {{"b"}, {}}}});
+  Tensor image{{1, 1, 25, 31}, {}};
+  for (int i = 0; i < 25 * 31; ++i) image.values.push_back(0.01f * static_cast<float>(i % 97));
+  const int before = openblas_get_num_threads();
+  openblas_set_num_threads(1);
+  const std::vector<float> one = network->Run({image})[0].values;
+  openblas_set_num_threads(4);
+  const std::vector<float> four = network->Run({image})[0].values;
+  EXPECT_EQ(openblas_get_num_threads(), 4);
+  openblas_set_num_threads(before);
+  EXPECT_TRUE(one == four);
+  fs::remove(file);
+}
+#endif
 
 INSTANTIATE_TEST_SUITE_P(Backends, LearnedMatcherTest,
                          testing::Values(Backend{NetworkRuntime::kOnnxRuntime, PairingKind::kLightGlue},

@@ -134,7 +134,6 @@ TEST_F(LearnedMessages, NoneForAnOnnxNetworkOfOneSize) {
 
 TEST_F(LearnedMessages, WrongSignatureOfTorchScript) {
 #ifdef MLIC_HAS_LIBTORCH
-  if (Has(NetworkRuntime::kOnnxRuntime)) GTEST_SKIP() << "ONNX comes first where both are there";
   WriteTorchToyNetworks(directory_, PairingKind::kLightGlue);
   const fs::path detector = directory_ / "superpoint.pt", pairing = directory_ / "lightglue.pt";
   EXPECT_EQ(Message(directory_, true), "");

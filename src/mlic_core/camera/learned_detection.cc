@@ -101,7 +101,7 @@ FeatureSet DetectLearned(const Network& detector, const std::string& file, const
   const std::vector<Tensor> outputs = detector.Run({image.tensor});
   CheckOutputs(outputs, file);
 
-  const cv::Mat allowed = AllowedPixels(mask, gray.size(), options.spread.border);
+  const cv::Mat allowed = AllowedPixels(mask, gray.size(), options.border);
   const std::vector<float>&keypoints = outputs[0].values, &all_scores = outputs[1].values;
   std::vector<Eigen::Vector2f> pixels;
   std::vector<float> scores;
@@ -120,8 +120,8 @@ FeatureSet DetectLearned(const Network& detector, const std::string& file, const
   features.width = gray.cols;
   features.height = gray.rows;
   features.descriptor_size = kDescriptorSize;
-  for (const int k : SpreadOverImage(pixels, scores, gray.cols, gray.rows, options.spread.grid,
-                                     options.spread.most_features)) {
+  for (const int k :
+       SpreadOverImage(pixels, scores, gray.cols, gray.rows, options.grid, options.most_features)) {
     features.pixels.push_back(pixels[k]);
     features.scales.push_back(kScale / std::min(image.scale_x, image.scale_y));
     features.angles.push_back(0.0f);

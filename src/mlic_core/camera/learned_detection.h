@@ -14,9 +14,12 @@ namespace mlic {
 NetworkSignature DetectorSignature();
 
 struct LearnedDetectionOptions {
-  int longest_side =
-      1024;               // px: larger images are made smaller, by means over areas; others stay as they are
-  FeatureOptions spread;  // how many of the network's features are kept, and where (contrast: not used)
+  int longest_side = 1024;  // px: larger images are made smaller, by means over areas; others stay
+  // Of the network's features, spread over the image. Fewer than classical ones: a matcher takes a second and
+  // more for each pair.
+  int most_features = 1000;
+  int grid = 12;   // as in FeatureOptions
+  int border = 8;  // likewise
 };
 
 // Features of a gray image (CV_8UC1), in its own pixels. mask: as in DetectSift. Scale and angle are the same

@@ -3,12 +3,41 @@
 #include <torch/script.h>
 
 #include <algorithm>
+#include <mutex>
 
 #include "mlic_core/camera/learned_runtimes.h"
 #include "mlic_core/common/error.h"
 
+extern "C" {
+void openblas_set_num_threads(int threads);
+int openblas_get_num_threads();
+}
+
 namespace mlic {
 namespace {
+
+// libtorch multiplies matrices by OpenBLAS, whose number of threads is the process': one while any network
+// runs, for results that do not depend on it, and because the callers are parallel already.
+class OneBlasThread {
+ public:
+  OneBlasThread() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (users_++ > 0) return;
+    before_ = openblas_get_num_threads();
+    openblas_set_num_threads(1);
+  }
+  ~OneBlasThread() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (--users_ == 0) openblas_set_num_threads(before_);
+  }
+  OneBlasThread(const OneBlasThread&) = delete;
+  OneBlasThread& operator=(const OneBlasThread&) = delete;
+
+ private:
+  static inline std::mutex mutex_;
+  static inline int users_ = 0;
+  static inline int before_ = 1;
+};
 
 torch::Tensor ToTorch(const Tensor& tensor) {
   // Read only by the network; from_blob has no other type.
@@ -37,6 +66,7 @@ class TorchNetwork : public Network {
 
   std::vector<Tensor> Run(const std::vector<Tensor>& inputs) const override {
     at::init_num_threads();  // takes the one thread over to the calling thread
+    const OneBlasThread one_blas_thread;
     const torch::InferenceMode no_gradients;
     // The optimising executor changes how it computes after its first runs, and so the last bits of results.
     const torch::jit::GraphOptimizerEnabledGuard plain_execution(false);
