@@ -7,13 +7,14 @@
 
 #include "mlic_ros/calibration_job.h"
 #include "mlic_ros/interrupt.h"
+#include "mlic_ros/matcher_choice.h"
 #include "mlic_ros/program.h"
 
 int main(int argc, char** argv) {
   mlic::JobOptions options;
   CLI::App app("Calibrates the LiDARs, the cameras and the IMU of a rig from one recorded drive",
                "calibrate");
-  std::string rig, output;
+  std::string rig, output, matcher = "classical", matcher_weights;
   std::vector<std::string> bags;
   app.add_option("--rig", rig, "rig file")->required();
   app.add_option("--bag", bags, "ROS 1 bag; give it again for more")->required();
@@ -26,6 +27,10 @@ int main(int argc, char** argv) {
          "--intrinsics", options.calibration.intrinsics,
          "where the intrinsics start of cameras with nothing but fov_deg: on the trajectory, or COLMAP")
       ->transform(CLI::CheckedTransformer(starts, CLI::ignore_case));
+  app.add_option("--matcher", matcher, "what finds the same points in images: classical (SIFT) or learned")
+      ->check(CLI::IsMember({"classical", "learned"}));
+  app.add_option("--matcher-weights", matcher_weights,
+                 "directory with the networks of the learned matcher, see docs/learned_matcher.md");
   app.add_option("--threads", options.threads, "threads to use; by default all cores")
       ->check(CLI::Range(0, 1024));
   app.add_flag("--fresh", options.fresh, "do the work even where DIR holds the results of the same inputs");
@@ -37,6 +42,7 @@ int main(int argc, char** argv) {
 
   const mlic::CancellationToken& cancellation = mlic::CancelOnSignals();
   const auto body = [&] {
+    options.calibration.matcher = mlic::ChooseMatcher(matcher, matcher_weights);
     mlic::JobObserver no_display;
     const mlic::JobOutcome outcome = mlic::RunCalibrationJob(options, cancellation, no_display);
     if (outcome.trusted) return mlic::kTrusted;

@@ -1,6 +1,6 @@
 // calibrate_node: the same work as `calibrate`, shown in RViz. Private parameters: rig, bag (one or several,
 // separated by spaces), output, start, duration (0: all), threads, fresh, keep_open (stay after the result,
-// for RViz).
+// for RViz), matcher, matcher_weights.
 #include <ros/ros.h>
 
 #include <chrono>
@@ -14,6 +14,7 @@
 #include "mlic_core/common/error.h"
 #include "mlic_ros/calibration_job.h"
 #include "mlic_ros/interrupt.h"
+#include "mlic_ros/matcher_choice.h"
 #include "mlic_ros/program.h"
 #include "mlic_ros/ros_display.h"
 
@@ -41,6 +42,8 @@ JobOptions OptionsFromParameters() {
   const double duration = parameters.param("duration", 0.0);
   if (duration > 0.0) options.load.duration = duration;
   options.threads = parameters.param("threads", 0);
+  options.calibration.matcher = ChooseMatcher(parameters.param("matcher", std::string("classical")),
+                                              parameters.param("matcher_weights", std::string()));
   options.fresh = true;  // results that lie there already would leave nothing to show
   return options;
 }

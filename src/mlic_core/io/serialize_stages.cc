@@ -100,7 +100,7 @@ void Fields(Archive& archive, Keyframe& keyframe) {
 template <typename Archive>
 void Fields(Archive& archive, FeatureSet& features) {
   archive(features.pixels, features.scales, features.angles, features.scores, features.descriptor_size,
-          features.descriptors, features.float_descriptors);
+          features.descriptors, features.float_descriptors, features.width, features.height);
 }
 
 template <typename Archive>
