@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mlic_core/calibration/time_windows.h"
 #include "mlic_core/common/parallel.h"
 
 namespace mlic {
@@ -101,7 +102,7 @@ PlaneAssociation AssociatePlanes(const Drive& drive, const CalibrationState& sta
     plane.samples.clear();
     plane.samples.shrink_to_fit();
   }
-  return association;
+  return SplitPlanes(association, state, kLongestTie);
 }
 
 std::vector<PlaneNoise> MeasurePlaneNoise(const std::vector<PlaneAssociation>& associations,

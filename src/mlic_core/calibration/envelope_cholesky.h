@@ -30,6 +30,17 @@ class EnvelopeMatrix {
   }
   static int FirstRow(int column) { return column - column % kTile; }
 
+  // Tiles of kTile rows and columns, fewer in the last. Tile (row, column), for rows from the column on to
+  // LastTile(column), is Width(row) x Width(column), its columns Stride(column) apart.
+  static constexpr int kTile = 96;
+  int Tiles() const { return static_cast<int>(panels_.size()); }
+  int LastTile(int column) const { return panels_[column].last_tile; }
+  int Width(int tile) const { return panels_[tile].width; }
+  int Stride(int column) const { return panels_[column].height; }
+  double* Tile(int row, int column) {
+    return values_.data() + panels_[column].begin + static_cast<std::size_t>(row - column) * kTile;
+  }
+
   Eigen::MatrixXd border;  // border_rows x size
 
   // Factors A in place and divides the border by it. False if A is not positive definite.
@@ -39,13 +50,11 @@ class EnvelopeMatrix {
   void SolveTransposed(Eigen::VectorXd* right) const;
 
  private:
-  static constexpr int kTile = 96;
-
   struct Panel {
     std::size_t begin;  // in values_
     int height;
     int width;
-    int last_tile;  // that it reaches
+    int last_tile;
   };
 
   void DivideBelow(std::size_t k);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "mlic_core/calibration/linearizer.h"
+#include "mlic_core/calibration/time_windows.h"
 
 namespace mlic {
 namespace {
@@ -39,11 +40,25 @@ void HoldCamera(const HeldCameraParameters& held, const Layout& layout, std::siz
   }
 }
 
+// The problem with point landmarks that tie control points over no more than kLongestTie; planes come so from
+// AssociatePlanes. While the trajectory is held they tie nothing, and stay whole: then origins stays empty.
+JointProblem WithShortTies(const JointProblem& given, const CalibrationState& state,
+                           std::vector<std::vector<std::size_t>>* origins) {
+  JointProblem problem = given;
+  if (problem.hold_trajectory) return problem;
+  origins->resize(problem.landmarks.size());
+  for (std::size_t d = 0; d < problem.landmarks.size(); ++d) {
+    problem.landmarks[d] = SplitPoints(given.landmarks[d], state, kLongestTie, &(*origins)[d]);
+  }
+  return problem;
+}
+
 }  // namespace
 
 SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
                                const CancellationToken& cancellation, CalibrationState* state) {
-  JointProblem problem = given;  // the planes move with the solve
+  std::vector<std::vector<std::size_t>> origins;
+  JointProblem problem = WithShortTies(given, *state, &origins);  // the landmarks move with the solve
   const Layout layout(*state, problem.estimate_imu_matrices);
   std::vector<bool> free_calibration(layout.calibration, true);
   for (std::size_t i = 0; i < problem.lidar_held.size(); ++i) {
@@ -84,8 +99,15 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
     layout.Update(solution.delta, &moved);
     if (problem.hold_trajectory) moved.drives = state->drives;
     MoveLandmarks(ties, solution.delta, &problem);
+    const double step = solution.delta.segment(layout.knots, 7 * layout.sensors).cwiseAbs().maxCoeff();
+    if (iteration + 1 == iterations) {
+      summary.last_cost = Cost({problem, moved, layout});
+      summary.last_step = step;
+      *state = std::move(moved);
+      break;
+    }
     Accumulator next = linearize(moved);
-    if (next.cost > sum.cost * (1.0 + 1e-3) + 1e-9 && iteration + 1 < iterations) {
+    if (next.cost > sum.cost * (1.0 + 1e-3) + 1e-9) {
       // Priors may rightly raise the data's cost a little; more than that is a step too far.
       RestoreGeometry(before, &problem);
       damping = std::max(1e-4, 10.0 * damping);
@@ -96,12 +118,16 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
     if (damping < 1e-6) damping = 0.0;
     *state = std::move(moved);
     summary.last_cost = next.cost;
-    summary.last_step = solution.delta.segment(layout.knots, 7 * layout.sensors).cwiseAbs().maxCoeff();
+    summary.last_step = step;
     sum = std::move(next);
   }
   for (PlaneAssociation& association : problem.planes)
     summary.planes.push_back(std::move(association.planes));
-  for (LandmarkSet& set : problem.landmarks) summary.points.push_back(std::move(set.points));
+  for (std::size_t d = 0; d < given.landmarks.size(); ++d) {
+    summary.points.push_back(origins.empty()
+                                 ? std::move(problem.landmarks[d].points)
+                                 : MergePoints(given.landmarks[d].points, problem.landmarks[d], origins[d]));
+  }
   return summary;
 }
 

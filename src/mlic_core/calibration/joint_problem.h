@@ -23,7 +23,8 @@ struct PlaneObservation {
   double time;  // LiDAR clock
 };
 
-// One drive's planes and the points tied to each, in order of LiDAR and time.
+// One drive's planes and the points tied to each, in order of LiDAR and time. A plane that is seen for long
+// is several (time_windows.h).
 struct PlaneAssociation {
   std::vector<MapPlane> planes;
   std::vector<PlaneObservation> observations;

@@ -76,9 +76,9 @@ void AddToCalibration(const CameraColumns& c, const Square& H, LandmarkTies* lan
 void AddToKnots(const CameraColumns& c, const KnotColumns& columns, const Square& H, TieSlots* slots,
                 LandmarkTies* landmark, Accumulator* sum) {
   for (int a = 0; a < 8; ++a) {
-    sum->gradient_knots.segment<3>(columns[a]) += H.block<3, 1>(3 * a, kResidual);
-    sum->border.block<7, 3>(c.pose, columns[a]) += H.block<7, 3>(kExtrinsic, 3 * a);
-    sum->border.block(c.inner, columns[a], c.count, 3) += H.block(c.from, 3 * a, c.count, 3);
+    sum->gradient_knots.segment<3>(sum->Local(columns[a])) += H.block<3, 1>(3 * a, kResidual);
+    sum->border.block<7, 3>(c.pose, sum->Local(columns[a])) += H.block<7, 3>(kExtrinsic, 3 * a);
+    sum->border.block(c.inner, sum->Local(columns[a]), c.count, 3) += H.block(c.from, 3 * a, c.count, 3);
     slots->Block(landmark, columns[a]) += H.block<3, 3>(3 * a, kPoint);
     for (int b = 0; b < 8; ++b) {
       if (columns[a] >= columns[b]) sum->AddBand(columns[a], columns[b], H.block<3, 3>(3 * a, 3 * b));
@@ -145,6 +145,29 @@ void AddLandmarks(const LinearizationPoint& at, std::size_t d, std::size_t begin
     }
     slots.Release(landmark);
   }
+}
+
+double LandmarkCost(const LinearizationPoint& at, std::size_t d, std::size_t begin, std::size_t end) {
+  const LandmarkSet& set = at.problem.landmarks[d];
+  const SplitSpline& trajectory = at.state.drives[d].trajectory;
+  const std::vector<Reprojection::Camera> cameras = Cameras(at.state);
+  double cost = 0.0;
+  for (std::size_t p = begin; p < end; ++p) {
+    for (std::size_t k = set.begin[p]; k < set.begin[p + 1]; ++k) {
+      const LandmarkObservation& o = set.observations[k];
+      const CameraCalibration& camera = at.state.cameras[o.camera];
+      const Reprojection factor = Reprojection::Of(o.pixel, camera.intrinsics);
+      const double t = factor.Time(o.time, camera.sensor.time_offset, camera.readout);
+      if (!trajectory.Contains(t)) continue;
+      Eigen::Vector2d residual;
+      const bool seen = factor.Evaluate(trajectory, SplineBasis(trajectory.rotation.knots(), t),
+                                        SplineBasis(trajectory.position.knots(), t), cameras[o.camera],
+                                        set.points[p].position, &residual);
+      double weight;
+      cost += RobustCost(seen ? residual.norm() / o.sigma : kLostSigmas, &weight);
+    }
+  }
+  return cost;
 }
 
 void MovePoint(const Eigen::Vector3d& step, PointLandmark* point) {

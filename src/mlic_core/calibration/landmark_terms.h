@@ -9,6 +9,9 @@ namespace mlic {
 void AddLandmarks(const LinearizationPoint& at, std::size_t drive, std::size_t begin, std::size_t end,
                   LandmarkTies* ties, Accumulator* sum);
 
+// What AddLandmarks adds to the cost.
+double LandmarkCost(const LinearizationPoint& at, std::size_t drive, std::size_t begin, std::size_t end);
+
 // The point moved by a step in its three parameters: two of the bearing from its anchor, and the inverse
 // distance.
 void MovePoint(const Eigen::Vector3d& step, PointLandmark* point);

@@ -53,12 +53,13 @@ void AddRows(const KnotColumns& columns, const std::vector<int>& calibration, co
   const Eigen::MatrixXd H = J * J.transpose();
   const Eigen::VectorXd g = J * r;
   for (int a = 0; a < 8; ++a) {
-    sum->gradient_knots.template segment<3>(columns[a]) += g.segment<3>(3 * a);
+    sum->gradient_knots.template segment<3>(sum->Local(columns[a])) += g.segment<3>(3 * a);
     for (int b = 0; b < 8; ++b) {
       if (columns[a] >= columns[b]) sum->AddBand(columns[a], columns[b], H.block<3, 3>(3 * a, 3 * b));
     }
     for (std::size_t i = 0; i < calibration.size(); ++i) {
-      sum->border.template block<1, 3>(calibration[i], columns[a]) += H.block<1, 3>(24 + i, 3 * a);
+      sum->border.template block<1, 3>(calibration[i], sum->Local(columns[a])) +=
+          H.block<1, 3>(24 + i, 3 * a);
     }
   }
   for (std::size_t i = 0; i < calibration.size(); ++i) {

@@ -11,20 +11,26 @@ namespace mlic {
 // seen over more than a part of a drive, columns end early (EnvelopeMatrix), and time and memory grow with
 // the drive's length, not with its cube and square.
 struct Accumulator {
-  Accumulator(int knots, int bandwidth, int calibration);
+  // Sums over the control points' columns from first_knot on, `knots` of them (scalars).
+  Accumulator(int knots, int bandwidth, int calibration, int first_knot = 0);
+
+  // Where a control point's column stands here.
+  int Local(int column) const { return column - first_knot; }
 
   // H[i, j] += block for control-point columns i >= j (both starts of 3) or i == j; lower triangle of the
   // band.
   void AddBand(int i, int j, const Eigen::Matrix3d& block) {
     for (int c = 0; c < 3; ++c) {
-      for (int r = 0; r < 3; ++r) {
-        if (i + r >= j + c) band(i + r - j - c, j + c) += block(r, c);
-      }
+      const int above = i == j ? c : 0;  // rows of the block that lie above the diagonal
+      double* to = &band(i - j + above - c, Local(j) + c);
+      for (int r = above; r < 3; ++r) to[r - above] += block(r, c);
     }
   }
+  // other: over a part of these columns.
   Accumulator& operator+=(const Accumulator& other);
 
-  Eigen::MatrixXd band;    // (bandwidth + 1) x knots: band(k, j) = H(j + k, j)
+  int first_knot;
+  Eigen::MatrixXd band;    // (bandwidth + 1) x knots: band(k, j) = H(j + k, j), j counted from first_knot
   Eigen::MatrixXd border;  // calibration x knots
   Eigen::MatrixXd corner;  // calibration x calibration, full
   Eigen::VectorXd gradient_knots;

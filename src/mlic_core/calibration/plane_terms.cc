@@ -96,6 +96,26 @@ void PlaneTerms::Add(std::size_t d, std::size_t begin, std::size_t end, Landmark
   }
 }
 
+double PlaneTerms::Cost(std::size_t d, std::size_t begin, std::size_t end) const {
+  const PlaneAssociation& association = at_.problem.planes[d];
+  const SplitSpline& trajectory = at_.state.drives[d].trajectory;
+  double cost = 0.0;
+  for (std::size_t p = begin; p < end; ++p) {
+    const PointToPlane factor = PlaneFactor(association.planes[p]);
+    for (std::size_t k = association.begin[p]; k < association.begin[p + 1]; ++k) {
+      const PlaneObservation& o = association.observations[k];
+      const double t = o.time + at_.state.lidars[o.lidar].time_offset;
+      if (!trajectory.Contains(t)) continue;
+      const double residual = factor.Evaluate(trajectory, SplineBasis(trajectory.rotation.knots(), t),
+                                              SplineBasis(trajectory.position.knots(), t),
+                                              extrinsics_[o.lidar], o.position.cast<double>(), nullptr);
+      double weight;
+      cost += RobustCost(residual / o.sigma, &weight);
+    }
+  }
+  return cost;
+}
+
 void PlaneTerms::Flush(std::size_t d, int rotation_first, int position_first, int lidar, RowBuffer* buffer,
                        TieSlots* slots, LandmarkTies* landmark, Accumulator* sum) const {
   using P = PointToPlane;
@@ -114,8 +134,8 @@ void PlaneTerms::Flush(std::size_t d, int rotation_first, int position_first, in
       columns[4 + j] = at_.layout.drives[d].position[position_first + j];
     }
     for (int a = 0; a < 8; ++a) {
-      sum->gradient_knots.segment<3>(columns[a]) += H.block<3, 1>(3 * a, kResidual);
-      sum->border.block<7, 3>(at, columns[a]) += H.block<7, 3>(P::kExtrinsic, 3 * a);
+      sum->gradient_knots.segment<3>(sum->Local(columns[a])) += H.block<3, 1>(3 * a, kResidual);
+      sum->border.block<7, 3>(at, sum->Local(columns[a])) += H.block<7, 3>(P::kExtrinsic, 3 * a);
       slots->Block(landmark, columns[a]) += H.block<3, 3>(3 * a, P::kPlane);
       for (int b = 0; b < 8; ++b) {
         if (columns[a] >= columns[b]) sum->AddBand(columns[a], columns[b], H.block<3, 3>(3 * a, 3 * b));
@@ -124,8 +144,6 @@ void PlaneTerms::Flush(std::size_t d, int rotation_first, int position_first, in
   }
   buffer->Clear();
 }
-
-// Rows J (columns of the 8 control points, then the calibration at the given indices) with weighted
 
 void MovePlane(const Eigen::Vector3d& step, MapPlane* plane) {
   const PointToPlane factor = PlaneFactor(*plane);

@@ -15,6 +15,9 @@ class PlaneTerms {
   // Adds the planes [begin, end) of one drive; ties: one for each plane of the drive.
   void Add(std::size_t drive, std::size_t begin, std::size_t end, LandmarkTies* ties, Accumulator* sum) const;
 
+  // What Add adds to the cost.
+  double Cost(std::size_t drive, std::size_t begin, std::size_t end) const;
+
  private:
   class RowBuffer;
   void Flush(std::size_t drive, int rotation_first, int position_first, int lidar, RowBuffer* buffer,

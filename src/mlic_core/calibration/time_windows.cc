@@ -1,0 +1,120 @@
+#include "mlic_core/calibration/time_windows.h"
+
+#include <algorithm>
+
+#include "mlic_core/common/parallel.h"
+
+namespace mlic {
+namespace {
+
+// A plane has 3 unknowns, and one scan line does not fix them: as many points as the voxel map asks for.
+constexpr std::size_t kFewestOfPlane = 20;
+// One sight of a point says nothing about anything else.
+constexpr std::size_t kFewestOfPoint = 2;
+
+// What is seen of a landmark from `start` on (IMU clock): observations by their index, in their old order.
+struct Stretch {
+  std::size_t landmark;
+  double start;
+  std::vector<std::size_t> observations;
+};
+
+// The stretches of the landmark whose observations are [begin, end).
+template <typename TimeOf>
+std::vector<Stretch> CutByTime(std::size_t landmark, std::size_t begin, std::size_t end, double longest,
+                               std::size_t fewest, const TimeOf& time_of) {
+  std::vector<double> times(end - begin);
+  for (std::size_t k = begin; k < end; ++k) times[k - begin] = time_of(k);
+  std::vector<double> starts = times;
+  std::sort(starts.begin(), starts.end());
+  std::size_t kept = 0;
+  for (const double t : starts) {
+    if (kept == 0 || t > starts[kept - 1] + longest) starts[kept++] = t;
+  }
+  starts.resize(kept);
+  std::vector<Stretch> stretches;
+  for (const double start : starts) stretches.push_back({landmark, start, {}});
+  for (std::size_t k = begin; k < end; ++k) {
+    const auto after = std::upper_bound(starts.begin(), starts.end(), times[k - begin]);
+    stretches[after - starts.begin() - 1].observations.push_back(k);
+  }
+  stretches.erase(
+      std::remove_if(stretches.begin(), stretches.end(),
+                     [&](const Stretch& stretch) { return stretch.observations.size() < fewest; }),
+      stretches.end());
+  return stretches;
+}
+
+// Lays the observations of all stretches of all landmarks one after the other, in order of the time at which
+// they begin. Returns for each new landmark the old one.
+template <typename Observation>
+std::vector<std::size_t> LayOut(const std::vector<std::vector<Stretch>>& landmarks,
+                                const std::vector<Observation>& observations,
+                                std::vector<Observation>* laid_out, std::vector<std::size_t>* begin) {
+  std::vector<const Stretch*> order;
+  for (const std::vector<Stretch>& stretches : landmarks) {
+    for (const Stretch& stretch : stretches) order.push_back(&stretch);
+  }
+  std::stable_sort(order.begin(), order.end(),
+                   [](const Stretch* a, const Stretch* b) { return a->start < b->start; });
+  std::vector<std::size_t> origins;
+  *begin = {0};
+  for (const Stretch* stretch : order) {
+    begin->push_back(begin->back() + stretch->observations.size());
+    origins.push_back(stretch->landmark);
+  }
+  laid_out->resize(begin->back());
+  ParallelFor(order.size(), [&](std::size_t i) {
+    std::size_t at = (*begin)[i];
+    for (const std::size_t k : order[i]->observations) (*laid_out)[at++] = observations[k];
+  });
+  return origins;
+}
+
+}  // namespace
+
+PlaneAssociation SplitPlanes(const PlaneAssociation& planes, const CalibrationState& state, double longest) {
+  std::vector<std::vector<Stretch>> stretches(planes.planes.size());
+  ParallelFor(stretches.size(), [&](std::size_t p) {
+    stretches[p] =
+        CutByTime(p, planes.begin[p], planes.begin[p + 1], longest, kFewestOfPlane, [&](std::size_t k) {
+          const PlaneObservation& o = planes.observations[k];
+          return o.time + state.lidars[o.lidar].time_offset;
+        });
+  });
+  PlaneAssociation split;
+  const auto origins = LayOut(stretches, planes.observations, &split.observations, &split.begin);
+  for (const std::size_t origin : origins) split.planes.push_back(planes.planes[origin]);
+  return split;
+}
+
+LandmarkSet SplitPoints(const LandmarkSet& points, const CalibrationState& state, double longest,
+                        std::vector<std::size_t>* origins) {
+  std::vector<std::vector<Stretch>> stretches(points.points.size());
+  ParallelFor(stretches.size(), [&](std::size_t p) {
+    stretches[p] =
+        CutByTime(p, points.begin[p], points.begin[p + 1], longest, kFewestOfPoint, [&](std::size_t k) {
+          const LandmarkObservation& o = points.observations[k];
+          return o.time + state.cameras[o.camera].sensor.time_offset;
+        });
+  });
+  LandmarkSet split;
+  *origins = LayOut(stretches, points.observations, &split.observations, &split.begin);
+  for (const std::size_t origin : *origins) split.points.push_back(points.points[origin]);
+  return split;
+}
+
+std::vector<PointLandmark> MergePoints(const std::vector<PointLandmark>& old, const LandmarkSet& split,
+                                       const std::vector<std::size_t>& origins) {
+  std::vector<PointLandmark> merged = old;
+  std::vector<std::size_t> most(old.size(), 0);
+  for (std::size_t i = 0; i < origins.size(); ++i) {
+    const std::size_t count = split.begin[i + 1] - split.begin[i];
+    if (count <= most[origins[i]]) continue;
+    most[origins[i]] = count;
+    merged[origins[i]] = split.points[i];
+  }
+  return merged;
+}
+
+}  // namespace mlic

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "mlic_core/calibration/joint_problem.h"
+
+namespace mlic {
+
+// Seconds over which one landmark ties control points. Sigmas are 1 to 3 percent larger than without this
+// limit.
+constexpr double kLongestTie = 20.0;
+
+// A landmark ties all control points of the times at which it is seen to each other, so that a few walls seen
+// again and again over a long drive would make the normal equations dense: cubic in the drive's length. Here
+// what is seen of a landmark over more than `longest` seconds becomes several landmarks, one for each such
+// stretch from its first sight on; all start where the one was, and come in order of time. What is given up
+// is that the trajectory closes its loops over longer times, which tells a calibration next to nothing
+// (docs/measurements.md); within a stretch all sensors still share their landmarks. Stretches with too few
+// sights to fix a landmark are left out.
+PlaneAssociation SplitPlanes(const PlaneAssociation& planes, const CalibrationState& state, double longest);
+
+// origins: for each new point the old one.
+LandmarkSet SplitPoints(const LandmarkSet& points, const CalibrationState& state, double longest,
+                        std::vector<std::size_t>* origins);
+
+// The old points, moved to where the split ones with most sights have moved; points of which nothing is left
+// stay.
+std::vector<PointLandmark> MergePoints(const std::vector<PointLandmark>& old, const LandmarkSet& split,
+                                       const std::vector<std::size_t>& origins);
+
+}  // namespace mlic
