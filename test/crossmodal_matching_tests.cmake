@@ -1,7 +1,7 @@
 # Tests of matching renderings with photos.
 mlic_add_test(crossmodal_pnp_test LIBRARIES mlic_crossmodal)
 if(TARGET mlic_sim)
-  foreach(name crossmodal_nid_test crossmodal_matcher_test)
+  foreach(name crossmodal_nid_test crossmodal_matcher_test crossmodal_alignment_test)
     mlic_add_test(${name} LIBRARIES mlic_crossmodal mlic_sim)
     if(TARGET ${name})
       target_compile_definitions(${name} PRIVATE MLIC_SOURCE_DIRECTORY="${PROJECT_SOURCE_DIR}")

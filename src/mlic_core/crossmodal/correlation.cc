@@ -20,11 +20,15 @@ StructureTemplate::StructureTemplate(const StructureImage& image, int column, in
   channels_.assign(static_cast<std::size_t>(size * size * kChannels), 0.0f);
   weight_.assign(static_cast<std::size_t>(size * size), 0.0f);
   energy_.assign(static_cast<std::size_t>(size * size), 0.0f);
-  double all = 0.0, known = 0.0, trusted = 0.0, sum = 0.0;
+  std::vector<float> falloff;  // the Gaussian along one axis
+  const double sigma = kTaper * half;
+  for (int x = -half; x <= half; ++x)
+    falloff.push_back(static_cast<float>(std::exp(-0.5 * x * x / (sigma * sigma))));
+  double all = 0.0, known = 0.0, trusted = 0.0;
   for (int y = -half; y <= half; ++y) {
     for (int x = -half; x <= half; ++x) {
-      const double sigma = kTaper * half;
-      const auto taper = static_cast<float>(std::exp(-0.5 * (x * x + y * y) / (sigma * sigma)));
+      const float taper =
+          falloff[static_cast<std::size_t>(x + half)] * falloff[static_cast<std::size_t>(y + half)];
       all += taper;
       const int u = column + x, v = row + y;
       if (u < 1 || v < 1 || u + 1 >= image.width || v + 1 >= image.height) continue;
@@ -34,24 +38,44 @@ StructureTemplate::StructureTemplate(const StructureImage& image, int column, in
       trusted += w;
       const auto pixel = static_cast<std::size_t>((y + half) * size + x + half);
       const float* c = image.Channels(v) + kChannels * u;
-      const float* up = image.Channels(v - 1) + kChannels * u;
-      const float* down = image.Channels(v + 1) + kChannels * u;
       weight_[pixel] = w;
       energy_[pixel] = w * image.Energy(v)[u];
-      sum += energy_[pixel];
-      for (int k = 0; k < kChannels; ++k) {
+      for (int k = 0; k < kChannels; ++k)
         channels_[pixel * kChannels + static_cast<std::size_t>(k)] = w * c[k];
-        const double dx = 0.5 * (c[k + kChannels] - c[k - kChannels]), dy = 0.5 * (down[k] - up[k]);
-        sharpness_(0, 0) += w * dx * dx;
-        sharpness_(0, 1) += w * dx * dy;
-        sharpness_(1, 1) += w * dy * dy;
-      }
     }
+    const auto first = static_cast<std::size_t>((y + half) * size);
+    row_weight_.push_back(Row(&weight_[first], size).sum());
+    row_energy_.push_back(Row(&energy_[first], size).sum());
+    all_weight_ += row_weight_.back();
   }
-  sharpness_(1, 0) = sharpness_(0, 1);
   complete_ = known / all;
   trusted_ = trusted / all;
-  if (sum > 0.0) sharpness_ /= sum;
+}
+
+Eigen::Matrix2d SharpnessOf(const StructureImage& image, const StructureTemplate& piece, int column,
+                            int row) {
+  Eigen::Matrix2d out = Eigen::Matrix2d::Zero();
+  double sum = 0.0;
+  const int half = piece.half();
+  for (int v = std::max(1, row - half); v <= std::min(image.height - 2, row + half); ++v) {
+    for (int u = std::max(1, column - half); u <= std::min(image.width - 2, column + half); ++u) {
+      const double w = piece.Weight(u - column, v - row);
+      if (w <= 0.0) continue;
+      const float* c = image.Channels(v) + kChannels * u;
+      const float* up = image.Channels(v - 1) + kChannels * u;
+      const float* down = image.Channels(v + 1) + kChannels * u;
+      for (int k = 0; k < kChannels; ++k) {
+        const double dx = 0.5 * (c[k + kChannels] - c[k - kChannels]), dy = 0.5 * (down[k] - up[k]);
+        out(0, 0) += w * dx * dx;
+        out(0, 1) += w * dx * dy;
+        out(1, 1) += w * dy * dy;
+      }
+      sum += w * image.Energy(v)[u];
+    }
+  }
+  out(1, 0) = out(0, 1);
+  if (sum > 0.0) out /= sum;
+  return out;
 }
 
 double StructureTemplate::Score(const StructureImage& image, int column, int row) const {
@@ -60,20 +84,25 @@ double StructureTemplate::Score(const StructureImage& image, int column, int row
   const int top = std::max(0, half_ - row), bottom = std::min(size, image.height - row + half_);
   if (left >= right) return -1.0;
   const int n = right - left;
-  float product = 0.0f, own = 0.0f, other = 0.0f, shared = 0.0f, all = 0.0f;
+  float product = 0.0f, own = 0.0f, other = 0.0f, shared = 0.0f;
   for (int y = top; y < bottom; ++y) {
     const int v = row + y - half_, u = column + left - half_;
     const auto first = static_cast<std::size_t>(y * size + left);
-    const Row weight(&weight_[first], n), known(image.Known(v) + u, n);
+    const Row weight(&weight_[first], n);
     product += (Row(&channels_[first * kChannels], n * kChannels) *
                 Row(image.Channels(v) + kChannels * u, n * kChannels))
                    .sum();
-    own += (Row(&energy_[first], n) * known).sum();
     other += (weight * Row(image.Energy(v) + u, n)).sum();
-    shared += (weight * known).sum();
+    if (n == size && image.AllKnown(v, u, u + n)) {
+      own += row_energy_[static_cast<std::size_t>(y)];
+      shared += row_weight_[static_cast<std::size_t>(y)];
+    } else {
+      const Row known(image.Known(v) + u, n);
+      own += (Row(&energy_[first], n) * known).sum();
+      shared += (weight * known).sum();
+    }
   }
-  all = Row(weight_.data(), size * size).sum();
-  if (shared < 0.5f * all || own <= 0.0f || other <= 0.0f) return -1.0;
+  if (shared < 0.5f * all_weight_ || own <= 0.0f || other <= 0.0f) return -1.0;
   return static_cast<double>(product) / std::sqrt(static_cast<double>(own) * static_cast<double>(other));
 }
 
@@ -87,6 +116,31 @@ ScoreMap Correlate(const StructureTemplate& piece, const StructureImage& image, 
     }
   }
   return map;
+}
+
+ScoreMap Climb(const StructureTemplate& piece, const StructureImage& image, int column, int row, int center_u,
+               int center_v, int radius) {
+  ScoreMap map{center_u, center_v, radius, {}};
+  const int size = map.Size();
+  map.scores.assign(static_cast<std::size_t>(size * size), -1.0);
+  std::vector<bool> known(map.scores.size(), false);
+  int u = 0, v = 0;  // from the center
+  for (;;) {
+    int best_u = u, best_v = v;
+    const auto index = [&](int x, int y) {
+      return static_cast<std::size_t>((y + radius) * size + x + radius);
+    };
+    for (int y = std::max(-radius, v - 1); y <= std::min(radius, v + 1); ++y) {
+      for (int x = std::max(-radius, u - 1); x <= std::min(radius, u + 1); ++x) {
+        const std::size_t i = index(x, y);
+        if (!known[i]) map.scores[i] = piece.Score(image, column + center_u + x, row + center_v + y);
+        known[i] = true;
+        if (map.scores[i] > map.scores[index(best_u, best_v)]) best_u = x, best_v = y;
+      }
+    }
+    if (best_u == u && best_v == v) return map;
+    u = best_u, v = best_v;
+  }
 }
 
 ScorePeak HighestScore(const ScoreMap& map) {

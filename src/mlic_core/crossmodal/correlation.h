@@ -19,25 +19,30 @@ class StructureTemplate {
   // Share of the template that is known, and that counts.
   double Complete() const { return complete_; }
   double Trusted() const { return trusted_; }
-  // The structure tensor of the template: sum of weighted squared derivatives of its channels, by the sum of
-  // weighted squared channels, 1/px^2. Its smaller eigenvalue is 0 where the template can slide along itself.
-  const Eigen::Matrix2d& Sharpness() const { return sharpness_; }
-
   // Cosine of the angle between the template's channels and the image's around (column, row), over pixels
   // that are known in both; -1 where less than half is.
   double Score(const StructureImage& image, int column, int row) const;
 
   int half() const { return half_; }
+  float Weight(int x, int y) const {  // from the middle
+    return weight_[static_cast<std::size_t>((y + half_) * (2 * half_ + 1) + x + half_)];
+  }
 
  private:
   int half_;
   double complete_ = 0.0;
   double trusted_ = 0.0;
-  Eigen::Matrix2d sharpness_ = Eigen::Matrix2d::Zero();
   std::vector<float> channels_;  // times weight
   std::vector<float> weight_;
-  std::vector<float> energy_;  // of the channels, times weight
+  std::vector<float> energy_;                   // of the channels, times weight
+  std::vector<float> row_weight_, row_energy_;  // sums
+  float all_weight_ = 0.0f;
 };
+
+// The structure tensor of a template of `image` at (column, row): sum of weighted squared derivatives of its
+// channels, by the sum of weighted squared channels, 1/px^2. Its smaller eigenvalue is 0 where the template
+// can slide along itself.
+Eigen::Matrix2d SharpnessOf(const StructureImage& image, const StructureTemplate& piece, int column, int row);
 
 // Scores of displacements (u, v), |u - center_u| <= radius, likewise v.
 struct ScoreMap {
@@ -52,6 +57,10 @@ struct ScoreMap {
 
 ScoreMap Correlate(const StructureTemplate& piece, const StructureImage& image, int column, int row,
                    int center_u, int center_v, int radius);
+
+// The same, but only where a climb from the center to the nearest maximum looks; -1 elsewhere.
+ScoreMap Climb(const StructureTemplate& piece, const StructureImage& image, int column, int row, int center_u,
+               int center_v, int radius);
 
 // The highest score; whether it lies off the window's edge.
 struct ScorePeak {

@@ -20,6 +20,8 @@ void Blur(const cv::Mat& in, double sigma, cv::Mat* out) {
   cv::GaussianBlur(in, *out, cv::Size(), sigma, sigma, cv::BORDER_REFLECT_101);
 }
 
+float Norm(float x, float y) { return std::sqrt(x * x + y * y); }
+
 // Adds an edge's moments: strength r, gradient (x, y) of norm n.
 void AddMoments(float r, float x, float y, float n, float* moments) {
   if (n <= 0.0f) return;
@@ -88,7 +90,7 @@ EdgeMap IntensityEdges(const cv::Mat& image, const cv::Mat& known, double sigma)
       if (least < kLeastSupport) continue;
       g[2 * u] = 0.5f * (value[1][u + 1] / weight[1][u + 1] - value[1][u - 1] / weight[1][u - 1]);
       g[2 * u + 1] = 0.5f * (value[2][u] / weight[2][u] - value[0][u] / weight[0][u]);
-      n[u] = std::hypot(g[2 * u], g[2 * u + 1]);
+      n[u] = Norm(g[2 * u], g[2 * u + 1]);
       out[u] = 1.0f;
     }
   }
@@ -138,7 +140,7 @@ void AddDepthEdges(const SurfaceImage& surface, double sigma, float weight, floa
     float* m = edges->moments.ptr<float>(v);
     for (int u = 0; u < gradient.cols; ++u) {
       if (k[u] <= 0.0f) continue;
-      const float n = std::hypot(g[2 * u], g[2 * u + 1]);
+      const float n = Norm(g[2 * u], g[2 * u + 1]);
       AddMoments(weight * std::min(1.0f, 1.5f * n), g[2 * u], g[2 * u + 1], n, m + kChannels * u);
     }
   }
@@ -165,7 +167,7 @@ void AddOrientationEdges(const SurfaceImage& surface, double sigma, float weight
       const cv::Vec3f y =
           0.5f * (normals.at<cv::Vec3f>(v + 1, u) / s[3] - normals.at<cv::Vec3f>(v - 1, u) / s[2]);
       for (int c = 0; c < 3; ++c) {
-        const float n = std::hypot(x[c], y[c]);
+        const float n = Norm(x[c], y[c]);
         constexpr float kUsual = 0.12f;  // of a change by 30 degrees
         AddMoments(weight * n * n / (n * n + kUsual * kUsual), x[c], y[c], n, m + kChannels * u);
       }

@@ -59,6 +59,12 @@ StructureImage ToStructure(const EdgeMap& edges, double sigma) {
       out.weight[pixel] = edges.trust.at<float>(v, u);
     }
   }
+  for (int v = 0; v < out.height; ++v) {
+    out.known_before.push_back(0);
+    for (int u = 0; u < out.width; ++u) {
+      out.known_before.push_back(out.known_before.back() + (out.Known(v)[u] > 0.0f ? 1 : 0));
+    }
+  }
   return out;
 }
 

@@ -22,6 +22,13 @@ struct StructureImage {
   std::vector<float> known;     // of each pixel, 1, or 0: then its channels are 0
   std::vector<float> weight;    // of each pixel, how much it counts in a template, 0 to 1; 0 where not known
 
+  // How many pixels of each row are known before each column, width + 1 numbers for each row.
+  std::vector<int> known_before;
+
+  bool AllKnown(int row, int begin, int end) const {
+    const int* before = &known_before[static_cast<std::size_t>(row) * static_cast<std::size_t>(width + 1)];
+    return before[end] - before[begin] == end - begin;
+  }
   const float* Channels(int row) const {
     return &channels[static_cast<std::size_t>(row) * static_cast<std::size_t>(width * kChannels)];
   }

@@ -12,10 +12,9 @@ namespace {
 
 constexpr int kCoarsestRadius =
     5;                           // px of its level: the search starts at the level where the window is this
-constexpr int kFinerRadius = 3;  // px: search around the place that the coarser level gave
+constexpr int kFinerRadius = 4;  // px: search around the place that the coarser level gave
 constexpr int kReturnRadius = 3;
 constexpr double kPeakDistance = 3.0;     // px of its level: a second peak is farther off
-constexpr double kLeastTrusted = 0.25;    // share of a template
 constexpr double kLeastSharpness = 2e-3;  // 1/px^2, of a template's worse direction
 
 // Structure comes in blurred edges, not in independent pixels: the sigma of a peak, by what the mismatch of
@@ -79,28 +78,30 @@ Place Matcher::PlaceIn(int left, int top) const {
 
 // From the coarsest level that the window needs down to level 0.
 bool Matcher::Search(const Place& place, StructureMatch* match, Outcome* why) const {
-  *why = Outcome::kNothing;
   const Eigen::Matrix2d prior = predicted_(match->rendered);
   const double window = std::min(
       options_.largest_search, options_.search_sigmas * std::sqrt(std::max(prior(0, 0), prior(1, 1))) + 1.0);
   int level = 0;
   while (level + 1 < static_cast<int>(rendering_.size()) && window / (1 << level) > kCoarsestRadius) ++level;
-  int radius = static_cast<int>(std::ceil(window / (1 << level)));
+  const int radius = static_cast<int>(std::ceil(window / (1 << level)));
+  bool coarsest = true;
   int u = 0, v = 0;
   for (; level >= 0; --level) {
     const int column = static_cast<int>(std::lround(ToLevel(place.column, level)));
     const int row = static_cast<int>(std::lround(ToLevel(place.row, level)));
+    *why = Outcome::kNothing;
     const StructureImage& image = rendering_[static_cast<std::size_t>(level)];
     if (column < 0 || row < 0 || column >= image.width || row >= image.height) return false;
     const StructureTemplate piece(image, column, row, options_.template_half);
-    if (piece.Complete() < options_.least_complete || piece.Trusted() < kLeastTrusted) return false;
-    if (level == 0 && SmallerEigenvalue(piece.Sharpness()) < kLeastSharpness) return false;
+    if (piece.Complete() < options_.least_complete || piece.Trusted() < options_.least_trusted) return false;
+    if (level == 0 && SmallerEigenvalue(SharpnessOf(image, piece, column, row)) < kLeastSharpness)
+      return false;
     const ScoreMap map = Correlate(piece, photo_[static_cast<std::size_t>(level)], column, row, u, v, radius);
     const ScorePeak peak = HighestScore(map);
     *why = Outcome::kNoPeak;
     if (!peak.inside || peak.score < options_.least_score) return false;
     *why = Outcome::kAmbiguous;
-    match->peak_ratio = std::max(match->peak_ratio, SecondPeak(map, peak, kPeakDistance) / peak.score);
+    if (coarsest) match->peak_ratio = SecondPeak(map, peak, kPeakDistance) / peak.score;
     if (match->peak_ratio > options_.largest_peak_ratio) return false;
     u = peak.u, v = peak.v;
     if (level == 0) {
@@ -112,7 +113,7 @@ bool Matcher::Search(const Place& place, StructureMatch* match, Outcome* why) co
       match->covariance = PeakCovariance(peak.score, curvature, piece.Trusted() * 2.0 * M_PI * taper * taper);
       return true;
     }
-    u *= 2, v *= 2, radius = kFinerRadius;
+    u *= 2, v *= 2, coarsest = false;
   }
   return false;
 }
@@ -123,7 +124,7 @@ bool Matcher::Returns(const Place& place, const Eigen::Vector2d& displacement) c
   const int column = place.column + u, row = place.row + v;
   if (column < 0 || row < 0 || column >= photo_[0].width || row >= photo_[0].height) return false;
   const StructureTemplate piece(photo_[0], column, row, options_.template_half);
-  const ScoreMap map = Correlate(piece, rendering_[0], column, row, -u, -v, kReturnRadius);
+  const ScoreMap map = Climb(piece, rendering_[0], column, row, -u, -v, kReturnRadius);
   const ScorePeak peak = HighestScore(map);
   Eigen::Vector2d back;
   Eigen::Matrix2d curvature;
@@ -133,7 +134,7 @@ bool Matcher::Returns(const Place& place, const Eigen::Vector2d& displacement) c
 
 Outcome Matcher::Match(const Place& place, StructureMatch* match) const {
   match->rendered = Eigen::Vector2d(place.column, place.row);
-  Outcome why;
+  Outcome why = Outcome::kNothing;
   if (!Search(place, match, &why)) return why;
   const Eigen::Matrix2d& C = match->covariance;
   const double largest = C.trace() - SmallerEigenvalue(C);
