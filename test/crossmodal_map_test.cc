@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -188,13 +189,17 @@ TEST(Renderer, ShowsNoFarPointsBetweenNearOnes) {
   const auto add = [&](double z, double half, int count, double brightness) {
     for (int i = 0; i < count; ++i) {
       const Vector3d target(random.Uniform(-half, half), random.Uniform(-half, half), z);
-      returns.push_back(
-          ReturnOf({Vector3d::Zero(), target, Vector3d::UnitZ(), brightness}, 0, 0.0, 0.01, random));
+      returns.push_back(ReturnOf({Vector3d::Zero(), target, Vector3d::UnitZ(), brightness}, 0,
+                                 10.0 * i / count, 0.01, random));
     }
   };
   add(4.0, 1.0, 2500, 0.2);
   add(8.0, 5.0, 250000, 0.8);
-  const IntensityMap map = BuildIntensityMap(returns, {});
+  std::stable_sort(returns.begin(), returns.end(),
+                   [](const auto& a, const auto& b) { return a.time < b.time; });
+  IntensityMapOptions options;
+  options.remove_moving = false;  // the LiDAR sees through the board
+  const IntensityMap map = BuildIntensityMap(returns, options);
   const CameraIntrinsics camera = Camera(CameraModel::kEquidistant, 100.0);
   // To one side of the LiDAR: the wall behind the board is in the map in part.
   const ViewPose pose = FixedPose({Eigen::Quaterniond::Identity(), Vector3d(1.2, 0.1, 0.0)});

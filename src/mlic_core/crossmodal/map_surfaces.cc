@@ -22,6 +22,12 @@ constexpr double kCellSize = 0.25;        // m
 constexpr double kFloor = 0.005;          // m: what range noise does not explain, trajectory and unevenness
 constexpr double kThicknessSigmas = 1.5;
 constexpr double kUnknownCosine = 0.3;
+constexpr double kLine = 0.15;             // width over length below which points lie on one line of a scan
+constexpr double kOneSweep = 0.15;         // s
+constexpr double kLineSpacing = 0.3;       // of lines, over the widest gap between them: splats just close it
+constexpr double kUnevenBeams = 2.0;       // widest gap between beams over the mean one
+constexpr double kWindow = 0.1;            // s of beams that show how dense they are
+constexpr double kWideCell = M_PI / 60.0;  // rad: wide enough that no gap between rings is seen as empty
 constexpr double kDenseParent = 16.0;  // times as many points around a few as there are of them: those stray
 
 struct KeyedReturn {
@@ -48,6 +54,7 @@ std::uint64_t VoxelKey(const Eigen::Vector3f& p) {
 
 struct PatchFit {
   bool planar = false;
+  bool line = false;  // narrow: says little of the plane
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
   double thickness = 0.0;    // m
@@ -65,9 +72,13 @@ struct Finds {
 // One root voxel, taken apart.
 class RootVoxel {
  public:
-  RootVoxel(const std::vector<MapReturn>& returns, const std::vector<KeyedReturn>& keyed, double range_noise,
-            Finds* finds)
-      : returns_(returns), keyed_(keyed), range_noise_(range_noise), finds_(finds) {}
+  RootVoxel(const std::vector<MapReturn>& returns, const std::vector<KeyedReturn>& keyed,
+            const std::vector<double>& beam_spacing, double range_noise, Finds* finds)
+      : returns_(returns),
+        keyed_(keyed),
+        beam_spacing_(beam_spacing),
+        range_noise_(range_noise),
+        finds_(finds) {}
 
   void Split(std::size_t begin, std::size_t end, int level, const PatchFit& parent, bool in_cell,
              ReturnSurface* surfaces) {
@@ -78,14 +89,20 @@ class RootVoxel {
       in_cell = true;
     }
     PatchFit fit = count >= 3 ? Fit(begin, end, size, level == kLevels) : parent;
-    if (count < kFewestPoints && parent.count > 0.0) fit = Inherit(fit, parent);
+    if ((count < kFewestPoints && parent.count > 0.0) || (fit.line && parent.planar))
+      fit = Inherit(fit, parent);
     const bool fine_enough = size <= kPatch || count < kManyPoints;
     if (level == kLevels || count < kFewestPoints || (fit.planar && fine_enough && in_cell)) {
       finds_->patches.push_back(static_cast<std::uint32_t>(begin));
+      if (fit.line && IsOneSweep(begin, end)) fit.spacing = 0.0;
       const bool alone = count < kFewestPoints && parent.count > kDenseParent * static_cast<double>(count);
       for (std::size_t k = begin; k < end; ++k) {
         Describe(returns_[keyed_[k].index], fit, &surfaces[k]);
         surfaces[k].stray = surfaces[k].normal.isZero() && (alone || fit.planar);
+        // A few points of no plane need not be of one thing.
+        if (k > begin && count < kFewestPoints && surfaces[k].normal.isZero()) {
+          finds_->patches.push_back(static_cast<std::uint32_t>(k));
+        }
       }
       return;
     }
@@ -132,6 +149,7 @@ class RootVoxel {
     const double area = 12.0 * std::max(deviations[1], 0.02 * size) * std::max(deviations[2], 0.02 * size);
     fit.spacing = std::sqrt(std::min(area, 2.0 * size * size) / fit.count);
     const double expected = std::sqrt(fit.squared_cos * range_noise_ * range_noise_ + kFloor * kFloor);
+    fit.line = deviations[1] < kLine * deviations[2];
     fit.planar = fit.count >= kFewestPoints && deviations[1] > 3.0 * deviations[0] &&
                  (deviations[0] < kThicknessSigmas * expected || last);
     if (size == kPatch && fit.count >= kManyPoints && deviations[1] > 5.0 * deviations[0] &&
@@ -144,16 +162,30 @@ class RootVoxel {
   // A voxel with few points belongs to the surface around it.
   static PatchFit Inherit(const PatchFit& few, const PatchFit& parent) {
     PatchFit fit = parent;
-    if (few.count > 0.0) fit.spacing = std::max(few.spacing, parent.spacing);
+    if (few.count > 0.0 && !parent.planar) fit.spacing = std::max(few.spacing, parent.spacing);
+    fit.line = few.line;
     return fit;
+  }
+
+  bool IsOneSweep(std::size_t begin, std::size_t end) const {
+    for (std::size_t k = begin; k < end; ++k) {
+      if (std::abs(At(k).time - At(begin).time) > kOneSweep) return false;
+    }
+    return true;
+  }
+
+  // A beam's neighbours are no farther apart than its LiDAR's beams, however few there are; those of a single
+  // line of a scan (fit.spacing is 0) are just as far.
+  static float SpacingOf(const PatchFit& fit, double beams) {
+    return static_cast<float>(fit.spacing > 0.0 ? std::min(fit.spacing, beams) : kLineSpacing * beams);
   }
 
   void Describe(const MapReturn& r, const PatchFit& fit, ReturnSurface* surface) const {
     surface->position = r.position;
-    surface->spacing = static_cast<float>(fit.spacing);
     surface->normal.setZero();
+    const double range = r.beam.norm(), beams = beam_spacing_[r.lidar] * range;
+    surface->spacing = SpacingOf(fit, beams);
     // A beam's light on the surface covers an area that grows with range squared over cosine.
-    const double range = r.beam.norm();
     surface->weight = static_cast<float>(std::sqrt(kUnknownCosine / (1.0 + range * range)));
     if (!fit.planar) return;
     const Eigen::Vector3d direction = r.beam.cast<double>() / range;
@@ -162,6 +194,7 @@ class RootVoxel {
     const double plane_sigma = fit.thickness / std::sqrt(fit.count) + kFloor;
     const double expected = std::sqrt(cosine * cosine * range_noise_ * range_noise_ + kFloor * kFloor);
     if (std::abs(distance) > 3.0 * std::max(expected, fit.thickness)) return;
+    surface->spacing = SpacingOf(fit, kUnevenBeams * beams / std::max(0.1, std::abs(cosine)));
     surface->weight = static_cast<float>(std::sqrt(std::max(0.02, std::abs(cosine)) / (1.0 + range * range)));
     surface->normal = ((cosine > 0.0 ? -1.0 : 1.0) * fit.normal).cast<float>();
     const double noise = range_noise_ * range_noise_ * cosine * cosine;
@@ -172,6 +205,7 @@ class RootVoxel {
 
   const std::vector<MapReturn>& returns_;
   const std::vector<KeyedReturn>& keyed_;
+  const std::vector<double>& beam_spacing_;  // rad, of each LiDAR
   double range_noise_;
   Finds* finds_;
 };
@@ -181,6 +215,41 @@ double MedianOf(std::vector<double>* values, double otherwise) {
   const auto middle = values->begin() + values->size() / 2;
   std::nth_element(values->begin(), middle, values->end());
   return *middle;
+}
+
+// Angles between neighbouring beams of each LiDAR, rad: the solid angle that the beams of a short time cover,
+// over their number; the middle of some such times.
+std::vector<double> BeamSpacings(const std::vector<MapReturn>& returns) {
+  constexpr std::size_t kWindows = 15;
+  constexpr int kColumns = 120, kRows = 60;
+  std::vector<std::vector<double>> found;
+  for (std::size_t begin = 0; begin < returns.size();) {
+    const std::size_t lidar = returns[begin].lidar;
+    std::size_t end = begin;
+    while (end < returns.size() && returns[end].lidar == lidar) ++end;
+    if (found.size() <= lidar) found.resize(lidar + 1);
+    for (std::size_t w = 0; w < kWindows; ++w) {
+      std::vector<bool> covered(kColumns * kRows, false);
+      double solid_angle = 0.0, count = 0.0;
+      const std::size_t first = begin + (end - begin) * w / kWindows;
+      for (std::size_t i = first; i < end && std::abs(returns[i].time - returns[first].time) < kWindow; ++i) {
+        const Eigen::Vector3f d = returns[i].beam.normalized();
+        const int column = static_cast<int>((std::atan2(d.y(), d.x()) + M_PI) / kWideCell) % kColumns;
+        const int row =
+            std::clamp(static_cast<int>((std::asin(d.z()) + 0.5 * M_PI) / kWideCell), 0, kRows - 1);
+        if (!covered[row * kColumns + column]) {
+          solid_angle += kWideCell * kWideCell * std::cos((row + 0.5) * kWideCell - 0.5 * M_PI);
+        }
+        covered[row * kColumns + column] = true;
+        count += 1.0;
+      }
+      if (count > 0.0) found[lidar].push_back(std::sqrt(solid_angle / count));
+    }
+    begin = end;
+  }
+  std::vector<double> spacings;
+  for (auto& of_lidar : found) spacings.push_back(MedianOf(&of_lidar, kWideCell));
+  return spacings;
 }
 
 }  // namespace
@@ -199,6 +268,7 @@ MapSurfaces FindSurfaces(const std::vector<MapReturn>& returns) {
   }
   roots.push_back(keyed.size());
 
+  const std::vector<double> beam_spacing = BeamSpacings(returns);
   MapSurfaces result;
   result.surfaces.resize(keyed.size());
   result.range_noise = 0.02;
@@ -208,7 +278,7 @@ MapSurfaces FindSurfaces(const std::vector<MapReturn>& returns) {
     finds.assign(roots.size() - 1, {});
     ParallelFor(finds.size(), [&](std::size_t v) {
       if (pass == 0 && v % 8 != 0) return;
-      RootVoxel(returns, keyed, result.range_noise, &finds[v])
+      RootVoxel(returns, keyed, beam_spacing, result.range_noise, &finds[v])
           .Split(roots[v], roots[v + 1], 0, {}, false, result.surfaces.data());
     });
     if (pass == 1) break;

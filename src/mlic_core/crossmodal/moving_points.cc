@@ -1,60 +1,65 @@
 #include "mlic_core/crossmodal/moving_points.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "mlic_core/common/parallel.h"
 
 namespace mlic {
 namespace {
 
-constexpr double kWindow = 0.05;           // s of beams that are looked at together
-constexpr std::size_t kMostWindows = 500;  // of all LiDARs
-constexpr float kCell = M_PI / 180.0f;     // rad, of a range image
-constexpr int kColumns = 360, kRows = 180;
-constexpr float kFarthest = 25.0f;  // m: beyond, patches are smaller than the gaps between beams
-constexpr float kNearest = 1.0f;    // m
-constexpr float kMargin = 0.4f;     // m: beams must end this much behind a patch to have passed it
-constexpr int kFewestBeams = 4;     // past a patch
-constexpr int kFewestPasses = 3;
+constexpr double kWindow = 0.1;            // s of beams that are looked up together
+constexpr std::size_t kMostWindows = 240;  // of all LiDARs
+constexpr float kCell = M_PI / 120.0f;     // rad, of the table of a window's beams
+constexpr int kColumns = 240, kRows = 120;
+constexpr float kFarthest = 25.0f;    // m, at which patches are judged
+constexpr float kNearest = 1.0f;      // m
+constexpr float kParallax = 0.3f;     // m that the LiDAR moves from the middle of a window
+constexpr float kGrazing = 0.1f;      // cosine: whether such a beam meets a patch cannot be said
+constexpr float kLeastRadius = 0.2f;  // m
+constexpr int kFewestPasses = 3;      // windows whose beams passed
+constexpr int kDecided = 8;     // windows that say something, after which a patch that stands is left alone
 constexpr double kAside = 0.5;  // s: what is nearer to the hits in time says nothing
 
-// Shortest ranges by direction (map frame) of the beams of one LiDAR over a short time.
-struct RangeImage {
+// The beams of one LiDAR over a short time, by direction in the map frame from where it was in the middle.
+struct BeamTable {
   Eigen::Vector3f origin = Eigen::Vector3f::Zero();
   double time = 0.0;
-  std::vector<float> shortest;
-  std::vector<std::uint8_t> count;
+  std::vector<std::uint32_t> begin;  // of each cell in beams, row by row
+  std::vector<std::uint32_t> beams;  // indices of returns
 };
 
-void Direction(const Eigen::Vector3f& v, float range, float* column, float* row) {
+void CellOf(const Eigen::Vector3f& v, float length, float* column, float* row) {
   *column = (std::atan2(v.y(), v.x()) + static_cast<float>(M_PI)) / kCell;
-  *row = (std::asin(std::clamp(v.z() / range, -1.0f, 1.0f)) + 0.5f * static_cast<float>(M_PI)) / kCell;
+  *row = (std::asin(std::clamp(v.z() / length, -1.0f, 1.0f)) + 0.5f * static_cast<float>(M_PI)) / kCell;
 }
 
-RangeImage MakeRangeImage(const std::vector<MapReturn>& returns, std::size_t begin, std::size_t end) {
-  RangeImage image;
+BeamTable MakeBeamTable(const std::vector<MapReturn>& returns, std::size_t begin, std::size_t end) {
+  BeamTable table;
   const MapReturn& middle = returns[(begin + end) / 2];
-  image.origin = middle.position - middle.beam;
-  image.time = middle.time;
-  image.shortest.assign(kColumns * kRows, std::numeric_limits<float>::infinity());
-  image.count.assign(kColumns * kRows, 0);
+  table.origin = middle.position - middle.beam;
+  table.time = middle.time;
+  std::vector<std::uint32_t> cells;
+  cells.reserve(end - begin);
+  table.begin.assign(kColumns * kRows + 1, 0);
   for (std::size_t i = begin; i < end; ++i) {
-    // Its place as seen from the middle: beams and patches are compared from one point.
-    const Eigen::Vector3f v = returns[i].position - image.origin;
-    const float range = v.norm();
     float column, row;
-    Direction(v, range, &column, &row);
-    const int cell =
-        std::min(kRows - 1, static_cast<int>(row)) * kColumns + static_cast<int>(column) % kColumns;
-    image.shortest[cell] = std::min(image.shortest[cell], range);
-    if (image.count[cell] < 255) ++image.count[cell];
+    CellOf(returns[i].beam, returns[i].beam.norm(), &column, &row);
+    cells.push_back(std::min(kRows - 1, static_cast<int>(row)) * kColumns +
+                    static_cast<int>(column) % kColumns);
+    ++table.begin[cells.back() + 1];
   }
-  return image;
+  for (std::size_t c = 1; c < table.begin.size(); ++c) table.begin[c] += table.begin[c - 1];
+  table.beams.resize(cells.size());
+  std::vector<std::uint32_t> next(table.begin.begin(), table.begin.end() - 1);
+  for (std::size_t i = begin; i < end; ++i)
+    table.beams[next[cells[i - begin]]++] = static_cast<std::uint32_t>(i);
+  return table;
 }
 
-std::vector<RangeImage> MakeRangeImages(const std::vector<MapReturn>& returns) {
+// Evenly taken over time, in an order that jumps, so that the first ones looked at are from all times.
+std::vector<BeamTable> MakeBeamTables(const std::vector<MapReturn>& returns) {
   std::vector<std::pair<std::size_t, std::size_t>> windows;
   for (std::size_t begin = 0; begin < returns.size();) {
     std::size_t end = begin;
@@ -65,84 +70,114 @@ std::vector<RangeImage> MakeRangeImages(const std::vector<MapReturn>& returns) {
     windows.emplace_back(begin, end);
     begin = end;
   }
-  const std::size_t step = 1 + windows.size() / kMostWindows;
-  std::vector<RangeImage> images((windows.size() + step - 1) / step);
-  ParallelFor(images.size(), [&](std::size_t k) {
-    images[k] = MakeRangeImage(returns, windows[k * step].first, windows[k * step].second);
+  const std::size_t count = std::min(windows.size(), kMostWindows);
+  std::vector<BeamTable> tables(count);
+  ParallelFor(count, [&](std::size_t k) {
+    // The golden section's multiples are spread evenly, however many are taken.
+    const double place = std::fmod(0.6180339887498949 * static_cast<double>(k), 1.0);
+    const auto& window = windows[static_cast<std::size_t>(place * static_cast<double>(windows.size()))];
+    tables[k] = MakeBeamTable(returns, window.first, window.second);
   });
-  return images;
+  return tables;
 }
 
 struct Patch {
   Eigen::Vector3f center = Eigen::Vector3f::Zero();
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // zero: no plane
   float radius = 0.0f;
-  double first = 0.0, last = 0.0;  // time of its hits
+  std::vector<double> times;  // of its points, in order
 };
 
 Patch PatchOf(const std::vector<MapReturn>& returns, const MapSurfaces& surfaces, std::size_t begin,
               std::size_t end) {
   Patch patch;
   Eigen::AlignedBox3f box;
-  patch.first = std::numeric_limits<double>::infinity();
-  patch.last = -patch.first;
   for (std::size_t k = begin; k < end; ++k) {
     box.extend(surfaces.surfaces[k].position);
-    const double time = returns[surfaces.order[k]].time;
-    patch.first = std::min(patch.first, time);
-    patch.last = std::max(patch.last, time);
+    if (patch.normal.isZero()) patch.normal = surfaces.surfaces[k].normal;
+    patch.times.push_back(returns[surfaces.order[k]].time);
   }
+  std::sort(patch.times.begin(), patch.times.end());
   patch.center = box.center();
-  patch.radius = 0.5f * box.diagonal().norm();
+  // Within the patch rather than at its corners.
+  patch.radius = std::max(kLeastRadius, 0.35f * box.diagonal().norm());
   return patch;
 }
 
-enum class Look { kNothing, kPassed, kHit };
+enum class Outcome { kNothing, kPassed, kHit };
 
-Look LookAtPatch(const RangeImage& image, const Patch& patch) {
-  const Eigen::Vector3f v = patch.center - image.origin;
+// What one beam did at a patch.
+Outcome BeamAtPatch(const MapReturn& r, const Patch& patch) {
+  const float range = r.beam.norm();
+  const Eigen::Vector3f direction = r.beam / range, to_center = patch.center - (r.position - r.beam);
+  float reach = direction.dot(to_center), margin = 0.3f + patch.radius;
+  if (!patch.normal.isZero()) {
+    const float cosine = patch.normal.dot(direction);
+    if (std::abs(cosine) < kGrazing) return Outcome::kNothing;
+    reach = patch.normal.dot(to_center) / cosine;
+    margin = 0.2f + 0.1f / std::abs(cosine);
+  }
+  if (reach < 0.0f || (reach * direction - to_center).norm() > patch.radius) return Outcome::kNothing;
+  if (range > reach + margin) return Outcome::kPassed;
+  return range > reach - margin ? Outcome::kHit : Outcome::kNothing;
+}
+
+Outcome WindowAtPatch(const std::vector<MapReturn>& returns, const BeamTable& table, const Patch& patch) {
+  const Eigen::Vector3f v = patch.center - table.origin;
   const float distance = v.norm();
-  if (distance > kFarthest || distance < kNearest) return Look::kNothing;
+  if (distance > kFarthest || distance < kNearest + patch.radius) return Outcome::kNothing;
   float column, row;
-  Direction(v, distance, &column, &row);
-  const float half = patch.radius / distance / kCell + 0.75f;
-  const float half_columns = half / std::max(0.2f, std::hypot(v.x(), v.y()) / distance);
+  CellOf(v, distance, &column, &row);
+  const float half = (patch.radius + kParallax) / distance / kCell;
+  const float half_columns = std::min(20.0f, half / std::max(0.2f, std::hypot(v.x(), v.y()) / distance));
   const int first_row = std::max(0, static_cast<int>(row - half));
   const int last_row = std::min(kRows - 1, static_cast<int>(row + half));
   const int first_column = static_cast<int>(std::floor(column - half_columns));
   const int last_column = static_cast<int>(std::floor(column + half_columns));
-  float shortest = std::numeric_limits<float>::infinity();
-  int beams = 0;
+  int passed = 0;
   for (int j = first_row; j <= last_row; ++j) {
     for (int i = first_column; i <= last_column; ++i) {
       const int cell = j * kColumns + (i + kColumns) % kColumns;
-      shortest = std::min(shortest, image.shortest[cell]);
-      beams += image.count[cell];
+      for (std::uint32_t b = table.begin[cell]; b < table.begin[cell + 1]; ++b) {
+        const Outcome outcome = BeamAtPatch(returns[table.beams[b]], patch);
+        if (outcome == Outcome::kHit) return outcome;
+        if (outcome == Outcome::kPassed) ++passed;
+      }
     }
   }
-  const float margin = kMargin + patch.radius;
-  if (beams >= kFewestBeams && shortest > distance + margin) return Look::kPassed;
-  return beams > 0 && std::abs(shortest - distance) < margin ? Look::kHit : Look::kNothing;
+  return passed >= 2 ? Outcome::kPassed : Outcome::kNothing;
+}
+
+bool IsAside(const Patch& patch, double time) {
+  const auto next = std::lower_bound(patch.times.begin(), patch.times.end(), time - kAside);
+  return next == patch.times.end() || *next > time + kAside;
+}
+
+bool IsMoving(const std::vector<MapReturn>& returns, const std::vector<BeamTable>& tables,
+              const Patch& patch) {
+  int passes = 0, passes_aside = 0, hits = 0;
+  for (const BeamTable& table : tables) {
+    const Outcome outcome = WindowAtPatch(returns, table, patch);
+    if (outcome == Outcome::kHit) ++hits;
+    if (outcome == Outcome::kPassed) {
+      ++passes;
+      if (IsAside(patch, table.time)) ++passes_aside;
+    }
+    if (hits + passes >= kDecided && hits > passes) return false;
+  }
+  return passes_aside >= kFewestPasses && 5 * passes_aside >= 4 * passes && 3 * hits <= passes;
 }
 
 }  // namespace
 
 std::vector<std::uint8_t> FindMovingPoints(const std::vector<MapReturn>& returns,
                                            const MapSurfaces& surfaces) {
-  const std::vector<RangeImage> images = MakeRangeImages(returns);
+  const std::vector<BeamTable> tables = MakeBeamTables(returns);
   std::vector<std::uint8_t> moving(returns.size(), 0);
   ParallelChunks(surfaces.patches.size() - 1, 1024, [&](std::size_t, std::size_t first, std::size_t last) {
     for (std::size_t p = first; p < last; ++p) {
       const std::size_t begin = surfaces.patches[p], end = surfaces.patches[p + 1];
-      const Patch patch = PatchOf(returns, surfaces, begin, end);
-      int passes = 0, passes_aside = 0, hits = 0;
-      for (const RangeImage& image : images) {
-        const Look look = LookAtPatch(image, patch);
-        if (look == Look::kHit) ++hits;
-        if (look != Look::kPassed) continue;
-        ++passes;
-        if (image.time < patch.first - kAside || image.time > patch.last + kAside) ++passes_aside;
-      }
-      if (passes_aside < kFewestPasses || 5 * passes_aside < 4 * passes || hits > passes / 3) continue;
+      if (!IsMoving(returns, tables, PatchOf(returns, surfaces, begin, end))) continue;
       std::fill(moving.begin() + static_cast<std::ptrdiff_t>(begin),
                 moving.begin() + static_cast<std::ptrdiff_t>(end), std::uint8_t{1});
     }

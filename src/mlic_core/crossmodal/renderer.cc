@@ -13,12 +13,13 @@
 namespace mlic {
 namespace {
 
-constexpr float kNearest = 0.3f;        // m: nearer points are the vehicle's own
-constexpr float kSplatSpacings = 0.9f;  // radius of a splat over the spacing of its points
-constexpr float kSplatPixels = 0.8f;    // least radius of a splat, px
-constexpr float kLargestSplat = 40.0f;  // px
-constexpr float kDensity = 1.5f;        // points drawn for each pixel, at most
-constexpr float kShells = 8.0f;         // of cells in each doubling of distance: near ones hide far ones
+constexpr float kNearest = 0.3f;           // m: nearer points are the vehicle's own
+constexpr float kSplatSpacings = 0.9f;     // radius of a splat over the spacing of its points
+constexpr float kScatterSpacings = 0.65f;  // the same where there is no plane: twigs, not discs
+constexpr float kSplatPixels = 0.8f;       // least radius of a splat, px
+constexpr float kLargestSplat = 40.0f;     // px
+constexpr float kDensity = 1.5f;           // points drawn for each pixel, at most
+constexpr float kShells = 8.0f;            // of cells in each doubling of distance: near ones hide far ones
 constexpr float kTile = 64.0f;       // px: cells of one shell are drawn tile by tile, which stay in the cache
 constexpr float kBackFacing = 0.1f;  // cosine beyond which a surface shows its other side
 constexpr float kGrazing = 0.06f;    // cosine below which a slope is not believed
@@ -158,7 +159,8 @@ bool ViewRenderer::Implementation::Place(const Drawing& drawing, const SurfacePo
   const float along = (cosine + n.z()) * s;
   const float Qn_x = n.x() * s - pixel.qx * along, Qn_y = n.y() * s - pixel.qy * along;
   const float Jn_x = pixel.u_x * Qn_x + pixel.u_y * Qn_y, Jn_y = pixel.v_x * Qn_x + pixel.v_y * Qn_y;
-  const float rho = kSplatSpacings * scale * point.spacing, rho2 = rho * rho, K2 = K * K;
+  const float spacings = point.normal.isZero() ? kScatterSpacings : kSplatSpacings;
+  const float rho = spacings * scale * point.spacing, rho2 = rho * rho, K2 = K * K;
   float m_xx = rho2 * (K2 * (pixel.u_x * pixel.u_x + pixel.u_y * pixel.u_y) - Jn_x * Jn_x);
   float m_xy = rho2 * (K2 * (pixel.u_x * pixel.v_x + pixel.u_y * pixel.v_y) - Jn_x * Jn_y);
   float m_yy = rho2 * (K2 * (pixel.v_x * pixel.v_x + pixel.v_y * pixel.v_y) - Jn_y * Jn_y);
