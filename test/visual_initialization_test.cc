@@ -229,6 +229,35 @@ TEST(VisualInitialization, OneCameraIsEnoughAndEveryTenthSightMayBeWrong) {
   EXPECT_LT(worst.path_share, 0.003);
 }
 
+// A car turns about one axis: what that leaves open comes from the guess; the scale is there, as it speeds up
+// sideways to either side.
+TEST(VisualInitialization, ACarNeedsAGuessOnly) {
+  SyntheticTracksOptions options;
+  options.noise = 0.5;
+  options.duration = 40.0;
+  options.nearest = 4.0;
+  options.farthest = 20.0;
+  Case c = MakeCase(Stereo(), options, RealImu(), sim::Scenario::kFigureEight);
+  StartFromFieldOfView(&c, 90.0);
+  Random random(3);
+  for (std::size_t i = 0; i < c.truth.size(); ++i) {
+    const auto direction = [&] {
+      return Eigen::Vector3d(random.Normal(), random.Normal(), random.Normal()).normalized();
+    };
+    ExtrinsicGuess guess;
+    guess.T_imu_sensor = c.truth[i].sensor.T_imu_sensor;
+    guess.T_imu_sensor.rotation = ExpQuaternion(4.81 * kDegree * direction()) * guess.T_imu_sensor.rotation;
+    guess.T_imu_sensor.translation += 0.1 * direction();
+    c.rig.cameras[i].guess = guess;
+  }
+  const Errors worst = Worst(c, c.Run());
+  EXPECT_LT(worst.degrees, 0.5);
+  EXPECT_LT(worst.metres, 0.25);  // z stays at the guess
+  EXPECT_LT(worst.milliseconds, 1.0);
+  EXPECT_LT(worst.pixels, 5.0);  // the centre trades with the rotation
+  EXPECT_LT(worst.path_share, 0.01);
+}
+
 // Steady turning on a plane: what the accelerometer reads is as well a bias.
 TEST(VisualInitialization, RefusesAScaleThatTheMotionDoesNotShow) {
   SyntheticTracksOptions options;

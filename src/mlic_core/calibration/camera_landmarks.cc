@@ -122,36 +122,6 @@ std::vector<TrackSet> WithoutLostCameras(std::vector<TrackSet> tracks, const std
   return tracks;
 }
 
-std::vector<double> MeasureLandmarkNoise(const std::vector<LandmarkSet>& landmarks,
-                                         const CalibrationState& state, const LandmarkOptions& made_with,
-                                         double least) {
-  std::vector<std::vector<double>> whitened(state.cameras.size());
-  // Points take up three of the residuals of a landmark: with few sights they look better than they are.
-  for (std::size_t d = 0; d < landmarks.size(); ++d) {
-    const LandmarkSet& set = landmarks[d];
-    const std::vector<Eigen::Vector2d> residuals = LandmarkResiduals(set, state, d);
-    for (std::size_t p = 0; p < set.points.size(); ++p) {
-      const double count = 2.0 * static_cast<double>(set.begin[p + 1] - set.begin[p]);
-      const double spread = std::sqrt((count - 3.0) / count);
-      for (std::size_t k = set.begin[p]; k < set.begin[p + 1]; ++k) {
-        if (!residuals[k].allFinite()) continue;
-        const LandmarkObservation& o = set.observations[k];
-        whitened[o.camera].push_back(residuals[k].norm() / (o.sigma * spread));
-      }
-    }
-  }
-  std::vector<double> scale(state.cameras.size(), least);
-  for (std::size_t c = 0; c < scale.size(); ++c) {
-    if (whitened[c].empty()) continue;
-    const auto middle = whitened[c].begin() + static_cast<std::ptrdiff_t>(whitened[c].size() / 2);
-    std::nth_element(whitened[c].begin(), middle, whitened[c].end());
-    constexpr double kMedianOfNorm = 1.1774;  // of a standard normal 2-vector
-    const double made = made_with.noise_scale.empty() ? 1.0 : made_with.noise_scale[c];
-    scale[c] = std::max(least, made * *middle / kMedianOfNorm);
-  }
-  return scale;
-}
-
 std::vector<std::size_t> CountObservations(const std::vector<LandmarkSet>& landmarks, std::size_t cameras) {
   std::vector<std::size_t> counts(cameras, 0);
   for (const LandmarkSet& set : landmarks) {

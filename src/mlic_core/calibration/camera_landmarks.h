@@ -30,7 +30,8 @@ std::vector<LandmarkSet> TriangulateLandmarks(const std::vector<TrackSet>& track
 std::vector<TrackSet> WithoutLostCameras(std::vector<TrackSet> tracks, const std::vector<bool>& found);
 
 // For each camera the factor by which its reprojection errors exceed the tracks' own sigmas (robust, at least
-// `least`), given the noise scale with which the landmarks were made. A camera without observations: `least`.
+// `least`), given the noise scale with which the landmarks were made. What neighbouring sights of a landmark
+// have in common makes it larger than the spread alone. A camera without observations: `least`.
 std::vector<double> MeasureLandmarkNoise(const std::vector<LandmarkSet>& landmarks,
                                          const CalibrationState& state, const LandmarkOptions& made_with,
                                          double least = 0.3);
