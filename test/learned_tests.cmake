@@ -12,3 +12,7 @@ if("MLIC_HAS_LIBTORCH" IN_LIST learned_definitions)
 endif()
 mlic_add_test(learned_matcher_test LIBRARIES learned_toy_networks ${OPENBLAS_LIBRARY})
 mlic_add_test(learned_messages_test LIBRARIES learned_toy_networks)
+if(BUILD_TESTING)
+  # Without a runtime ctest shows it as skipped and not as passed.
+  set_tests_properties(learned_matcher_test PROPERTIES SKIP_REGULAR_EXPRESSION "PASSED  . 0 tests")
+endif()
