@@ -90,9 +90,17 @@ std::vector<MapMatch> MatchView(const RenderedView& view, const CameraIntrinsics
                                 const ViewPose& pose, const cv::Mat& gray, const cv::Mat& mask,
                                 const CameraUncertainty& uncertainty, const CrossModalOptions& options,
                                 StructureMatchCounts* counts) {
-  Check(view.intensity.size() == gray.size(), "MatchView: rendering and photo of different sizes");
-  const StructurePyramid rendering = MapStructure(StructureOf(view, intrinsics, pose), options.structure);
   const StructurePyramid photo = PhotoStructure(gray, mask, options.structure);
+  return MatchView(view, intrinsics, pose, photo, uncertainty, options, counts);
+}
+
+std::vector<MapMatch> MatchView(const RenderedView& view, const CameraIntrinsics& intrinsics,
+                                const ViewPose& pose, const StructurePyramid& photo,
+                                const CameraUncertainty& uncertainty, const CrossModalOptions& options,
+                                StructureMatchCounts* counts) {
+  Check(!photo.empty() && view.intensity.cols == photo[0].width && view.intensity.rows == photo[0].height,
+        "MatchView: rendering and photo of different sizes");
+  const StructurePyramid rendering = MapStructure(StructureOf(view, intrinsics, pose), options.structure);
   const auto predicted = [&](const Eigen::Vector2d& pixel) -> Eigen::Matrix2d {
     const float depth = view.depth.at<float>(static_cast<int>(pixel.y()), static_cast<int>(pixel.x()));
     Eigen::Vector3d bearing = Eigen::Vector3d::UnitZ();

@@ -54,4 +54,11 @@ std::vector<MapMatch> MatchView(const RenderedView& view, const CameraIntrinsics
                                 const CameraUncertainty& uncertainty, const CrossModalOptions& options,
                                 StructureMatchCounts* counts = nullptr);
 
+// The same with the photo's structure made before (PhotoStructure with options.structure): a photo's does not
+// change while its camera is found.
+std::vector<MapMatch> MatchView(const RenderedView& view, const CameraIntrinsics& intrinsics,
+                                const ViewPose& pose, const StructurePyramid& photo,
+                                const CameraUncertainty& uncertainty, const CrossModalOptions& options,
+                                StructureMatchCounts* counts = nullptr);
+
 }  // namespace mlic

@@ -169,6 +169,7 @@ void AddOrientationEdges(const SurfaceImage& surface, double sigma, float weight
       for (int c = 0; c < 3; ++c) {
         const float n = Norm(x[c], y[c]);
         constexpr float kUsual = 0.12f;  // of a change by 30 degrees
+        if (n < 0.1f * kUsual) continue;
         AddMoments(weight * n * n / (n * n + kUsual * kUsual), x[c], y[c], n, m + kChannels * u);
       }
     }
