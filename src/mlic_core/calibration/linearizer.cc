@@ -122,7 +122,8 @@ Accumulator Linearize(const LinearizationPoint& at, std::vector<LandmarkTies>* l
     std::vector<std::optional<Accumulator>> sums(parts.size());
     ParallelFor(parts.size(), [&](std::size_t c) {
       const Part& part = parts[c];
-      sums[c] = NarrowAccumulator(at, d, SpanOf(at, d, part));
+      // A held trajectory has no columns, and the problem perhaps no IMU.
+      sums[c] = NarrowAccumulator(at, d, problem.hold_trajectory ? TimeSpan() : SpanOf(at, d, part));
       if (planes > 0) plane_terms.Add(d, part.plane_begin, part.plane_end, plane_ties, &*sums[c]);
       if (points > 0) AddLandmarks(at, d, part.point_begin, part.point_end, point_ties, &*sums[c]);
       if (!problem.hold_trajectory) AddImu(at, d, c, &*sums[c]);
