@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
 
 #include "mlic_core/calibration/envelope_cholesky.h"
 #include "mlic_core/calibration/linear_terms.h"

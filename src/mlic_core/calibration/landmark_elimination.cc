@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <utility>
 
 #include "mlic_core/calibration/blas.h"
 #include "mlic_core/common/parallel.h"
@@ -92,8 +93,13 @@ void SubtractProduct(const TileRows& a, const TileRows& b, double* target, int s
   const int height = static_cast<int>(a.rows.rows()), width = static_cast<int>(b.rows.rows());
   std::vector<std::pair<int, int>> shared;
   for (std::size_t i = 0, k = 0; i < a.landmarks.size() && k < b.landmarks.size();) {
-    if (a.landmarks[i] == b.landmarks[k]) shared.emplace_back(i, k);
-    a.landmarks[i] <= b.landmarks[k] ? void(++i) : void(++k);
+    if (a.landmarks[i] < b.landmarks[k]) {
+      ++i;
+    } else if (a.landmarks[i] > b.landmarks[k]) {
+      ++k;
+    } else {
+      shared.emplace_back(i++, k++);
+    }
   }
   if (shared.empty()) return;
   Eigen::MatrixXd left(height, 3 * shared.size()), right(width, 3 * shared.size());

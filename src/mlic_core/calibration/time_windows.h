@@ -7,7 +7,7 @@
 
 namespace mlic {
 
-// Seconds over which one landmark ties control points. Sigmas are 1 to 3 percent larger than without this
+// Seconds over which one landmark ties control points. Sigmas are 1 to 5 percent larger than without this
 // limit.
 constexpr double kLongestTie = 20.0;
 
