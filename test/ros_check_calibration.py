@@ -10,7 +10,7 @@ import rospy
 import yaml
 from mlic.msg import Status
 from nav_msgs.msg import Path
-from sensor_msgs.msg import PointCloud2
+from sensor_msgs.msg import Image, PointCloud2
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
@@ -47,13 +47,16 @@ class CheckCalibration(unittest.TestCase):
     def latched(self, topic, kind):
         return rospy.wait_for_message(topic, kind, 20.0)
 
+    def sensors(self):
+        return [*self.rig["lidars"], *self.rig.get("cameras", {})]
+
     def test_status(self):
         self.assertTrue(self.finished, "no result within the time")
         last = self.statuses[-1]
         self.assertEqual(last.state, Status.TRUSTED, last.messages)
         self.assertGreater(len(last.costs), 0)
         self.assertGreater(len({status.stage for status in self.statuses}), 1)
-        self.assertEqual(sorted(sensor.name for sensor in last.sensors), sorted(self.rig["lidars"]))
+        self.assertEqual(sorted(sensor.name for sensor in last.sensors), sorted(self.sensors()))
         for sensor in last.sensors:
             self.assertTrue(sensor.has_sigma)
             self.assertTrue(all(0.0 < sigma < 0.5 for sigma in sensor.sigma_translation), sensor)
@@ -74,6 +77,24 @@ class CheckCalibration(unittest.TestCase):
         markers = self.latched("/mlic/voxel_map", MarkerArray).markers
         self.assertGreater(len(markers[0].points), 6 * 10)
         self.assertEqual(len(markers[0].points), len(markers[0].colors))
+
+    def test_cameras(self):
+        landmarks = self.latched("/mlic/landmarks", PointCloud2)
+        self.assertEqual(landmarks.header.frame_id, "map")
+        self.assertGreater(landmarks.width, 50)
+        self.assertLessEqual({"x", "y", "z", "rgb", "error", "sights"}, {field.name for field in landmarks.fields})
+        outlines = self.latched("/mlic/cameras", MarkerArray).markers
+        frames = {self.calibration["sensors"][name]["frame_id"] for name in self.rig["cameras"]}
+        self.assertEqual({outline.header.frame_id for outline in outlines}, frames)
+        for topic in ["/mlic/tracks", *(f"/mlic/{name}/tracks" for name in self.rig["cameras"])]:
+            image = self.latched(topic, Image)
+            self.assertEqual((image.encoding, len(image.data)), ("bgr8", image.step * image.height))
+            pixels = zip(image.data[0::3], image.data[1::3], image.data[2::3])
+            coloured = sum(max(pixel) - min(pixel) > 60 for pixel in pixels)
+            self.assertGreater(coloured, 500, "lines in colour on a gray photo: " + topic)
+        for name in self.rig["cameras"]:
+            for file in [f"camera_info/{name}.yaml", f"images/{name}_tracks.png", "images/keyframes.csv"]:
+                self.assertGreater(os.path.getsize(os.path.join(self.output, file)), 0, file)
 
     def test_trajectory(self):
         path = self.latched("/mlic/trajectory", Path)

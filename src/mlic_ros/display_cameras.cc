@@ -129,7 +129,7 @@ sensor_msgs::Image MakeImage(const cv::Mat& picture, const std::string& frame, c
 
 cv::Mat TilePictures(const std::vector<cv::Mat>& pictures, int tile_width) {
   if (pictures.empty()) return {};
-  const int columns = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(pictures.size()))));
+  const int columns = static_cast<int>(std::sqrt(static_cast<double>(pictures.size())));
   const int rows = (static_cast<int>(pictures.size()) + columns - 1) / columns;
   int tile_height = 1;
   for (const cv::Mat& picture : pictures) {

@@ -25,7 +25,8 @@ visualization_msgs::MarkerArray MakeFrustumMarkers(const CalibrationSnapshot& sn
 // A picture (CV_8UC3, BGR) as a message.
 sensor_msgs::Image MakeImage(const cv::Mat& picture, const std::string& frame, const ros::Time& stamp);
 
-// The pictures side by side in a grid, each shrunk to a tile of this width; black where there is none.
+// The pictures in a grid, no wider than it is high, each shrunk to a tile of this width; black where there is
+// none.
 cv::Mat TilePictures(const std::vector<cv::Mat>& pictures, int tile_width);
 
 // A name as part of a topic: what ROS does not allow becomes an underscore.

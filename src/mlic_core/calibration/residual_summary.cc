@@ -83,10 +83,10 @@ class FieldCollector {
   std::vector<Eigen::Vector2d> sums_;
 };
 
-double Median(std::vector<float> values) {
-  const auto middle = values.begin() + values.size() / 2;
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+double RootMeanSquare(const std::vector<float>& values) {
+  double squares = 0.0;
+  for (const float value : values) squares += value * value;
+  return std::sqrt(squares / static_cast<double>(values.size()));
 }
 
 }  // namespace
@@ -109,7 +109,7 @@ std::vector<ResidualSummary> SummarizeCameraResiduals(const Rig& rig, const Cali
       sigmas.push_back(o.sigma);
     }
     if (sigmas.empty()) continue;
-    collector.SetSigma(Median(std::move(sigmas)));
+    collector.SetSigma(RootMeanSquare(sigmas));
     collector.SetField(field.Finish());
     summaries.push_back(collector.Finish());
   }

@@ -11,7 +11,7 @@ namespace mlic {
 class Refinement;
 
 // Reprojection errors of every camera that sees landmarks of the first drive, both coordinates of each
-// together, each divided by its own sigma; `sigma` is the median one.
+// together, each divided by its own sigma; `sigma` is their root mean square.
 std::vector<ResidualSummary> SummarizeCameraResiduals(const Rig& rig, const CalibrationState& state,
                                                       const LandmarkSet& landmarks);
 

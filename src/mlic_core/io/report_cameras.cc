@@ -55,10 +55,10 @@ std::string JpegFigure(const CameraView& view) {
   std::vector<unsigned char> jpeg;
   cv::imencode(".jpg", picture, jpeg, {cv::IMWRITE_JPEG_QUALITY, kPictureQuality});
   const std::string size = std::to_string(picture.cols) + "\" height=\"" + std::to_string(picture.rows);
-  return "<svg role=\"img\" aria-label=\"tracks of " + EscapeXml(view.camera) + "\" viewBox=\"0 0 " +
-         std::to_string(picture.cols) + " " + std::to_string(picture.rows) + "\"><image width=\"" + size +
-         "\" href=\"data:image/jpeg;base64," + EncodeBase64(std::string(jpeg.begin(), jpeg.end())) +
-         "\"/></svg>\n";
+  return "<svg style=\"margin-top:8px\" role=\"img\" aria-label=\"tracks of " + EscapeXml(view.camera) +
+         "\" viewBox=\"0 0 " + std::to_string(picture.cols) + " " + std::to_string(picture.rows) +
+         "\"><image width=\"" + size + "\" href=\"data:image/jpeg;base64," +
+         EncodeBase64(std::string(jpeg.begin(), jpeg.end())) + "\"/></svg>\n";
 }
 
 }  // namespace

@@ -65,10 +65,11 @@ void DrawArrow(const Eigen::Vector2f& from, const Eigen::Vector2f& arrow, Canvas
   canvas->Line(tip, tip - along - 0.6f * across, kArrowColour);
 }
 
+// Of each coordinate.
 double RootMeanSquare(const CameraView& view) {
   double squares = 0.0;
   for (const LandmarkSight& sight : view.sights) squares += (sight.projected - sight.observed).squaredNorm();
-  return view.sights.empty() ? 0.0 : std::sqrt(squares / static_cast<double>(view.sights.size()));
+  return view.sights.empty() ? 0.0 : std::sqrt(0.5 * squares / static_cast<double>(view.sights.size()));
 }
 
 void DrawLegend(const std::vector<std::string>& lines, cv::Mat* picture) {
