@@ -21,7 +21,7 @@ struct StructureMatchOptions {
   double largest_peak_ratio = 0.9;  // the second peak's score by the best one's
   // px: largest error of the way from rendering to photo and back. 0: no check.
   double largest_return_error = 1.0;
-  double largest_sigma = 1.5;  // px, along the worse direction
+  double largest_sigma = 1.2;  // px, along the worse direction
 };
 
 // One place of the rendering found in the photo.
