@@ -96,5 +96,25 @@ TEST(TimeWindows, PutPointsBackWhereTheyAreSeenMost) {
   EXPECT_EQ(merged[1].position.x(), 3.0);
 }
 
+TEST(TimeWindows, KeepPointsOnTheMapWholeWithTheirLidarSight) {
+  LandmarkSet set;
+  set.points.resize(3);
+  set.lidar_sights.resize(3);
+  set.lidar_sights[0].lidar = 1;
+  set.lidar_sights[0].time = 5.0;
+  set.lidar_sights[2].lidar = 0;
+  for (const double t : {0.0, 40.0, 1.0, 2.0, 3.0}) {
+    set.observations.push_back({0, 1.0f, t, Eigen::Vector2d::Zero()});
+  }
+  set.begin = {0, 2, 4, 5};
+  std::vector<std::size_t> origins;
+  const LandmarkSet split = SplitPoints(set, TwoLidarsAndACamera(), 10.0, &origins);
+  ASSERT_EQ(origins, (std::vector<std::size_t>{0, 1, 2}));
+  EXPECT_EQ(split.begin, set.begin);
+  EXPECT_EQ(split.lidar_sights[0].time, 5.0);
+  EXPECT_FALSE(split.IsOnMap(1));
+  EXPECT_TRUE(split.IsOnMap(2));
+}
+
 }  // namespace
 }  // namespace mlic

@@ -34,9 +34,20 @@ struct PlaneAssociation {
 // A sight of a point landmark.
 struct LandmarkObservation {
   std::int32_t camera;
-  float sigma;  // px, of each coordinate
+  float sigma;  // px, of each coordinate of shape * error
   double time;  // of the image, camera clock
   Eigen::Vector2d pixel;
+  Eigen::Matrix2f shape = Eigen::Matrix2f::Identity();  // errors that are not alike in all directions
+};
+
+// A point landmark as a LiDAR measured it: a place of the map that a camera found again. It ties the camera
+// to the LiDAR at the beam's time.
+struct LidarSight {
+  std::int32_t lidar = -1;                             // -1: none
+  double time = 0.0;                                   // LiDAR clock
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // LiDAR frame
+  float sigma_along = 0.0f;                            // m, along the beam
+  float sigma_across = 0.0f;                           // m
 };
 
 // A point that cameras see. The anchor, a place near the cameras, is where its bearing and inverse distance
@@ -50,7 +61,10 @@ struct PointLandmark {
 struct LandmarkSet {
   std::vector<PointLandmark> points;
   std::vector<LandmarkObservation> observations;
-  std::vector<std::size_t> begin;  // of each point's observations; one more than points
+  std::vector<std::size_t> begin;        // of each point's observations; one more than points
+  std::vector<LidarSight> lidar_sights;  // of each point; empty: of none
+
+  bool IsOnMap(std::size_t point) const { return !lidar_sights.empty() && lidar_sights[point].lidar >= 0; }
 };
 
 // Which parameters of a camera do not move.

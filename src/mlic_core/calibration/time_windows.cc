@@ -1,6 +1,7 @@
 #include "mlic_core/calibration/time_windows.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "mlic_core/common/parallel.h"
 
@@ -90,17 +91,23 @@ PlaneAssociation SplitPlanes(const PlaneAssociation& planes, const CalibrationSt
 
 LandmarkSet SplitPoints(const LandmarkSet& points, const CalibrationState& state, double longest,
                         std::vector<std::size_t>* origins) {
+  constexpr double kForever = std::numeric_limits<double>::infinity();
   std::vector<std::vector<Stretch>> stretches(points.points.size());
   ParallelFor(stretches.size(), [&](std::size_t p) {
-    stretches[p] =
-        CutByTime(p, points.begin[p], points.begin[p + 1], longest, kFewestOfPoint, [&](std::size_t k) {
-          const LandmarkObservation& o = points.observations[k];
-          return o.time + state.cameras[o.camera].sensor.time_offset;
-        });
+    // What a LiDAR measured once is one landmark, and a single sight ties the camera to it.
+    const bool on_map = points.IsOnMap(p);
+    stretches[p] = CutByTime(p, points.begin[p], points.begin[p + 1], on_map ? kForever : longest,
+                             on_map ? 1 : kFewestOfPoint, [&](std::size_t k) {
+                               const LandmarkObservation& o = points.observations[k];
+                               return o.time + state.cameras[o.camera].sensor.time_offset;
+                             });
   });
   LandmarkSet split;
   *origins = LayOut(stretches, points.observations, &split.observations, &split.begin);
-  for (const std::size_t origin : *origins) split.points.push_back(points.points[origin]);
+  for (const std::size_t origin : *origins) {
+    split.points.push_back(points.points[origin]);
+    if (!points.lidar_sights.empty()) split.lidar_sights.push_back(points.lidar_sights[origin]);
+  }
   return split;
 }
 

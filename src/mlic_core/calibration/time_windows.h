@@ -20,7 +20,8 @@ constexpr double kLongestTie = 20.0;
 // sights to fix a landmark are left out.
 PlaneAssociation SplitPlanes(const PlaneAssociation& planes, const CalibrationState& state, double longest);
 
-// origins: for each new point the old one.
+// origins: for each new point the old one. Points with a LiDAR sight stay whole, however far apart camera and
+// LiDAR saw them: the farther, the more control points they tie to each other, so pick sights near in time.
 LandmarkSet SplitPoints(const LandmarkSet& points, const CalibrationState& state, double longest,
                         std::vector<std::size_t>* origins);
 
