@@ -107,8 +107,10 @@ std::vector<MapMatch> MatchView(const RenderedView& view, const CameraIntrinsics
     Unproject(intrinsics, pixel, &bearing);
     return DisplacementCovariance(intrinsics, (depth > 0.0f ? depth : 10.0) * bearing, uncertainty);
   };
+  StructureMatchOptions match_options = options.match;
+  match_options.finest_level = options.structure.finest_level;
   std::vector<MapMatch> matches;
-  for (const StructureMatch& found : MatchStructure(rendering, photo, predicted, options.match, counts)) {
+  for (const StructureMatch& found : MatchStructure(rendering, photo, predicted, match_options, counts)) {
     MapMatch match;
     if (!SurfaceAt(view, intrinsics, pose, found.rendered, &match.point)) continue;
     match.map_point = view.point.at<std::int32_t>(static_cast<int>(found.rendered.y()),

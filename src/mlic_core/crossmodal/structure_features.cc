@@ -109,7 +109,7 @@ StructurePyramid MapStructure(const RenderedStructure& rendering, const Structur
     }
     EdgeMap edges = IntensityEdges(intensity, known, options.gradient_sigma);
     if (!surface.range.empty()) {
-      const double trust = level == 0 ? options.depth_trust : 1.0;
+      const double trust = level == options.finest_level ? options.depth_trust : 1.0;
       AddDepthEdges(surface, options.gradient_sigma, static_cast<float>(options.depth_weight),
                     static_cast<float>(trust), &edges);
       AddOrientationEdges(surface, options.gradient_sigma, static_cast<float>(options.normal_weight), &edges);

@@ -52,6 +52,9 @@ inline double FromLevel(double x, int level) { return (x + 0.5) * (1 << level) -
 
 struct StructureOptions {
   int levels = 4;
+  // Level at which places are found to a fraction of a pixel; finer ones are not used. More than 0 for maps
+  // that are much coarser than the photo, such as of one scan.
+  int finest_level = 0;
   double gradient_sigma = 1.0;  // px at each level: of the Gaussian whose derivative finds edges
   double channel_sigma = 1.5;   // px at each level: of the blur over the neighbourhood
   // Weights of the rendering's edges of depth and of surface orientation beside those of intensity (1). Edges
@@ -60,7 +63,7 @@ struct StructureOptions {
   double normal_weight = 0.5;
   // How much pixels around edges of depth count, and those of no plane, whatever edge they show: beams are as
   // wide as some pixels, and the photo shows sides that they miss. Measured: a third of a pixel of bias. At
-  // full resolution only: coarser levels are there to find the place.
+  // the finest level only: coarser levels are there to find the place.
   double depth_trust = 0.05;
 };
 

@@ -64,13 +64,18 @@ class Matcher {
 // The place with the strongest structure of a cell.
 Place Matcher::PlaceIn(int left, int top) const {
   constexpr int kStep = 2;
-  const StructureImage& image = rendering_[0];
+  const int level = options_.finest_level;
+  const StructureImage& image = rendering_[static_cast<std::size_t>(level)];
   Place best;
   float most = 0.0f;
-  for (int v = top; v < std::min(image.height, top + options_.cell); v += kStep) {
-    for (int u = left; u < std::min(image.width, left + options_.cell); u += kStep) {
+  const int right = std::min(image.width, (left + options_.cell) >> level);
+  const int bottom = std::min(image.height, (top + options_.cell) >> level);
+  for (int v = top >> level; v < bottom; v += kStep) {
+    for (int u = left >> level; u < right; u += kStep) {
       const float energy = image.Weight(v)[u] * image.Energy(v)[u];
-      if (energy > most) most = energy, best = {u, v, true};
+      if (energy <= most) continue;
+      most = energy;
+      best = {static_cast<int>(FromLevel(u, level)), static_cast<int>(FromLevel(v, level)), true};
     }
   }
   return best;
@@ -81,12 +86,12 @@ bool Matcher::Search(const Place& place, StructureMatch* match, Outcome* why) co
   const Eigen::Matrix2d prior = predicted_(match->rendered);
   const double window = std::min(
       options_.largest_search, options_.search_sigmas * std::sqrt(std::max(prior(0, 0), prior(1, 1))) + 1.0);
-  int level = 0;
+  int level = options_.finest_level;
   while (level + 1 < static_cast<int>(rendering_.size()) && window / (1 << level) > kCoarsestRadius) ++level;
   const int radius = static_cast<int>(std::ceil(window / (1 << level)));
   bool coarsest = true;
   int u = 0, v = 0;
-  for (; level >= 0; --level) {
+  for (; level >= options_.finest_level; --level) {
     const int column = static_cast<int>(std::lround(ToLevel(place.column, level)));
     const int row = static_cast<int>(std::lround(ToLevel(place.row, level)));
     *why = Outcome::kNothing;
@@ -94,7 +99,8 @@ bool Matcher::Search(const Place& place, StructureMatch* match, Outcome* why) co
     if (column < 0 || row < 0 || column >= image.width || row >= image.height) return false;
     const StructureTemplate piece(image, column, row, options_.template_half);
     if (piece.Complete() < options_.least_complete || piece.Trusted() < options_.least_trusted) return false;
-    if (level == 0 && SmallerEigenvalue(SharpnessOf(image, piece, column, row)) < kLeastSharpness)
+    if (level == options_.finest_level &&
+        SmallerEigenvalue(SharpnessOf(image, piece, column, row)) < kLeastSharpness)
       return false;
     const ScoreMap map = Correlate(piece, photo_[static_cast<std::size_t>(level)], column, row, u, v, radius);
     const ScorePeak peak = HighestScore(map);
@@ -104,13 +110,15 @@ bool Matcher::Search(const Place& place, StructureMatch* match, Outcome* why) co
     if (coarsest) match->peak_ratio = SecondPeak(map, peak, kPeakDistance) / peak.score;
     if (match->peak_ratio > options_.largest_peak_ratio) return false;
     u = peak.u, v = peak.v;
-    if (level == 0) {
+    if (level == options_.finest_level) {
       *why = Outcome::kNoPeak;
       Eigen::Matrix2d curvature;
       if (!FitPeak(map, peak, &match->displacement, &curvature)) return false;
       match->score = peak.score;
       const double taper = 0.5 * options_.template_half;
       match->covariance = PeakCovariance(peak.score, curvature, piece.Trusted() * 2.0 * M_PI * taper * taper);
+      match->displacement *= 1 << level;
+      match->covariance *= 1 << (2 * level);
       return true;
     }
     u *= 2, v *= 2, coarsest = false;
@@ -119,17 +127,22 @@ bool Matcher::Search(const Place& place, StructureMatch* match, Outcome* why) co
 }
 
 bool Matcher::Returns(const Place& place, const Eigen::Vector2d& displacement) const {
-  const int u = static_cast<int>(std::lround(displacement.x()));
-  const int v = static_cast<int>(std::lround(displacement.y()));
-  const int column = place.column + u, row = place.row + v;
-  if (column < 0 || row < 0 || column >= photo_[0].width || row >= photo_[0].height) return false;
-  const StructureTemplate piece(photo_[0], column, row, options_.template_half);
-  const ScoreMap map = Climb(piece, rendering_[0], column, row, -u, -v, kReturnRadius);
+  const int level = options_.finest_level;
+  const double scale = 1 << level;
+  const StructureImage& rendering = rendering_[static_cast<std::size_t>(level)];
+  const StructureImage& photo = photo_[static_cast<std::size_t>(level)];
+  const int u = static_cast<int>(std::lround(displacement.x() / scale));
+  const int v = static_cast<int>(std::lround(displacement.y() / scale));
+  const int column = static_cast<int>(std::lround(ToLevel(place.column, level))) + u;
+  const int row = static_cast<int>(std::lround(ToLevel(place.row, level))) + v;
+  if (column < 0 || row < 0 || column >= photo.width || row >= photo.height) return false;
+  const StructureTemplate piece(photo, column, row, options_.template_half);
+  const ScoreMap map = Climb(piece, rendering, column, row, -u, -v, kReturnRadius);
   const ScorePeak peak = HighestScore(map);
   Eigen::Vector2d back;
   Eigen::Matrix2d curvature;
   return peak.inside && FitPeak(map, peak, &back, &curvature) &&
-         (back + displacement).norm() <= options_.largest_return_error;
+         (scale * back + displacement).norm() <= scale * options_.largest_return_error;
 }
 
 Outcome Matcher::Match(const Place& place, StructureMatch* match) const {
@@ -138,7 +151,8 @@ Outcome Matcher::Match(const Place& place, StructureMatch* match) const {
   if (!Search(place, match, &why)) return why;
   const Eigen::Matrix2d& C = match->covariance;
   const double largest = C.trace() - SmallerEigenvalue(C);
-  if (!(largest <= options_.largest_sigma * options_.largest_sigma)) return Outcome::kUncertain;
+  const double limit = options_.largest_sigma * (1 << options_.finest_level);
+  if (!(largest <= limit * limit)) return Outcome::kUncertain;
   if (options_.largest_return_error > 0.0 && !Returns(place, match->displacement)) return Outcome::kNoReturn;
   return Outcome::kMatched;
 }

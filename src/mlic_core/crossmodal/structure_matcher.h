@@ -9,6 +9,7 @@
 namespace mlic {
 
 struct StructureMatchOptions {
+  int finest_level = 0;    // as StructureOptions'
   int cell = 24;           // px: one template in each cell of the image
   int template_half = 20;  // px at each level: half of the template's edge; a Gaussian falls off towards it
   double least_complete = 0.75;  // share of the template that must be known in the rendering
