@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <stdexcept>
@@ -19,16 +20,19 @@
 namespace mlic {
 namespace {
 
+// Places in the seven numbers of a sensor.
+const std::vector<int> kRotation{0, 1, 2}, kTranslation{3, 4, 5}, kTimeOffset{6}, kAll{0, 1, 2, 3, 4, 5, 6};
+
 // Sum of normalised squared errors and of their degrees of freedom.
 struct NormalisedErrors {
   double sum = 0.0;
   int degrees = 0;
 
-  // Of those components whose place in a sensor's seven lies in [begin, end).
-  void Add(const Eigen::VectorXd& error, const Eigen::MatrixXd& covariance, int begin = 0, int end = 7) {
+  // Of those components whose place in a sensor's seven is among `places`.
+  void Add(const Eigen::VectorXd& error, const Eigen::MatrixXd& covariance, const std::vector<int>& places) {
     std::vector<int> chosen;
     for (int i = 0; i < error.size(); ++i) {
-      if (i % 7 >= begin && i % 7 < end) chosen.push_back(i);
+      if (std::count(places.begin(), places.end(), i % 7) > 0) chosen.push_back(i);
     }
     const int count = static_cast<int>(chosen.size());
     Eigen::MatrixXd select = Eigen::MatrixXd::Zero(count, error.size());
@@ -118,10 +122,10 @@ TEST(CalibrationConsistency, HandHeldErrorsAreAsClaimed) {
   NormalisedErrors all, rotation, translation, offset;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     const Errors e = CalibrationErrors("handheld.yaml", sim::Scenario::kHandheld, 12.0, seed, false);
-    all.Add(e.error, e.covariance);
-    rotation.Add(e.error, e.covariance, 0, 3);
-    translation.Add(e.error, e.covariance, 3, 6);
-    offset.Add(e.error, e.covariance, 6, 7);
+    all.Add(e.error, e.covariance, kAll);
+    rotation.Add(e.error, e.covariance, kRotation);
+    translation.Add(e.error, e.covariance, kTranslation);
+    offset.Add(e.error, e.covariance, kTimeOffset);
   }
   ExpectChiSquare(all, "hand-held");
   ExpectChiSquare(rotation, "hand-held rotation");
@@ -130,13 +134,14 @@ TEST(CalibrationConsistency, HandHeldErrorsAreAsClaimed) {
 }
 
 TEST(CalibrationConsistency, ErrorsOfACarAndOfItsPairsAreAsClaimed) {
-  NormalisedErrors to_imu, pairs, pair_rotation, pair_translation, pair_offset;
+  NormalisedErrors to_imu, to_imu_offset, pairs, pair_rotation, pair_translation, pair_offset;
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const Errors e =
         CalibrationErrors("paper_rig_lidars.yaml", sim::Scenario::kFigureEight, 15.0, seed, true);
     const int lidars = static_cast<int>(e.truth.size());
     // Without the height: it may be held at the guess, whose error was not drawn from its sigma.
-    to_imu.Add(e.error.head<7>(), e.covariance.topLeftCorner<7, 7>(), 0, 5);
+    to_imu.Add(e.error.head<7>(), e.covariance.topLeftCorner<7, 7>(), {0, 1, 2, 3, 4, 6});
+    to_imu_offset.Add(e.error.head<7>(), e.covariance.topLeftCorner<7, 7>(), kTimeOffset);
     Eigen::MatrixXd J = Eigen::MatrixXd::Zero(7 * (lidars - 1), 7 * lidars);
     for (int l = 1; l < lidars; ++l) {
       const auto pair = PairJacobian(e.truth[0].T_imu_sensor, e.truth[l].T_imu_sensor);
@@ -145,12 +150,13 @@ TEST(CalibrationConsistency, ErrorsOfACarAndOfItsPairsAreAsClaimed) {
     }
     const Eigen::VectorXd of_pairs = J * e.error;
     const Eigen::MatrixXd covariance = J * e.covariance * J.transpose();
-    pairs.Add(of_pairs, covariance);
-    pair_rotation.Add(of_pairs, covariance, 0, 3);
-    pair_translation.Add(of_pairs, covariance, 3, 6);
-    pair_offset.Add(of_pairs, covariance, 6, 7);
+    pairs.Add(of_pairs, covariance, kAll);
+    pair_rotation.Add(of_pairs, covariance, kRotation);
+    pair_translation.Add(of_pairs, covariance, kTranslation);
+    pair_offset.Add(of_pairs, covariance, kTimeOffset);
   }
   ExpectChiSquare(to_imu, "car, LiDAR to IMU");
+  ExpectChiSquare(to_imu_offset, "car, time offset of LiDAR to IMU");
   ExpectChiSquare(pairs, "car, pairs");
   ExpectChiSquare(pair_rotation, "car, rotation of pairs");
   ExpectChiSquare(pair_translation, "car, translation of pairs");
