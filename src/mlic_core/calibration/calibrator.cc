@@ -105,8 +105,12 @@ void CameraStages(const StageContext& context, std::vector<CameraStart> start,
   CalibrationState state = refinement->state();
   state.cameras = cameras.cameras;
   refinement->AddCameras(cameras, SharedTrackStage(context, state, features));
-  JointAdjustmentStage(context, "joint adjustment with cameras", "joint_adjustment_cameras", true,
+  const bool map = !context.rig.lidars.empty();
+  JointAdjustmentStage(context, "joint adjustment with cameras", "joint_adjustment_cameras", !map,
                        refinement);
+  if (!map) return;
+  refinement->MatchMap();
+  JointAdjustmentStage(context, "joint calibration on the map", "joint_calibration", true, refinement);
 }
 
 // The LiDARs first, then the cameras on their trajectory, then all.

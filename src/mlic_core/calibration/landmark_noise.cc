@@ -24,6 +24,7 @@ struct Whitened {
 void Collect(const LandmarkSet& set, const std::vector<Eigen::Vector2d>& residuals,
              std::vector<std::vector<Whitened>>* of_cameras) {
   for (std::size_t p = 0; p < set.points.size(); ++p) {
+    if (set.IsOnMap(p)) continue;
     const double sights = static_cast<double>(set.begin[p + 1] - set.begin[p]);
     for (std::size_t k = set.begin[p]; k < set.begin[p + 1]; ++k) {
       if (!residuals[k].allFinite()) continue;

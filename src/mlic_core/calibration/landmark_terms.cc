@@ -54,10 +54,21 @@ struct CameraColumns {
     from = rolling ? kReadout : kIntrinsics;
     count = static_cast<int>(state.cameras[camera].intrinsics.parameters.size()) + (rolling ? 1 : 0);
   }
+  // A LiDAR has nothing but its pose and offset.
+  static CameraColumns OfLidar(int lidar) {
+    CameraColumns columns;
+    columns.pose = columns.inner = Layout::Lidar(lidar);
+    columns.from = kReadout;
+    columns.count = 0;
+    return columns;
+  }
   int pose;
   int inner;
   int from;
   int count;
+
+ private:
+  CameraColumns() = default;
 };
 
 void AddToCalibration(const CameraColumns& c, const Square& H, LandmarkTies* landmark, Accumulator* sum) {
@@ -84,6 +95,72 @@ void AddToKnots(const CameraColumns& c, const KnotColumns& columns, const Square
       if (columns[a] >= columns[b]) sum->AddBand(columns[a], columns[b], H.block<3, 3>(3 * a, 3 * b));
     }
   }
+}
+
+// The three whitened residuals of a point against its LiDAR's measurement, across the beam and along it:
+//   r = A (R_imu_lidar^T (R(t)^T (P - p(t)) - p_imu_lidar) - x)
+// with A the axes of the beam by their sigmas. rows: as those of a camera, the LiDAR's pose and offset in the
+// place of the camera's; may be null.
+using LidarRows = Eigen::Matrix<double, kColumns, 3>;
+Eigen::Vector3d EvaluateLidarSight(const LidarSight& sight, const SensorCalibration& lidar,
+                                   const SplitSpline& trajectory, const Eigen::Vector3d& P, double t,
+                                   LidarRows* rows) {
+  const SplineBasis rb(trajectory.rotation.knots(), t);
+  const SplineBasis pb(trajectory.position.knots(), t);
+  const Eigen::Vector3d from_imu = P - trajectory.position.Position(pb);
+  So3Spline::Jacobians J;
+  const So3Spline::Value rotation = trajectory.rotation.Evaluate(rb, false, &J);
+  const Eigen::Vector3d y = rotation.rotation.transpose() * from_imu;
+  const Eigen::Vector3d z = y - lidar.T_imu_sensor.translation;
+  const Eigen::Matrix3d R_imu_lidar = lidar.T_imu_sensor.rotation.toRotationMatrix();
+  const Eigen::Vector3d beam = sight.position.normalized();
+  Eigen::Matrix3d axes;
+  axes.col(0) = beam.unitOrthogonal() / sight.sigma_across;
+  axes.col(1) = beam.cross(beam.unitOrthogonal()) / sight.sigma_across;
+  axes.col(2) = beam / sight.sigma_along;
+  const Eigen::Vector3d residual = axes.transpose() * (R_imu_lidar.transpose() * z - sight.position);
+  if (rows == nullptr) return residual;
+  const Eigen::Vector3d y_dot =
+      y.cross(rotation.angular_velocity) - rotation.rotation.transpose() * trajectory.position.Velocity(pb);
+  const Eigen::Vector4d weights = SplineBasis::Weights(pb.lambda);
+  rows->setZero();
+  for (int k = 0; k < 3; ++k) {
+    const Eigen::Vector3d by_y = R_imu_lidar * axes.col(k);
+    const Eigen::Vector3d by_P = rotation.rotation * by_y;
+    const Eigen::Vector3d by_rotation = by_y.cross(y);
+    auto out = rows->col(k);
+    for (int j = 0; j < 4; ++j) {
+      out.segment<3>(Reprojection::kRotation + 3 * j) = J.rotation[j].transpose() * by_rotation;
+      out.segment<3>(Reprojection::kPosition + 3 * j) = -weights[j] * by_P;
+    }
+    out.segment<3>(kExtrinsic) = by_y.cross(z);
+    out.segment<3>(kExtrinsic + 3) = -by_y;
+    out[Reprojection::kTimeOffset] = by_y.dot(y_dot);
+    out.segment<3>(kPoint) = by_P;
+    out[kResidual] = residual[k];
+  }
+  return residual;
+}
+
+void AddLidarSight(const LinearizationPoint& at, std::size_t d, std::size_t p, const Eigen::Matrix3d& J_chart,
+                   TieSlots* slots, LandmarkTies* landmark, Accumulator* sum) {
+  const LandmarkSet& set = at.problem.landmarks[d];
+  const LidarSight& sight = set.lidar_sights[p];
+  const SensorCalibration& lidar = at.state.lidars[sight.lidar];
+  const SplitSpline& trajectory = at.state.drives[d].trajectory;
+  const double t = sight.time + lidar.time_offset;
+  if (!trajectory.Contains(t)) return;
+  LidarRows rows;
+  sum->cost += EvaluateLidarSight(sight, lidar, trajectory, set.points[p].position, t, &rows).squaredNorm();
+  rows.middleRows<3>(kPoint) = J_chart * rows.middleRows<3>(kPoint).eval();
+  const Square H = rows * rows.transpose();
+  const CameraColumns columns = CameraColumns::OfLidar(sight.lidar);
+  if (!at.problem.hold_trajectory) {
+    const SplineBasis rb(trajectory.rotation.knots(), t);
+    const SplineBasis pb(trajectory.position.knots(), t);
+    AddToKnots(columns, KnotColumns(at.layout, d, rb.first, pb.first), H, slots, landmark, sum);
+  }
+  AddToCalibration(columns, H, landmark, sum);
 }
 
 std::vector<Reprojection::Camera> Cameras(const CalibrationState& state) {
@@ -126,10 +203,13 @@ void AddLandmarks(const LinearizationPoint& at, std::size_t d, std::size_t begin
         sum->cost += RobustCost(kLostSigmas, &weight);
         continue;
       }
+      const Eigen::Matrix2d shape = o.shape.cast<double>();
+      residual = shape * residual;
       sum->cost += RobustCost(residual.norm() / o.sigma, &weight);
       rows.topRows<kIntrinsics>() = J.topRows<kIntrinsics>();
       rows.middleRows<kMostCameraParameters>(kIntrinsics) = J.bottomRows<kMostCameraParameters>();
       rows.middleRows<3>(kPoint) = J_chart * J.middleRows<3>(Reprojection::kPoint);
+      rows *= shape.transpose();
       rows.row(kResidual) = residual.transpose();
       rows *= std::sqrt(weight) / o.sigma;
       const CameraColumns columns(at.layout, at.state, o.camera);
@@ -143,6 +223,7 @@ void AddLandmarks(const LinearizationPoint& at, std::size_t d, std::size_t begin
       }
       AddToCalibration(columns, H, &landmark, sum);
     }
+    if (set.IsOnMap(p)) AddLidarSight(at, d, p, J_chart, &slots, &landmark, sum);
     slots.Release(landmark);
   }
 }
@@ -164,8 +245,14 @@ double LandmarkCost(const LinearizationPoint& at, std::size_t d, std::size_t beg
                                         SplineBasis(trajectory.position.knots(), t), cameras[o.camera],
                                         set.points[p].position, &residual);
       double weight;
-      cost += RobustCost(seen ? residual.norm() / o.sigma : kLostSigmas, &weight);
+      cost += RobustCost(seen ? (o.shape.cast<double>() * residual).norm() / o.sigma : kLostSigmas, &weight);
     }
+    if (!set.IsOnMap(p)) continue;
+    const LidarSight& sight = set.lidar_sights[p];
+    const SensorCalibration& lidar = at.state.lidars[sight.lidar];
+    const double t = sight.time + lidar.time_offset;
+    if (!trajectory.Contains(t)) continue;
+    cost += EvaluateLidarSight(sight, lidar, trajectory, set.points[p].position, t, nullptr).squaredNorm();
   }
   return cost;
 }

@@ -81,6 +81,11 @@ TimeSpan SpanOf(const LinearizationPoint& at, std::size_t d, const Part& part) {
       span.Include(time - std::abs(camera.readout));
       span.Include(time + 2.0 * std::abs(camera.readout));
     }
+    for (std::size_t p = part.point_begin; p < part.point_end; ++p) {
+      if (!points.IsOnMap(p)) continue;
+      const LidarSight& sight = points.lidar_sights[p];
+      span.Include(sight.time + at.state.lidars[sight.lidar].time_offset);
+    }
   }
   return span;
 }

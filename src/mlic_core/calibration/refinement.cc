@@ -18,6 +18,7 @@ constexpr std::size_t kManyPoints = 2000;
 constexpr int kLeastRounds = 5;
 constexpr int kMostRounds = 10;
 constexpr int kLeastRoundsWithCameras = 3;
+constexpr int kMatchings = 3;  // of photos and map; later rounds keep the last matches
 
 }  // namespace
 
@@ -64,7 +65,7 @@ void Refinement::Associate(const std::vector<bool>& lidars, std::size_t points_p
     cancellation_.ThrowIfCancelled();
     problem_.planes.push_back(AssociatePlanes(dataset_.drives[d], state_, d, noise_, options));
   }
-  if (!tracks_.empty()) AssociateLandmarks();
+  if (!tracks_.empty()) problem_.landmarks = TriangulateLandmarks(tracks_, state_, landmark_options_);
 }
 
 SolveSummary Refinement::Solve(int iterations) {
@@ -81,8 +82,33 @@ SolveSummary Refinement::Solve(int iterations) {
   return summary;
 }
 
-void Refinement::AssociateLandmarks() {
-  problem_.landmarks = TriangulateLandmarks(tracks_, state_, landmark_options_);
+void Refinement::MatchMap() {
+  match_map_ = true;
+  rounds_ = 0;
+  converged_ = false;
+}
+
+void Refinement::MatchPhotos(const Progress& progress, const Line& line) {
+  if (rounds_ < kMatchings) {
+    map_matches_ =
+        MatchCamerasToMap(dataset_, tracks_, state_, sigmas_, cameras_found_, {}, progress, cancellation_);
+    for (std::size_t c = 0; c < rig_.cameras.size(); ++c) {
+      if (!cameras_found_[c]) continue;
+      char text[200];
+      std::snprintf(text, sizeof(text), "%s: %zu matches with the map, %.0f %% of all; NID %.4f",
+                    rig_.cameras[c].name.c_str(), map_matches_.counts[c],
+                    100.0 * map_matches_.inlier_share[c], map_matches_.nid[c]);
+      line(text);
+    }
+  }
+  for (std::size_t d = 0; d < problem_.landmarks.size(); ++d) {
+    MoveMapPoints(state_, d, &map_matches_.landmarks[d]);
+    Append(map_matches_.landmarks[d], &problem_.landmarks[d]);
+  }
+}
+
+// For the next round: intrinsics that the present solve shows well enough move in it.
+void Refinement::HoldWhatIsNotShown() {
   const Layout layout(state_, problem_.estimate_imu_matrices);
   if (last_solve_.information.rows() != layout.calibration) return;
   Eigen::MatrixXd prior;
@@ -166,7 +192,9 @@ void Refinement::AdjustEachLidar(const Progress& progress, const Line& line) {
 
 void Refinement::AdjustJointly(double until, const Progress& progress, const Line& line,
                                const std::function<void()>& after_round) {
-  const std::string stage = tracks_.empty() ? "joint adjustment" : "joint adjustment with cameras";
+  const std::string stage = tracks_.empty() ? "joint adjustment"
+                            : match_map_    ? "joint calibration on the map"
+                                            : "joint adjustment with cameras";
   const int least_rounds = tracks_.empty() ? kLeastRounds : kLeastRoundsWithCameras;
   while (rounds_ < kMostRounds) {
     const int round = rounds_;
@@ -175,6 +203,7 @@ void Refinement::AdjustJointly(double until, const Progress& progress, const Lin
     problem_.estimate_imu_matrices =
         rig_.imu.intrinsics == ImuIntrinsicsModel::kScaleMisalignment && (round >= 2 || many);
     Associate({}, many ? kManyPoints : kFewPoints);
+    if (match_map_) MatchPhotos(progress, line);
     // One step is enough while the association still changes.
     last_solve_ = Solve(round == 0 || many ? 2 : 1);
     noise_ = MeasurePlaneNoise(problem_.planes, state_, noise_);
@@ -183,6 +212,7 @@ void Refinement::AdjustJointly(double until, const Progress& progress, const Lin
     }
     MeasureImuSigma();
     const double change = ChangeInSigmas(before);
+    sigmas_ = Analyze().sigmas;
     char text[200];
     std::snprintf(
         text, sizeof(text),
@@ -197,14 +227,23 @@ void Refinement::AdjustJointly(double until, const Progress& progress, const Lin
     if (converged_ && round + 1 >= least_rounds) break;
     // The map has settled once the noise has: then all points take part.
     if (change < 1.0 || round + 1 >= least_rounds - 1) many_points_ = true;
+    if (!tracks_.empty()) HoldWhatIsNotShown();
     ++rounds_;
     if (rounds_ < kMostRounds) after_round();
   }
 }
 
 RefinementProgress Refinement::Checkpoint() const {
-  return {state_,  problem_.imu_sigma, noise_, landmark_options_.noise_scale, problem_.camera_held,
-          rounds_, many_points_,       {}};
+  return {state_,
+          problem_.imu_sigma,
+          noise_,
+          landmark_options_.noise_scale,
+          problem_.camera_held,
+          sigmas_,
+          map_matches_,
+          rounds_,
+          many_points_,
+          {}};
 }
 
 void Refinement::Restore(const RefinementProgress& progress) {
@@ -213,6 +252,8 @@ void Refinement::Restore(const RefinementProgress& progress) {
   noise_ = progress.noise;
   landmark_options_.noise_scale = progress.landmark_noise;
   problem_.camera_held = progress.camera_held;
+  sigmas_ = progress.sigmas;
+  map_matches_ = progress.map_matches;
   rounds_ = progress.rounds;
   many_points_ = progress.many_points;
 }

@@ -9,6 +9,7 @@
 #include "mlic_core/calibration/camera_landmarks.h"
 #include "mlic_core/calibration/initialization.h"
 #include "mlic_core/calibration/joint_problem.h"
+#include "mlic_core/calibration/map_matching.h"
 #include "mlic_core/calibration/observability.h"
 #include "mlic_core/calibration/observer.h"
 #include "mlic_core/calibration/stage_store.h"
@@ -38,6 +39,9 @@ class Refinement {
       double until, const Progress& progress, const Line& line,
       const std::function<void()>& after_round = [] {});
 
+  // From here on AdjustJointly also matches the cameras' photos to the LiDAR map (SPEC stages 7 and 8).
+  void MatchMap();
+
   // Of the points, once the calibration stands still: sigmas grow by it.
   void MeasureCorrelation(const Line& line);
 
@@ -61,7 +65,8 @@ class Refinement {
  private:
   double RootVoxel() const;
   void Associate(const std::vector<bool>& lidars, std::size_t points_per_scan);
-  void AssociateLandmarks();
+  void MatchPhotos(const Progress& progress, const Line& line);
+  void HoldWhatIsNotShown();
   // Solves from the state as it is: state and landmarks move together.
   SolveSummary Solve(int iterations);
   void MeasureImuSigma();
@@ -83,8 +88,11 @@ class Refinement {
   std::vector<HeldCameraParameters> always_held_;  // of each camera
   LandmarkOptions landmark_options_;
   std::vector<bool> cameras_found_;
-  int rounds_ = 0;            // of the joint adjustment, done
-  bool many_points_ = false;  // the map has settled: all points take part
+  bool match_map_ = false;
+  MapMatches map_matches_;         // of the last matching
+  std::vector<PoseSigma> sigmas_;  // of the last solve: LiDARs, then cameras
+  int rounds_ = 0;                 // of the joint adjustment, done
+  bool many_points_ = false;       // the map has settled: all points take part
   SolveSummary last_solve_;
   double correlation_ = 1.0;  // of the points, measured once the calibration stands still
   bool converged_ = false;

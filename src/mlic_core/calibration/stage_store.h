@@ -6,6 +6,7 @@
 #include "mlic_core/calibration/association.h"
 #include "mlic_core/calibration/camera_initialization.h"
 #include "mlic_core/calibration/initialization.h"
+#include "mlic_core/calibration/map_matching.h"
 #include "mlic_core/camera/tracks_from_images.h"
 
 namespace mlic {
@@ -18,6 +19,8 @@ struct RefinementProgress {
   std::vector<PlaneNoise> noise;                  // of each LiDAR, likewise
   std::vector<double> landmark_noise;             // of each camera, likewise
   std::vector<HeldCameraParameters> camera_held;  // of each camera
+  std::vector<PoseSigma> sigmas;                  // of LiDARs, then cameras
+  MapMatches map_matches;                         // of the last matching
   int rounds = 0;                                 // of the joint adjustment, done
   bool many_points = false;                       // the map has settled: all points take part
   std::vector<std::string> lines;                 // what the stage has said so far

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <vector>
 
+#include "mlic_core/calibration/result.h"
 #include "mlic_core/io/byte_archive.h"
 #include "mlic_core/lidar/odometry.h"
 #include "mlic_core/sensors/rig.h"
@@ -22,6 +23,8 @@ template <>
 struct IsFlat<SensorCalibration> : std::true_type {};
 template <>
 struct IsFlat<OdometryPose> : std::true_type {};
+template <>
+struct IsFlat<PoseSigma> : std::true_type {};
 
 template <typename Archive>
 void Fields(Archive& archive, OdometryResult& odometry) {

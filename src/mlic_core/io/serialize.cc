@@ -15,8 +15,6 @@ struct IsFlat<StampedPose> : std::true_type {};
 template <>
 struct IsFlat<MapPoint> : std::true_type {};
 template <>
-struct IsFlat<PoseSigma> : std::true_type {};
-template <>
 struct IsFlat<UnobservableDirection> : std::true_type {};
 
 template <typename Archive>

@@ -81,10 +81,33 @@ void Fields(Archive& archive, HeldCameraParameters& held) {
   archive(held.rotation, held.translation, held.time_offset, held.readout, held.intrinsics);
 }
 
+template <>
+struct IsFlat<PointLandmark> : std::true_type {};
+
+template <typename Archive>
+void Fields(Archive& archive, LandmarkObservation& o) {
+  archive(o.camera, o.sigma, o.time, o.pixel, o.shape);
+}
+
+template <typename Archive>
+void Fields(Archive& archive, LidarSight& sight) {
+  archive(sight.lidar, sight.time, sight.position, sight.sigma_along, sight.sigma_across);
+}
+
+template <typename Archive>
+void Fields(Archive& archive, LandmarkSet& set) {
+  archive(set.points, set.observations, set.begin, set.lidar_sights);
+}
+
+template <typename Archive>
+void Fields(Archive& archive, MapMatches& matches) {
+  archive(matches.landmarks, matches.counts, matches.inlier_share, matches.nid);
+}
+
 template <typename Archive>
 void Fields(Archive& archive, RefinementProgress& progress) {
   archive(progress.state, progress.imu_sigma, progress.noise, progress.landmark_noise, progress.camera_held,
-          progress.rounds, progress.many_points, progress.lines);
+          progress.sigmas, progress.map_matches, progress.rounds, progress.many_points, progress.lines);
 }
 
 template <>

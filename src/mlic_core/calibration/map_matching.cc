@@ -1,0 +1,272 @@
+#include "mlic_core/calibration/map_matching.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "mlic_core/camera/image_quality.h"
+#include "mlic_core/common/parallel.h"
+#include "mlic_core/crossmodal/cross_modal_matches.h"
+#include "mlic_core/crossmodal/nid.h"
+#include "mlic_core/crossmodal/pnp.h"
+#include "mlic_core/crossmodal/view_selection.h"
+
+namespace mlic {
+namespace {
+
+// One photo that is matched to a window's map, and what came of it.
+struct Photo {
+  std::size_t drive = 0;
+  int camera = 0;
+  std::size_t image = 0;
+  double time = 0.0;  // camera clock
+  ViewPose pose;
+  std::vector<MapMatch> matches;
+  std::vector<PointOrigin> origins;  // of the matches
+  double nid = 1.0;
+};
+
+struct Window {
+  double begin, end;  // s, IMU clock
+};
+
+std::vector<Window> WindowsOf(const SplitSpline& trajectory, double length) {
+  const double span = trajectory.End() - trajectory.Start();
+  const int count = std::max(1, static_cast<int>(std::lround(span / length)));
+  std::vector<Window> windows;
+  for (int w = 0; w < count; ++w) {
+    windows.push_back({trajectory.Start() + span * w / count, trajectory.Start() + span * (w + 1) / count});
+  }
+  return windows;
+}
+
+// The scans of one window.
+Drive Cut(const Drive& drive, const CalibrationState& state, const Window& window) {
+  Drive part;
+  part.epoch = drive.epoch;
+  part.lidars.resize(drive.lidars.size());
+  for (std::size_t l = 0; l < drive.lidars.size(); ++l) {
+    for (const LidarScan& scan : drive.lidars[l].scans) {
+      const double time = scan.time + state.lidars[l].time_offset;
+      if (time >= window.begin && time < window.end) part.lidars[l].scans.push_back(scan);
+    }
+  }
+  return part;
+}
+
+// The photos of one camera in a window that say most about it.
+std::vector<Photo> ChoosePhotos(const TrackSet& tracks, const CalibrationState& state, std::size_t drive,
+                                int camera, const Window& window, const IntensityMap& map,
+                                std::size_t count) {
+  const CameraCalibration& calibration = state.cameras[camera];
+  const SplitSpline& trajectory = state.drives[drive].trajectory;
+  std::vector<Photo> photos;
+  std::vector<ViewCandidate> candidates;
+  for (const Keyframe& keyframe : tracks.keyframes) {
+    if (keyframe.camera != camera) continue;
+    const double first = keyframe.time + calibration.sensor.time_offset;
+    const double last = first + calibration.readout;
+    if (first < window.begin || first >= window.end || !trajectory.Contains(first) ||
+        !trajectory.Contains(last)) {
+      continue;
+    }
+    Photo photo;
+    photo.drive = drive;
+    photo.camera = camera;
+    photo.image = keyframe.image;
+    photo.time = keyframe.time;
+    photo.pose = PoseOnTrajectory(trajectory, calibration.sensor, keyframe.time, calibration.readout,
+                                  calibration.intrinsics.height);
+    candidates.push_back({photo.pose, 1.0});
+    photos.push_back(std::move(photo));
+  }
+  ViewSelectionOptions options;
+  options.count = count;
+  std::vector<Photo> chosen;
+  for (const std::size_t i : SelectViews(map, calibration.intrinsics, candidates, options)) {
+    chosen.push_back(photos[i]);
+  }
+  return chosen;
+}
+
+// How wrong a camera may be against the LiDARs: three sigmas of what is claimed.
+CameraUncertainty SearchUncertainty(const PoseSigma& sigma) {
+  constexpr double kLeastRotation = 0.03 * M_PI / 180.0, kLeastTranslation = 3e-3;
+  return UncertaintyOf(std::max(kLeastRotation, 3.0 * sigma.rotation.maxCoeff()),
+                       std::max(kLeastTranslation, 3.0 * sigma.translation.maxCoeff()));
+}
+
+void Match(const CameraRecording& recording, const CameraCalibration& camera, const IntensityMap& map,
+           const ViewRenderer& renderer, const PoseSigma& sigma, Photo* photo) {
+  const cv::Mat gray = ToGray(recording.images->Load(photo->image));
+  const RenderedView view = renderer.Render(photo->pose);
+  photo->nid = ViewNid(view.intensity, gray, recording.mask, {});
+  photo->matches =
+      MatchView(view, camera.intrinsics, photo->pose, gray, recording.mask, SearchUncertainty(sigma), {});
+  for (const MapMatch& match : photo->matches) photo->origins.push_back(map.origins[match.map_point]);
+}
+
+// Keeps the matches that agree with one pose of the camera on the vehicle, with sigmas as large as their
+// scatter says. Share of those that do.
+double KeepAgreeing(const CalibrationState& state, int camera, int fewest, std::vector<Photo*> photos) {
+  const CameraCalibration& calibration = state.cameras[camera];
+  std::vector<PointSighting> sightings;
+  for (const Photo* photo : photos) {
+    const SplitSpline& trajectory = state.drives[photo->drive].trajectory;
+    for (const MapMatch& match : photo->matches) {
+      const double t = photo->time + calibration.sensor.time_offset +
+                       match.pixel.y() / calibration.intrinsics.height * calibration.readout;
+      const double inside = std::clamp(t, trajectory.Start(), trajectory.End());
+      sightings.push_back({trajectory.Pose(inside).Inverse() * match.point, match.pixel, match.covariance});
+    }
+  }
+  PnpOptions options;
+  options.fewest_inliers = fewest;
+  const RigidTransform guess = calibration.sensor.T_imu_sensor.Inverse();
+  const auto pose = EstimatePose(sightings, calibration.intrinsics, options, &guess);
+  std::size_t k = 0;
+  for (Photo* photo : photos) {
+    std::vector<MapMatch> matches;
+    std::vector<PointOrigin> origins;
+    for (std::size_t i = 0; i < photo->matches.size(); ++i, ++k) {
+      if (!pose || !pose->inlier[k]) continue;
+      MapMatch match = photo->matches[i];
+      match.covariance += options.model_sigma * options.model_sigma * Eigen::Matrix2d::Identity();
+      match.covariance *= std::max(1.0, pose->chi2);
+      matches.push_back(match);
+      origins.push_back(photo->origins[i]);
+    }
+    photo->matches = std::move(matches);
+    photo->origins = std::move(origins);
+  }
+  return pose ? static_cast<double>(pose->inliers) / static_cast<double>(sightings.size()) : 0.0;
+}
+
+// Inverse of a square root of a covariance: whitens.
+Eigen::Matrix2f Whitening(const Eigen::Matrix2d& covariance) {
+  const Eigen::Matrix2d L = covariance.llt().matrixL();
+  return Eigen::Matrix2d(L.inverse()).cast<float>();
+}
+
+void AddPoints(const Photo& photo, const CalibrationState& state, const MapMatchingOptions& options,
+               LandmarkSet* set) {
+  const SplitSpline& trajectory = state.drives[photo.drive].trajectory;
+  const double camera_time = std::clamp(photo.time + state.cameras[photo.camera].sensor.time_offset,
+                                        trajectory.Start(), trajectory.End());
+  const Eigen::Vector3d eye =
+      (trajectory.Pose(camera_time) * state.cameras[photo.camera].sensor.T_imu_sensor).translation;
+  for (std::size_t i = 0; i < photo.matches.size(); ++i) {
+    const MapMatch& match = photo.matches[i];
+    const PointOrigin& origin = photo.origins[i];
+    const SensorCalibration& lidar = state.lidars[origin.lidar];
+    const double t = origin.time + lidar.time_offset;
+    if (!trajectory.Contains(t)) continue;
+    LidarSight sight;
+    sight.lidar = origin.lidar;
+    sight.time = origin.time;
+    sight.position = (trajectory.Pose(t) * lidar.T_imu_sensor).Inverse() * match.point;
+    sight.sigma_along = static_cast<float>(options.sigma_along);
+    sight.sigma_across = static_cast<float>(options.sigma_across);
+    LandmarkObservation observation{photo.camera, 1.0f, photo.time, match.pixel, Whitening(match.covariance)};
+    set->points.push_back({match.point, eye});
+    set->lidar_sights.push_back(sight);
+    set->observations.push_back(observation);
+    set->begin.push_back(set->observations.size());
+  }
+}
+
+}  // namespace
+
+MapMatches MatchCamerasToMap(const Dataset& dataset, const std::vector<TrackSet>& tracks,
+                             const CalibrationState& state, const std::vector<PoseSigma>& sigmas,
+                             const std::vector<bool>& found, const MapMatchingOptions& options,
+                             const std::function<void(double)>& progress,
+                             const CancellationToken& cancellation) {
+  const std::size_t cameras = state.cameras.size(), lidars = state.lidars.size();
+  std::vector<std::pair<std::size_t, Window>> windows;
+  for (std::size_t d = 0; d < dataset.drives.size(); ++d) {
+    for (const Window& window : WindowsOf(state.drives[d].trajectory, options.window)) {
+      windows.emplace_back(d, window);
+    }
+  }
+  const std::size_t views = std::max<std::size_t>(2, (options.views + windows.size() - 1) / windows.size());
+  std::vector<Photo> photos;
+  for (std::size_t w = 0; w < windows.size(); ++w) {
+    cancellation.ThrowIfCancelled();
+    const auto& [d, window] = windows[w];
+    const Drive part = Cut(dataset.drives[d], state, window);
+    IntensityMapOptions map_options;
+    map_options.largest_count = options.map_points;
+    const IntensityMap map = BuildIntensityMap(part, state.drives[d].trajectory, state.lidars, map_options);
+    if (map.points.empty()) continue;
+    std::vector<std::unique_ptr<const ViewRenderer>> renderers(cameras);
+    std::vector<std::vector<Photo>> of_cameras(cameras);
+    ParallelFor(cameras, [&, d = d, window = window](std::size_t c) {
+      if (!found[c]) return;
+      renderers[c] = std::make_unique<const ViewRenderer>(map, state.cameras[c].intrinsics, RenderOptions());
+      of_cameras[c] = ChoosePhotos(tracks[d], state, d, static_cast<int>(c), window, map, views);
+    });
+    const std::size_t first = photos.size();
+    for (std::vector<Photo>& of_camera : of_cameras) {
+      std::move(of_camera.begin(), of_camera.end(), std::back_inserter(photos));
+    }
+    ParallelFor(photos.size() - first, [&, d = d](std::size_t i) {
+      if (cancellation.IsCancelled()) return;
+      Photo& photo = photos[first + i];
+      Match(dataset.drives[d].cameras[photo.camera], state.cameras[photo.camera], map,
+            *renderers[photo.camera], sigmas[lidars + photo.camera], &photo);
+    });
+    progress((w + 1.0) / static_cast<double>(windows.size()));
+  }
+  cancellation.ThrowIfCancelled();
+
+  MapMatches result;
+  result.counts.assign(cameras, 0);
+  result.inlier_share.assign(cameras, 0.0);
+  result.nid.assign(cameras, 1.0);
+  for (std::size_t c = 0; c < cameras; ++c) {
+    std::vector<Photo*> own;
+    for (Photo& photo : photos) {
+      if (photo.camera == static_cast<int>(c)) own.push_back(&photo);
+    }
+    if (own.empty()) continue;
+    result.inlier_share[c] = KeepAgreeing(state, static_cast<int>(c), options.fewest_matches, own);
+    double nid = 0.0;
+    for (const Photo* photo : own) {
+      nid += photo->nid / static_cast<double>(own.size());
+      result.counts[c] += photo->matches.size();
+    }
+    result.nid[c] = nid;
+  }
+  result.landmarks.resize(dataset.drives.size());
+  for (LandmarkSet& set : result.landmarks) set.begin.push_back(0);
+  for (const Photo& photo : photos) AddPoints(photo, state, options, &result.landmarks[photo.drive]);
+  return result;
+}
+
+void MoveMapPoints(const CalibrationState& state, std::size_t drive, LandmarkSet* landmarks) {
+  const SplitSpline& trajectory = state.drives[drive].trajectory;
+  for (std::size_t p = 0; p < landmarks->points.size(); ++p) {
+    if (!landmarks->IsOnMap(p)) continue;
+    const LidarSight& sight = landmarks->lidar_sights[p];
+    const SensorCalibration& lidar = state.lidars[sight.lidar];
+    const double t = sight.time + lidar.time_offset;
+    if (!trajectory.Contains(t)) continue;
+    landmarks->points[p].position = trajectory.Pose(t) * (lidar.T_imu_sensor * sight.position);
+  }
+}
+
+void Append(const LandmarkSet& more, LandmarkSet* landmarks) {
+  if (landmarks->begin.empty()) landmarks->begin.push_back(0);
+  landmarks->lidar_sights.resize(landmarks->points.size());
+  const std::size_t before = landmarks->observations.size();
+  landmarks->points.insert(landmarks->points.end(), more.points.begin(), more.points.end());
+  landmarks->observations.insert(landmarks->observations.end(), more.observations.begin(),
+                                 more.observations.end());
+  landmarks->lidar_sights.insert(landmarks->lidar_sights.end(), more.lidar_sights.begin(),
+                                 more.lidar_sights.end());
+  landmarks->lidar_sights.resize(landmarks->points.size());
+  for (std::size_t p = 1; p < more.begin.size(); ++p) landmarks->begin.push_back(before + more.begin[p]);
+}
+
+}  // namespace mlic
