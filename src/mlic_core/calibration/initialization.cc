@@ -8,6 +8,7 @@
 #include "mlic_core/calibration/knot_spacing.h"
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/imu/accelerometer_lag.h"
 #include "mlic_core/imu/excitation.h"
 #include "mlic_core/imu/gravity_lever_arm.h"
 #include "mlic_core/imu/gyro_integration.h"
@@ -55,6 +56,25 @@ SplitSpline SplineThrough(const std::vector<TimedPose>& poses, const UniformKnot
     positions.push_back(at(position_knots.ControlPointTime(j)).translation);
   }
   return {So3Spline(rotation_knots, rotations), PositionSpline(position_knots, positions)};
+}
+
+// Says when gyroscope and accelerometer do not keep one clock.
+void CheckAccelerometerLag(const Drive& drive, const OdometryResult& odometry,
+                           const AngularRateAlignment& alignment,
+                           const std::optional<LeverArmGuess>& lever_guess, Initialization* result) {
+  constexpr double kLeast = 0.01;  // s: what an offset can hide between the two
+  const AccelerometerLag lag =
+      MeasureAccelerometerLag(drive.imu, TimedPoses(odometry), alignment, lever_guess);
+  if (!lag.valid || std::abs(lag.lag) < std::max(kLeast, 4.0 * lag.sigma)) return;
+  char line[300];
+  std::snprintf(
+      line, sizeof(line),
+      "the IMU's %s is %.0f ms later than its %s (sigma %.0f ms), as the filtered rates of navigation "
+      "systems are: no time offset serves both, so the offsets are off by a part of that; record "
+      "the raw IMU",
+      lag.lag > 0.0 ? "accelerometer" : "gyroscope", 1e3 * std::abs(lag.lag),
+      lag.lag > 0.0 ? "gyroscope" : "accelerometer", 1e3 * lag.sigma);
+  result->problems.push_back(line);
 }
 
 // Starts the drive's trajectory from the base LiDAR's odometry: gravity-aligned, position and yaw of the
@@ -204,6 +224,8 @@ Initialization Initialize(const Rig& rig, const Dataset& dataset, const std::vec
                          &result, &T_imu_base)) {
       return result;
     }
+    CheckAccelerometerLag(dataset.drives[d], odometry[d].lidars[base], odometry[d].alignments[base],
+                          lever_guess, &result);
   }
   for (std::size_t l = 0; l < lidars; ++l) {
     SensorCalibration& calibration = result.state.lidars[l];
