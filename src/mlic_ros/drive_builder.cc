@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "mlic_core/common/error.h"
+#include "mlic_core/lidar/own_body.h"
 #include "mlic_ros/camera_builder.h"
 #include "mlic_ros/drive_notes.h"
 
@@ -119,6 +120,11 @@ LidarRecording BuildLidar(std::vector<ReadScan> scans, const LidarFormat& format
     recording.scans.push_back(std::move(scan.scan));
   }
   NoteLidar(format, recording, problems, points, stamps, notes);
+  const std::size_t own = RemoveOwnBody(&recording);
+  if (own > 0) {
+    notes.lines.push_back("topic " + format.topic + ": " + std::to_string(own) +
+                          " points left out that never move in the sensor's frame: the own vehicle");
+  }
   return recording;
 }
 
