@@ -107,10 +107,10 @@ JobOutcome RunCalibrationJob(const JobOptions& options, const CancellationToken&
   const ThreadLimit threads(options.threads);
   try {
     const JobOutcome outcome = RunOrReuse(options, cancellation, log);
-    log.FileOnly(outcome.trusted ? "trusted" : outcome.refusal);
+    log.FileOnly(outcome.trusted, outcome.trusted ? "trusted" : outcome.refusal);
     return outcome;
   } catch (const std::exception& error) {
-    log.FileOnly(error.what());
+    log.FileOnly(false, error.what());
     throw;
   }
 }

@@ -37,7 +37,9 @@ JobLog::JobLog(const std::filesystem::path& directory, JobObserver& display) : d
   file_logger_->flush_on(spdlog::level::info);
 }
 
-void JobLog::FileOnly(const std::string& line) { file_logger_->error(line); }
+void JobLog::FileOnly(bool good, const std::string& line) {
+  file_logger_->log(good ? spdlog::level::info : spdlog::level::err, line);
+}
 
 void JobLog::OnProgress(const std::string& stage, double fraction) {
   {

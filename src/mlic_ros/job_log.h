@@ -21,8 +21,8 @@ class JobLog : public JobObserver {
 
   void Line(const std::string& line) { logger_->info(line); }
   void Warning(const std::string& line) { logger_->warn(line); }
-  // To the file alone: the program itself prints the line on stderr.
-  void FileOnly(const std::string& line);
+  // How the run ended, to the file alone: the program itself prints the line on stderr. good: no error.
+  void FileOnly(bool good, const std::string& line);
 
   void OnProgress(const std::string& stage, double fraction) override;
   void OnSnapshot(const CalibrationSnapshot& snapshot) override;

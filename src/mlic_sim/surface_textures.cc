@@ -1,5 +1,9 @@
 #include "mlic_sim/surface_textures.h"
 
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -14,6 +18,19 @@ constexpr float kFullScale = 1.0f / 16384.0f;  // radiance of one count
 
 std::array<Vector3f, 3> Corners(const Mesh& mesh, const Triangle& t) {
   return {mesh.vertices()[t.vertices[0]], mesh.vertices()[t.vertices[1]], mesh.vertices()[t.vertices[2]]};
+}
+
+// The four counts as numbers.
+Eigen::Array4f Widened(const std::array<std::uint16_t, 4>& texel) {
+  Eigen::Array4f widened;
+#ifdef __SSE2__
+  // All at once: one by one, the conversions cost more than the rest of a look-up.
+  const __m128i counts = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(texel.data()));
+  _mm_store_ps(widened.data(), _mm_cvtepi32_ps(_mm_unpacklo_epi16(counts, _mm_setzero_si128())));
+#else
+  for (int c = 0; c < 4; ++c) widened[c] = texel[static_cast<std::size_t>(c)];
+#endif
+  return widened;
 }
 
 }  // namespace
@@ -102,23 +119,18 @@ Vector3f SurfaceTextures::Radiance(std::uint32_t triangle, const Vector3f& p, co
   const float u = s.u.dot(relative), v = s.v.dot(relative);
   const float du = s.u.dot(direction) / slant * footprint / static_cast<float>(taps);
   const float dv = s.v.dot(direction) / slant * footprint / static_cast<float>(taps);
-  Vector3f sum = Vector3f::Zero();
+  Eigen::Array4f sum = Eigen::Array4f::Zero();
   for (int tap = 0; tap < taps; ++tap) {
     const float at = static_cast<float>(tap) - 0.5f * static_cast<float>(taps - 1);
-    Vector3f color = Lookup(s, back, level, u + at * du, v + at * dv);
+    Eigen::Array4f color = Lookup(s, back, level, u + at * du, v + at * dv);
     if (blend > 0.05f) color += blend * (Lookup(s, back, level + 1, u + at * du, v + at * dv) - color);
     sum += color;
   }
-  return sum * (kFullScale / static_cast<float>(taps));
+  return sum.head<3>().matrix() * (kFullScale / static_cast<float>(taps));
 }
 
-Vector3f SurfaceTextures::Lookup(const Surface& s, bool back, int level, float u, float v) const {
-  // Texel i is the mean about the place i * size; tile c holds the texels from kTile c to kTile (c + 1), both
-  // ends included.
-  const float size = kFinest * static_cast<float>(1 << level);
-  const float x = std::clamp(u, 0.0f, s.width) / size, y = std::clamp(v, 0.0f, s.height) / size;
-  const int i = static_cast<int>(x), j = static_cast<int>(y);
-  const int column = i / kTile, row = j / kTile;
+const SurfaceTextures::Tile& SurfaceTextures::TileAt(const Surface& s, bool back, int level, int column,
+                                                     int row) const {
   const std::size_t index = s.first_tile[level] + (back ? s.back_side : 0) +
                             static_cast<std::size_t>(row) * s.columns[level] +
                             static_cast<std::size_t>(column);
@@ -128,15 +140,21 @@ Vector3f SurfaceTextures::Lookup(const Surface& s, bool back, int level, float u
     if (tiles_[index].compare_exchange_strong(tile, baked.get(), std::memory_order_acq_rel))
       tile = baked.release();
   }
+  return *tile;
+}
+
+Eigen::Array4f SurfaceTextures::Lookup(const Surface& s, bool back, int level, float u, float v) const {
+  // Texel i is the mean about the place i * size; tile c holds the texels from kTile c to kTile (c + 1), both
+  // ends included. The sizes are powers of two, so that their inverses are exact.
+  const float texels = 1.0f / (kFinest * static_cast<float>(1 << level));
+  const float x = std::clamp(u, 0.0f, s.width) * texels, y = std::clamp(v, 0.0f, s.height) * texels;
+  const int i = static_cast<int>(x), j = static_cast<int>(y);
+  const int column = i / kTile, row = j / kTile;
+  const Texel* t = &TileAt(s, back, level, column, row)
+                        .texels[static_cast<std::size_t>((j - row * kTile) * kStride + (i - column * kTile))];
   const float a = x - static_cast<float>(i), b = y - static_cast<float>(j);
-  const Texel* t =
-      &tile->texels[static_cast<std::size_t>((j - row * kTile) * kStride + (i - column * kTile))];
-  const float w00 = (1 - a) * (1 - b), w10 = a * (1 - b), w01 = (1 - a) * b, w11 = a * b;
-  Vector3f color;
-  for (int c = 0; c < 3; ++c) {
-    color[c] = w00 * t[0][c] + w10 * t[1][c] + w01 * t[kStride][c] + w11 * t[kStride + 1][c];
-  }
-  return color;
+  return (1 - a) * (1 - b) * Widened(t[0]) + a * (1 - b) * Widened(t[1]) + (1 - a) * b * Widened(t[kStride]) +
+         a * b * Widened(t[kStride + 1]);
 }
 
 // What the texels of one tile are computed from: places on the surface, and the light that falls there. Light

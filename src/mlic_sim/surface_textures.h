@@ -54,7 +54,8 @@ class SurfaceTextures {
 
   void AddSurfaces();
   void PlaceTiles();
-  Eigen::Vector3f Lookup(const Surface& surface, bool back, int level, float u, float v) const;
+  const Tile& TileAt(const Surface& surface, bool back, int level, int column, int row) const;
+  Eigen::Array4f Lookup(const Surface& surface, bool back, int level, float u, float v) const;
   std::unique_ptr<Tile> Bake(const Surface& surface, bool back, int level, int column, int row) const;
 
   const World& world_;
