@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -142,7 +143,16 @@ TEST(Colmap, SameInputSameOutput) {
   const Scene scene = MakeScene(truth, 0.3);
   const ColmapInput input = ColmapInputFromTracks(
       scene.tracks, 0, IntrinsicsFromFieldOfView(CameraModel::kPlumbBob, 1280, 800, 95));
-  const auto outcomes = RunColmap({input, input}, {}, place.Path(), CancellationToken());
+  ColmapInput named = input;
+  named.folder = "cam_left";
+  std::vector<double> progress;
+  const auto outcomes = RunColmap({input, named}, {}, place.Path(), CancellationToken(),
+                                  [&](double fraction) { progress.push_back(fraction); });
+  EXPECT_TRUE(fs::exists(place.Path() / "0" / "colmap.log"));
+  EXPECT_TRUE(fs::exists(place.Path() / "cam_left" / "colmap.log"));
+  EXPECT_TRUE(std::is_sorted(progress.begin(), progress.end()));
+  ASSERT_GE(progress.size(), 2u);
+  EXPECT_EQ(progress.back(), 1.0);
   ASSERT_TRUE(outcomes[0].model && outcomes[1].model) << outcomes[0].problem;
   EXPECT_EQ(outcomes[0].model->intrinsics.parameters, outcomes[1].model->intrinsics.parameters);
   EXPECT_EQ(outcomes[0].model->points, outcomes[1].model->points);
@@ -156,6 +166,7 @@ TEST(Colmap, MissingProgramNamesThePackage) {
   const ColmapInput input = ColmapInputFromTracks(MakeScene(truth, 0.3).tracks, 0, truth);
   const ColmapOutcome outcome = RunColmap(input, options, place.Path() / "0", CancellationToken());
   EXPECT_FALSE(outcome.model.has_value());
+  EXPECT_FALSE(outcome.installed);
   EXPECT_NE(outcome.problem.find("apt-get install colmap"), std::string::npos) << outcome.problem;
 }
 

@@ -153,7 +153,7 @@ void CalibrateFromCameras(const StageContext& context) {
     result->reasons = start.problems;
     return FinishRefused(result);
   }
-  result->warnings = start.problems;
+  result->warnings.insert(result->warnings.end(), start.problems.begin(), start.problems.end());
   for (std::size_t c = 0; c < start.state.cameras.size(); ++c) {
     intrinsics[c] = {start.state.cameras[c].intrinsics, false};
   }

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "mlic_core/camera/colmap.h"
-
 namespace mlic {
 namespace {
 
@@ -76,6 +74,7 @@ void CountTracks(const StageContext& context, const std::vector<TrackSet>& track
 std::vector<ImageFeatures> FeatureStage(const StageContext& context, const std::vector<CameraStart>& start,
                                         const CalibrationState& state) {
   StageClock stage("image features", context);
+  stage.Line("matcher: " + Matcher(context.options).Name());
   const Watch watch{&stage, &context.cancellation};
   return ForEveryDrive<ImageFeatures>(context, "features", &stage, [&](std::size_t d) {
     VehiclePose pose;
@@ -132,39 +131,6 @@ std::vector<TrackSet> SharedTrackStage(const StageContext& context, const Calibr
   });
   CountTracks(context, tracks, &stage);
   return tracks;
-}
-
-void ColmapStage(const StageContext& context, const std::vector<TrackSet>& tracks,
-                 std::vector<CameraStart>* start) {
-  if (context.options.intrinsics != IntrinsicsStart::kColmap) return;
-  StageClock stage("intrinsics by COLMAP", context);
-  std::vector<std::size_t> asked;
-  std::vector<ColmapInput> inputs;
-  for (std::size_t c = 0; c < start->size(); ++c) {
-    if (!(*start)[c].from_field_of_view) continue;
-    asked.push_back(c);
-    inputs.push_back(ColmapInputFromTracks(tracks[0], static_cast<int>(c), (*start)[c].intrinsics));
-  }
-  const std::filesystem::path directory = context.options.colmap_directory.empty()
-                                              ? std::filesystem::temp_directory_path() / "mlic_colmap"
-                                              : context.options.colmap_directory;
-  const auto outcomes = RunColmap(inputs, {}, directory, context.cancellation);
-  for (std::size_t i = 0; i < asked.size(); ++i) {
-    const std::string& name = context.rig.cameras[asked[i]].name;
-    const ColmapOutcome& outcome = outcomes[i];
-    if (!outcome.model) {
-      stage.Line(name + ": " + outcome.problem);
-      continue;
-    }
-    for (const std::string& doubt : outcome.model->doubts) stage.Line(name + ": " + doubt);
-    char line[200];
-    std::snprintf(line, sizeof(line),
-                  "%s: focal length %.1f px, %.0f %% of the images registered, %.2f px rms", name.c_str(),
-                  outcome.model->intrinsics.parameters[0], 100.0 * outcome.model->registered_share,
-                  outcome.model->reprojection_rms);
-    stage.Line(line);
-    if (outcome.model->doubts.empty()) (*start)[asked[i]] = {outcome.model->intrinsics, false};
-  }
 }
 
 CameraInitialization CameraInitializationStage(const StageContext& context,

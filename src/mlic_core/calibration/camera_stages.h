@@ -23,7 +23,8 @@ std::vector<TrackSet> SharedTrackStage(const StageContext& context, const Calibr
                                        const std::vector<ImageFeatures>& features);
 
 // Intrinsics from COLMAP for the cameras that the rig file gives only a field of view of, where the options
-// ask for it; a camera on which COLMAP fails keeps its start, and a line says why.
+// ask for it, from the drive that shows each camera most. A camera on which COLMAP fails keeps its start, and
+// a line says why; where there is no COLMAP, all do, and a warning says so.
 void ColmapStage(const StageContext& context, const std::vector<TrackSet>& tracks,
                  std::vector<CameraStart>* start);
 

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 #include <map>
+#include <mutex>
 #include <set>
 
 #include "mlic_core/camera/colmap_database.h"
@@ -75,6 +77,14 @@ std::string Explain(const ProcessEnd& end, const fs::path& log) {
   return "COLMAP's mapper failed, its last line is '" + line + "'" + meaning;
 }
 
+// How many images the mapper says it has registered so far, in all its attempts.
+std::size_t CountRegistered(const fs::path& log) {
+  std::ifstream file(log);
+  std::size_t count = 0;
+  for (std::string line; std::getline(file, line);) count += line.rfind("Registering image", 0) == 0;
+  return count;
+}
+
 fs::path LargestModel(const fs::path& sparse) {
   fs::path best;
   std::size_t most = 0;
@@ -143,11 +153,13 @@ void FindDoubts(const ColmapOptions& options, ColmapModel* model) {
 // The commands in turn; the problem of the first that fails, or nothing.
 class Runner {
  public:
-  Runner(const ColmapOptions& options, const fs::path& directory, const CancellationToken& cancellation)
+  Runner(const ColmapOptions& options, const fs::path& directory, const CancellationToken& cancellation,
+         const ColmapProgress& progress)
       : options_(options),
         directory_(directory),
         log_(directory / "colmap.log"),
-        cancellation_(cancellation) {
+        cancellation_(cancellation),
+        progress_(progress) {
     std::error_code error;
     fs::remove_all(directory, error);
     fs::create_directories(directory / "sparse", error);
@@ -155,6 +167,7 @@ class Runner {
   }
 
   fs::path Database() const { return directory_ / "database.db"; }
+  bool installed() const { return installed_; }
 
   std::string CreateDatabase() {
     return Run({options_.program, "database_creator", "--database_path", Database().string()});
@@ -163,10 +176,14 @@ class Runner {
   // colour is left out, as COLMAP never sees the images.
   std::string Map(std::size_t keyframes) {
     const std::size_t least = std::max<std::size_t>(3, std::min<std::size_t>(10, keyframes / 3));
+    const auto meanwhile = [&] {
+      if (progress_) progress_(std::min(0.95, static_cast<double>(CountRegistered(log_)) / keyframes));
+    };
     return Run({options_.program, "mapper", "--database_path", Database().string(), "--image_path",
                 directory_.string(), "--output_path", (directory_ / "sparse").string(),
                 "--Mapper.extract_colors", "0", "--Mapper.num_threads", "1", "--Mapper.max_num_models", "3",
-                "--Mapper.min_model_size", std::to_string(least)});
+                "--Mapper.min_model_size", std::to_string(least)},
+               meanwhile);
   }
 
   std::string RefinePrincipalPoint(const fs::path& model, const fs::path& refined) {
@@ -176,9 +193,10 @@ class Runner {
   }
 
  private:
-  std::string Run(const std::vector<std::string>& command) {
-    const ProcessEnd end = RunProcess(command, log_, cancellation_);
+  std::string Run(const std::vector<std::string>& command, const std::function<void()>& meanwhile = {}) {
+    const ProcessEnd end = RunProcess(command, log_, cancellation_, meanwhile);
     if (!end.found) {
+      installed_ = false;
       return "COLMAP is not installed (no program '" + options_.program +
              "'): apt-get install colmap, or give the cameras' intrinsics in the rig file";
     }
@@ -189,6 +207,8 @@ class Runner {
   const fs::path directory_;
   const fs::path log_;
   const CancellationToken& cancellation_;
+  const ColmapProgress& progress_;
+  bool installed_ = true;
 };
 
 }  // namespace
@@ -224,24 +244,25 @@ ColmapInput ColmapInputFromTracks(const TrackSet& tracks, int camera, const Came
 }
 
 ColmapOutcome RunColmap(const ColmapInput& input, const ColmapOptions& options, const fs::path& directory,
-                        const CancellationToken& cancellation) {
+                        const CancellationToken& cancellation, const ColmapProgress& progress) {
   const std::vector<PairMatches> matches = UsableMatches(input);
   if (static_cast<int>(input.keypoints.size()) < kFewestKeyframes || matches.empty()) {
     return {{},
             "too few keyframes or matches for COLMAP (" + std::to_string(input.keypoints.size()) +
                 " keyframes, " + std::to_string(matches.size()) + " pairs with " +
-                std::to_string(kFewestMatches) +
-                " matches); the images are dark, blurred or without texture"};
+                std::to_string(kFewestMatches) + " matches); the images are dark, blurred or without texture",
+            true};
   }
-  Runner runner(options, directory, cancellation);
+  Runner runner(options, directory, cancellation, progress);
   std::string problem = runner.CreateDatabase();
-  if (!problem.empty()) return {{}, problem};
+  if (!problem.empty()) return {{}, problem, runner.installed()};
   FillColmapDatabase(runner.Database(), ToColmapModel(input.start), input.keypoints, matches);
   problem = runner.Map(input.keypoints.size());
   const fs::path mapped = LargestModel(directory / "sparse");
   if (mapped.empty()) {
     return {{},
-            problem.empty() ? "COLMAP made no model; see " + (directory / "colmap.log").string() : problem};
+            problem.empty() ? "COLMAP made no model; see " + (directory / "colmap.log").string() : problem,
+            true};
   }
   fs::path chosen = mapped;
   if (options.refine_principal_point) {
@@ -250,14 +271,28 @@ ColmapOutcome RunColmap(const ColmapInput& input, const ColmapOptions& options, 
   }
   ColmapModel model = Summarize(ReadColmapModel(chosen), input);
   FindDoubts(options, &model);
-  return {model, ""};
+  return {model, "", true};
 }
 
 std::vector<ColmapOutcome> RunColmap(const std::vector<ColmapInput>& inputs, const ColmapOptions& options,
-                                     const fs::path& directory, const CancellationToken& cancellation) {
+                                     const fs::path& directory, const CancellationToken& cancellation,
+                                     const ColmapProgress& progress) {
   std::vector<ColmapOutcome> outcomes(inputs.size());
+  std::vector<double> done(inputs.size(), 0.0);
+  std::mutex mutex;
+  const auto tell = [&](std::size_t i, double fraction) {
+    if (!progress) return;
+    const std::lock_guard<std::mutex> lock(mutex);
+    done[i] = fraction;
+    double sum = 0.0;
+    for (const double of_input : done) sum += of_input;
+    progress(sum / static_cast<double>(done.size()));
+  };
   ParallelFor(inputs.size(), [&](std::size_t i) {
-    outcomes[i] = RunColmap(inputs[i], options, directory / std::to_string(i), cancellation);
+    const std::string folder = inputs[i].folder.empty() ? std::to_string(i) : inputs[i].folder;
+    outcomes[i] = RunColmap(inputs[i], options, directory / folder, cancellation,
+                            [&](double fraction) { tell(i, fraction); });
+    tell(i, 1.0);
   });
   return outcomes;
 }

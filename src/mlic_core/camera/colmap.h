@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,6 +21,7 @@ struct ColmapInput {
   std::vector<std::vector<Eigen::Vector2f>> keypoints;  // of each keyframe; pixel centres at integers
   std::vector<PairMatches> matches;                     // verified; indices into keypoints
   std::vector<int> keyframes;  // index of each keyframe in the TrackSet it came from; may be empty
+  std::string folder;          // where its files go when it is one of several; empty: its number
 };
 
 // One camera's keyframes of a TrackSet; every pair of keyframes of a track is matched.
@@ -48,18 +50,24 @@ struct ColmapModel {
 
 struct ColmapOutcome {
   std::optional<ColmapModel> model;
-  std::string problem;  // where there is no model: why, and what to do, one line
+  std::string problem;    // where there is no model: why, and what to do, one line
+  bool installed = true;  // false: there is no such program
 };
+
+// Told how far the work is, 0 to 1, now and then and from any thread.
+using ColmapProgress = std::function<void(double)>;
 
 // Runs COLMAP's mapper without a display, on one processor: same input, same output. directory: for the
 // database, model and colmap.log; what is in it is replaced. Throws Cancelled (COLMAP is killed), InputError
 // where the directory cannot be written.
 ColmapOutcome RunColmap(const ColmapInput& input, const ColmapOptions& options,
-                        const std::filesystem::path& directory, const CancellationToken& cancellation);
+                        const std::filesystem::path& directory, const CancellationToken& cancellation,
+                        const ColmapProgress& progress = {});
 
-// Several cameras at once, in directory/0, directory/1, ...
+// Several cameras at once, each in its folder of the directory.
 std::vector<ColmapOutcome> RunColmap(const std::vector<ColmapInput>& inputs, const ColmapOptions& options,
                                      const std::filesystem::path& directory,
-                                     const CancellationToken& cancellation);
+                                     const CancellationToken& cancellation,
+                                     const ColmapProgress& progress = {});
 
 }  // namespace mlic

@@ -20,6 +20,8 @@ namespace {
 
 constexpr int kNotFound = 127;
 constexpr int kNotRun = 126;
+constexpr std::chrono::milliseconds kPoll(5);
+constexpr int kPollsBetweenCalls = 100;
 
 // One of the processors that this process may use; the next one at each call.
 cpu_set_t NextProcessor() {
@@ -63,7 +65,7 @@ std::string LastLine(const std::filesystem::path& path) {
 }  // namespace
 
 ProcessEnd RunProcess(const std::vector<std::string>& command, const std::filesystem::path& log_file,
-                      const CancellationToken& cancellation) {
+                      const CancellationToken& cancellation, const std::function<void()>& meanwhile) {
   cancellation.ThrowIfCancelled();
   const int log = open(log_file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
   if (log < 0)
@@ -78,13 +80,14 @@ ProcessEnd RunProcess(const std::vector<std::string>& command, const std::filesy
   close(log);
   if (child < 0) throw InternalError("no further process can be started");
   int status = 0;
-  while (waitpid(child, &status, WNOHANG) == 0) {
+  for (int poll = 1; waitpid(child, &status, WNOHANG) == 0; ++poll) {
     if (cancellation.IsCancelled()) {
       kill(child, SIGKILL);
       waitpid(child, &status, 0);
       throw Cancelled();
     }
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    std::this_thread::sleep_for(kPoll);
+    if (meanwhile && poll % kPollsBetweenCalls == 0) meanwhile();
   }
   ProcessEnd end;
   end.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -18,7 +19,8 @@ struct ProcessEnd {
 
 // Runs a program (found by PATH) with its output in log_file (appended), on a single processor so that its
 // results do not depend on how many there are. Kills it and throws Cancelled when the token is set.
+// meanwhile: called about twice a second while it runs.
 ProcessEnd RunProcess(const std::vector<std::string>& command, const std::filesystem::path& log_file,
-                      const CancellationToken& cancellation);
+                      const CancellationToken& cancellation, const std::function<void()>& meanwhile = {});
 
 }  // namespace mlic
