@@ -102,18 +102,6 @@ TEST(MapSights, TieTheLidarToTheCamera) {
   EXPECT_LT(Distance(state.lidars[0], c.truth.lidars[0]), 1e-7);
 }
 
-TEST(MapSights, PointsFollowTheirLidar) {
-  Case c = MakeCase();
-  CalibrationState state = c.truth;
-  const LandmarkSet before = c.problem.landmarks[0];
-  state.lidars[0].T_imu_sensor.translation += Eigen::Vector3d(0.1, 0.0, 0.0);
-  LandmarkSet moved = before;
-  MoveMapPoints(state, 0, &moved);
-  for (std::size_t p = 0; p < moved.points.size(); ++p) {
-    EXPECT_NEAR((moved.points[p].position - before.points[p].position).norm(), 0.1, 1e-9);
-  }
-}
-
 TEST(MapSights, AppendedPointsKeepTheirSights) {
   Case c = MakeCase();
   LandmarkSet tracks;
@@ -127,6 +115,48 @@ TEST(MapSights, AppendedPointsKeepTheirSights) {
   EXPECT_TRUE(all.IsOnMap(600));
   EXPECT_EQ(all.begin[601], 602u);
   EXPECT_EQ(all.observations[601].pixel, c.problem.landmarks[0].observations[599].pixel);
+}
+
+// Photos full of matches. shared: of the error's variance, what the matches of one part of a photo have in
+// common.
+double NoiseOfMatches(double shared) {
+  Case c = MakeCase();
+  const SplitSpline& trajectory = c.truth.drives[0].trajectory;
+  const CameraCalibration& camera = c.truth.cameras[0];
+  LandmarkSet set;
+  set.begin.push_back(0);
+  Random random(3);
+  for (int photo = 0; photo < 40; ++photo) {
+    const double stamp = 0.5 + 0.17 * photo;
+    const RigidTransform T_map_camera = trajectory.Pose(stamp) * camera.sensor.T_imu_sensor;
+    std::vector<Eigen::Vector2d> common(15);
+    for (Eigen::Vector2d& of_block : common) of_block = {random.Normal(), random.Normal()};
+    for (int i = 0; i < 120; ++i) {
+      const Eigen::Vector3d point = T_map_camera * Eigen::Vector3d(5.0 * random.Uniform(-0.8, 0.8),
+                                                                   5.0 * random.Uniform(-0.5, 0.5), 5.0);
+      Eigen::Vector2d pixel;
+      if (!See(trajectory, camera, stamp, point, &pixel)) continue;
+      const int block = static_cast<int>(pixel.x() / 160.0) + 5 * static_cast<int>(pixel.y() / 160.0);
+      pixel += 0.5 * (std::sqrt(1.0 - shared) * Eigen::Vector2d(random.Normal(), random.Normal()) +
+                      std::sqrt(shared) * common[block]);
+      LidarSight sight;
+      sight.lidar = 0;
+      set.points.push_back({point, T_map_camera.translation});
+      set.lidar_sights.push_back(sight);
+      set.observations.push_back({0, 0.5f, stamp, pixel});
+      set.begin.push_back(set.observations.size());
+    }
+  }
+  return MeasureMatchNoise({set}, c.truth)[0];
+}
+
+TEST(MapSights, MatchesThatErrTogetherCountForLess) {
+  EXPECT_NEAR(NoiseOfMatches(0.0), 1.0, 0.1);
+  // Of n matches with correlation 0.5 the mean errs by the square root of 1 + 0.5 (n - 1); some 8 lie in a
+  // part.
+  const double together = NoiseOfMatches(0.5);
+  EXPECT_GT(together, 1.8);
+  EXPECT_LT(together, 3.0);
 }
 
 }  // namespace

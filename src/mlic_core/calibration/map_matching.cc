@@ -3,6 +3,8 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <tuple>
 
 #include "mlic_core/camera/image_quality.h"
 #include "mlic_core/common/parallel.h"
@@ -108,7 +110,9 @@ void Match(const CameraRecording& recording, const CameraCalibration& camera, co
 
 // Keeps the matches that agree with one pose of the camera on the vehicle, with sigmas as large as their
 // scatter says. Share of those that do.
-double KeepAgreeing(const CalibrationState& state, int camera, int fewest, std::vector<Photo*> photos) {
+double KeepAgreeing(const CalibrationState& state, int camera, const MapMatchingOptions& map_options,
+                    std::vector<Photo*> photos) {
+  const double scale = map_options.noise_scale.empty() ? 1.0 : map_options.noise_scale[camera];
   const CameraCalibration& calibration = state.cameras[camera];
   std::vector<PointSighting> sightings;
   for (const Photo* photo : photos) {
@@ -121,7 +125,7 @@ double KeepAgreeing(const CalibrationState& state, int camera, int fewest, std::
     }
   }
   PnpOptions options;
-  options.fewest_inliers = fewest;
+  options.fewest_inliers = map_options.fewest_matches;
   const RigidTransform guess = calibration.sensor.T_imu_sensor.Inverse();
   const auto pose = EstimatePose(sightings, calibration.intrinsics, options, &guess);
   std::size_t k = 0;
@@ -132,7 +136,7 @@ double KeepAgreeing(const CalibrationState& state, int camera, int fewest, std::
       if (!pose || !pose->inlier[k]) continue;
       MapMatch match = photo->matches[i];
       match.covariance += options.model_sigma * options.model_sigma * Eigen::Matrix2d::Identity();
-      match.covariance *= std::max(1.0, pose->chi2);
+      match.covariance *= scale * scale * std::max(1.0, pose->chi2);
       matches.push_back(match);
       origins.push_back(photo->origins[i]);
     }
@@ -230,7 +234,7 @@ MapMatches MatchCamerasToMap(const Dataset& dataset, const std::vector<TrackSet>
       if (photo.camera == static_cast<int>(c)) own.push_back(&photo);
     }
     if (own.empty()) continue;
-    result.inlier_share[c] = KeepAgreeing(state, static_cast<int>(c), options.fewest_matches, own);
+    result.inlier_share[c] = KeepAgreeing(state, static_cast<int>(c), options, own);
     double nid = 0.0;
     for (const Photo* photo : own) {
       nid += photo->nid / static_cast<double>(own.size());
@@ -244,16 +248,37 @@ MapMatches MatchCamerasToMap(const Dataset& dataset, const std::vector<TrackSet>
   return result;
 }
 
-void MoveMapPoints(const CalibrationState& state, std::size_t drive, LandmarkSet* landmarks) {
-  const SplitSpline& trajectory = state.drives[drive].trajectory;
-  for (std::size_t p = 0; p < landmarks->points.size(); ++p) {
-    if (!landmarks->IsOnMap(p)) continue;
-    const LidarSight& sight = landmarks->lidar_sights[p];
-    const SensorCalibration& lidar = state.lidars[sight.lidar];
-    const double t = sight.time + lidar.time_offset;
-    if (!trajectory.Contains(t)) continue;
-    landmarks->points[p].position = trajectory.Pose(t) * (lidar.T_imu_sensor * sight.position);
+std::vector<double> MeasureMatchNoise(const std::vector<LandmarkSet>& landmarks,
+                                      const CalibrationState& state) {
+  constexpr double kBlock = 160.0;  // px
+  struct Block {
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    double count = 0.0;
+  };
+  std::vector<std::map<std::tuple<std::size_t, double, int, int>, Block>> blocks(state.cameras.size());
+  for (std::size_t d = 0; d < landmarks.size(); ++d) {
+    const std::vector<Eigen::Vector2d> residuals = LandmarkResiduals(landmarks[d], state, d);
+    for (std::size_t p = 0; p < landmarks[d].points.size(); ++p) {
+      if (!landmarks[d].IsOnMap(p)) continue;
+      const LandmarkObservation& o = landmarks[d].observations[landmarks[d].begin[p]];
+      const Eigen::Vector2d& residual = residuals[landmarks[d].begin[p]];
+      if (!residual.allFinite()) continue;
+      Block& block = blocks[o.camera][{d, o.time, static_cast<int>(o.pixel.x() / kBlock),
+                                       static_cast<int>(o.pixel.y() / kBlock)}];
+      block.sum += o.shape.cast<double>() * residual / o.sigma;
+      block.count += 1.0;
+    }
   }
+  std::vector<double> scale(state.cameras.size(), 1.0);
+  for (std::size_t c = 0; c < scale.size(); ++c) {
+    double squares = 0.0, count = 0.0;
+    for (const auto& [place, block] : blocks[c]) {
+      squares += block.sum.squaredNorm() / (2.0 * block.count) * block.count;
+      count += block.count;
+    }
+    if (count > 0.0) scale[c] = std::sqrt(squares / count);
+  }
+  return scale;
 }
 
 void Append(const LandmarkSet& more, LandmarkSet* landmarks) {

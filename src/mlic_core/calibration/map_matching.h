@@ -19,6 +19,7 @@ struct MapMatchingOptions {
   std::size_t map_points = 3000000;  // returns that one window's map is made of
   double sigma_along = 5e-3;         // m, of a place of the map along its beam
   double sigma_across = 3e-3;        // m
+  std::vector<double> noise_scale;   // of each camera: of the claimed sigmas; empty: as claimed
   int fewest_matches = 30;           // of a camera; with fewer it has none
 };
 
@@ -41,8 +42,12 @@ MapMatches MatchCamerasToMap(const Dataset& dataset, const std::vector<TrackSet>
                              const std::function<void(double)>& progress,
                              const CancellationToken& cancellation);
 
-// The map's points where the state now has them.
-void MoveMapPoints(const CalibrationState& state, std::size_t drive, LandmarkSet* landmarks);
+// By what factor the claimed sigmas of matches are too small, for each camera (1 without matches): matches
+// of one part of a photo share what is wrong with the map and the rendering there, so that many are little
+// better than one. From the mean whitened residuals of blocks of the photos against what independent ones
+// would give, at a solved state.
+std::vector<double> MeasureMatchNoise(const std::vector<LandmarkSet>& landmarks,
+                                      const CalibrationState& state);
 
 // Adds the points of one set to another.
 void Append(const LandmarkSet& more, LandmarkSet* landmarks);

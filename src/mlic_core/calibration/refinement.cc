@@ -18,7 +18,9 @@ constexpr std::size_t kManyPoints = 2000;
 constexpr int kLeastRounds = 5;
 constexpr int kMostRounds = 10;
 constexpr int kLeastRoundsWithCameras = 3;
-constexpr int kMatchings = 3;  // of photos and map; later rounds keep the last matches
+// Rounds that find landmarks and matches anew; later ones keep them, as which of them just agree and which
+// just do not would change for ever.
+constexpr int kLandmarkRounds = 3;
 
 }  // namespace
 
@@ -65,7 +67,6 @@ void Refinement::Associate(const std::vector<bool>& lidars, std::size_t points_p
     cancellation_.ThrowIfCancelled();
     problem_.planes.push_back(AssociatePlanes(dataset_.drives[d], state_, d, noise_, options));
   }
-  if (!tracks_.empty()) problem_.landmarks = TriangulateLandmarks(tracks_, state_, landmark_options_);
 }
 
 SolveSummary Refinement::Solve(int iterations) {
@@ -84,26 +85,28 @@ SolveSummary Refinement::Solve(int iterations) {
 
 void Refinement::MatchMap() {
   match_map_ = true;
+  match_noise_.assign(rig_.cameras.size(), 2.0);  // to begin with
   rounds_ = 0;
   converged_ = false;
 }
 
-void Refinement::MatchPhotos(const Progress& progress, const Line& line) {
-  if (rounds_ < kMatchings) {
-    map_matches_ =
-        MatchCamerasToMap(dataset_, tracks_, state_, sigmas_, cameras_found_, {}, progress, cancellation_);
-    for (std::size_t c = 0; c < rig_.cameras.size(); ++c) {
-      if (!cameras_found_[c]) continue;
-      char text[200];
-      std::snprintf(text, sizeof(text), "%s: %zu matches with the map, %.0f %% of all; NID %.4f",
-                    rig_.cameras[c].name.c_str(), map_matches_.counts[c],
-                    100.0 * map_matches_.inlier_share[c], map_matches_.nid[c]);
-      line(text);
-    }
+void Refinement::AssociateLandmarks(const Progress& progress, const Line& line) {
+  problem_.landmarks = TriangulateLandmarks(tracks_, state_, landmark_options_);
+  if (!match_map_) return;
+  MapMatchingOptions options;
+  options.noise_scale = match_noise_;
+  const MapMatches matches =
+      MatchCamerasToMap(dataset_, tracks_, state_, sigmas_, cameras_found_, options, progress, cancellation_);
+  for (std::size_t c = 0; c < rig_.cameras.size(); ++c) {
+    if (!cameras_found_[c]) continue;
+    char text[200];
+    std::snprintf(text, sizeof(text), "%s: %zu matches with the map, %.0f %% of all; NID %.4f",
+                  rig_.cameras[c].name.c_str(), matches.counts[c], 100.0 * matches.inlier_share[c],
+                  matches.nid[c]);
+    line(text);
   }
   for (std::size_t d = 0; d < problem_.landmarks.size(); ++d) {
-    MoveMapPoints(state_, d, &map_matches_.landmarks[d]);
-    Append(map_matches_.landmarks[d], &problem_.landmarks[d]);
+    Append(matches.landmarks[d], &problem_.landmarks[d]);
   }
 }
 
@@ -203,12 +206,17 @@ void Refinement::AdjustJointly(double until, const Progress& progress, const Lin
     problem_.estimate_imu_matrices =
         rig_.imu.intrinsics == ImuIntrinsicsModel::kScaleMisalignment && (round >= 2 || many);
     Associate({}, many ? kManyPoints : kFewPoints);
-    if (match_map_) MatchPhotos(progress, line);
+    if (!tracks_.empty() && round < kLandmarkRounds) AssociateLandmarks(progress, line);
     // One step is enough while the association still changes.
     last_solve_ = Solve(round == 0 || many ? 2 : 1);
     noise_ = MeasurePlaneNoise(problem_.planes, state_, noise_);
     if (!tracks_.empty()) {
       landmark_options_.noise_scale = MeasureLandmarkNoise(problem_.landmarks, state_, landmark_options_);
+      if (match_map_ && round < kLandmarkRounds) {
+        const std::vector<double> noise = MeasureMatchNoise(problem_.landmarks, state_);
+        for (std::size_t c = 0; c < noise.size(); ++c)
+          match_noise_[c] = std::max(1.0, match_noise_[c] * noise[c]);
+      }
     }
     MeasureImuSigma();
     const double change = ChangeInSigmas(before);
@@ -240,7 +248,8 @@ RefinementProgress Refinement::Checkpoint() const {
           landmark_options_.noise_scale,
           problem_.camera_held,
           sigmas_,
-          map_matches_,
+          match_noise_,
+          problem_.landmarks,
           rounds_,
           many_points_,
           {}};
@@ -253,7 +262,8 @@ void Refinement::Restore(const RefinementProgress& progress) {
   landmark_options_.noise_scale = progress.landmark_noise;
   problem_.camera_held = progress.camera_held;
   sigmas_ = progress.sigmas;
-  map_matches_ = progress.map_matches;
+  match_noise_ = progress.match_noise;
+  problem_.landmarks = progress.landmarks;
   rounds_ = progress.rounds;
   many_points_ = progress.many_points;
 }

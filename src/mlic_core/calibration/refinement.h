@@ -57,6 +57,7 @@ class Refinement {
   const SolveSummary& last_solve() const { return last_solve_; }
   bool converged() const { return converged_; }
   const std::vector<bool>& cameras_found() const { return cameras_found_; }
+  bool matched_map() const { return match_map_; }
 
   // What the data show at the last linearisation. Sigmas grow by the square root of the mean squared whitened
   // residual where that is above one, and of the points' correlation.
@@ -65,7 +66,7 @@ class Refinement {
  private:
   double RootVoxel() const;
   void Associate(const std::vector<bool>& lidars, std::size_t points_per_scan);
-  void MatchPhotos(const Progress& progress, const Line& line);
+  void AssociateLandmarks(const Progress& progress, const Line& line);
   void HoldWhatIsNotShown();
   // Solves from the state as it is: state and landmarks move together.
   SolveSummary Solve(int iterations);
@@ -89,10 +90,10 @@ class Refinement {
   LandmarkOptions landmark_options_;
   std::vector<bool> cameras_found_;
   bool match_map_ = false;
-  MapMatches map_matches_;         // of the last matching
-  std::vector<PoseSigma> sigmas_;  // of the last solve: LiDARs, then cameras
-  int rounds_ = 0;                 // of the joint adjustment, done
-  bool many_points_ = false;       // the map has settled: all points take part
+  std::vector<double> match_noise_;  // of each camera: of the sigmas that matches claim
+  std::vector<PoseSigma> sigmas_;    // of the last solve: LiDARs, then cameras
+  int rounds_ = 0;                   // of the joint adjustment, done
+  bool many_points_ = false;         // the map has settled: all points take part
   SolveSummary last_solve_;
   double correlation_ = 1.0;  // of the points, measured once the calibration stands still
   bool converged_ = false;

@@ -103,6 +103,22 @@ std::vector<std::string> Judge(const Sensor& config, const ObservabilityAnalysis
   return reasons;
 }
 
+// Cameras that found nothing of the map keep what tracks say of them.
+void WarnOfUnmatched(const Rig& rig, const Refinement& refinement, CalibrationResult* result) {
+  std::vector<std::size_t> matches(rig.cameras.size(), 0);
+  for (const LandmarkSet& set : refinement.problem().landmarks) {
+    for (std::size_t p = 0; p < set.points.size(); ++p) {
+      if (set.IsOnMap(p)) ++matches[set.observations[set.begin[p]].camera];
+    }
+  }
+  for (std::size_t c = 0; c < matches.size(); ++c) {
+    if (matches[c] > 0 || !refinement.cameras_found()[c]) continue;
+    result->warnings.push_back(
+        rig.cameras[c].name +
+        ": its photos do not match the LiDAR map; its result rests on image tracks alone");
+  }
+}
+
 // Every pair whose sensors are shown, and those that their own data tie to each other.
 std::vector<PairResult> MakePairs(const std::vector<Sensor>& sensors, const std::vector<bool>& shown,
                                   const ObservabilityAnalysis& analysis) {
@@ -163,6 +179,7 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Refinement& re
     result->warnings.push_back(
         "the calibration still moved by more than a tenth of its sigma in the last round");
   }
+  if (refinement.matched_map()) WarnOfUnmatched(rig, refinement, result);
   result->trusted = result->reasons.empty();
   for (std::size_t s = 0; s < sensors.size(); ++s) {
     if (!shown[s]) continue;

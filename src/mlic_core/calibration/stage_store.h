@@ -6,7 +6,7 @@
 #include "mlic_core/calibration/association.h"
 #include "mlic_core/calibration/camera_initialization.h"
 #include "mlic_core/calibration/initialization.h"
-#include "mlic_core/calibration/map_matching.h"
+#include "mlic_core/calibration/result.h"
 #include "mlic_core/camera/tracks_from_images.h"
 
 namespace mlic {
@@ -20,7 +20,8 @@ struct RefinementProgress {
   std::vector<double> landmark_noise;             // of each camera, likewise
   std::vector<HeldCameraParameters> camera_held;  // of each camera
   std::vector<PoseSigma> sigmas;                  // of LiDARs, then cameras
-  MapMatches map_matches;                         // of the last matching
+  std::vector<double> match_noise;                // of each camera
+  std::vector<LandmarkSet> landmarks;             // of each drive, with the map's
   int rounds = 0;                                 // of the joint adjustment, done
   bool many_points = false;                       // the map has settled: all points take part
   std::vector<std::string> lines;                 // what the stage has said so far

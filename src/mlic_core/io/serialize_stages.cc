@@ -100,14 +100,10 @@ void Fields(Archive& archive, LandmarkSet& set) {
 }
 
 template <typename Archive>
-void Fields(Archive& archive, MapMatches& matches) {
-  archive(matches.landmarks, matches.counts, matches.inlier_share, matches.nid);
-}
-
-template <typename Archive>
 void Fields(Archive& archive, RefinementProgress& progress) {
   archive(progress.state, progress.imu_sigma, progress.noise, progress.landmark_noise, progress.camera_held,
-          progress.sigmas, progress.map_matches, progress.rounds, progress.many_points, progress.lines);
+          progress.sigmas, progress.match_noise, progress.landmarks, progress.rounds, progress.many_points,
+          progress.lines);
 }
 
 template <>
