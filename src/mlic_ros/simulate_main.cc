@@ -94,6 +94,32 @@ CalibrationResult TrueResult(const sim::SensorSet& sensors) {
   return truth;
 }
 
+// How far the simulation is, on stderr: one line that is written anew on a terminal, a line for each tenth
+// elsewhere.
+class ProgressLine {
+ public:
+  ProgressLine(double duration, std::size_t images)
+      : duration_(duration), images_(images), terminal_(isatty(STDERR_FILENO) != 0) {}
+
+  void Show(double time, int images) {
+    const int tenth = static_cast<int>(10.0 * time / duration_);
+    if (!terminal_ && tenth <= shown_) return;
+    shown_ = tenth;
+    std::fprintf(stderr, "%ssimulated %5.1f of %.1f s", terminal_ ? "\r" : "", time, duration_);
+    if (images_ > 0) std::fprintf(stderr, ", %d of %zu images", images, images_);
+    if (!terminal_) std::fputc('\n', stderr);
+  }
+  void End() const {
+    if (terminal_) std::fputc('\n', stderr);
+  }
+
+ private:
+  double duration_;  // s
+  std::size_t images_;
+  bool terminal_;
+  int shown_ = 0;  // tenths
+};
+
 void Run(const Arguments& arguments) {
   const fs::path bag = arguments.output;
   if (bag.extension() != ".bag") {
@@ -116,18 +142,14 @@ void Run(const Arguments& arguments) {
   guess.translation_error = arguments.translation_error;
   guess.seed = arguments.seed;
 
-  const bool show_progress = isatty(STDERR_FILENO) != 0;
   std::size_t images = 0;
   for (const sim::SimulatedCamera& camera : sensors.cameras) {
     images += sim::ImageTimes(camera, options.duration).size();
   }
-  DriveBagWriter writer(bag, sensors, [&](double time, int written) {
-    if (!show_progress) return;
-    std::fprintf(stderr, "\rsimulated %5.1f of %.1f s", time, options.duration);
-    if (images > 0) std::fprintf(stderr, ", %d of %zu images", written, images);
-  });
+  ProgressLine progress(options.duration, images);
+  DriveBagWriter writer(bag, sensors, [&](double time, int written) { progress.Show(time, written); });
   sim::Simulate(sensors, options, writer, Cancellation());
-  if (show_progress) std::fputc('\n', stderr);
+  progress.End();
   writer.Finish();
   const fs::path stem = bag.parent_path() / bag.stem();
   WriteCalibrationFile(stem.string() + "_truth.yaml", TrueResult(sensors));
