@@ -114,6 +114,31 @@ struct CameraView {
   std::vector<LandmarkSight> sights;
 };
 
+// A LiDAR point in a photo: px; m along the ray; intensity as the driver writes it.
+struct ProjectedPoint {
+  Eigen::Vector2f pixel;
+  float depth = 0.0f;
+  float intensity = 0.0f;
+};
+
+// Where a place of the LiDAR map was found in a photo, and where the calibrations before and after the last
+// stage project it to. Pixels.
+struct MapSight {
+  Eigen::Vector2f observed;
+  Eigen::Vector2f before;
+  Eigen::Vector2f after;
+};
+
+// One photo of a camera with what the LiDARs saw at that time, before and after the last stage.
+struct CameraProjection {
+  std::string camera;                         // its name
+  std::shared_ptr<const ImageSource> images;  // where the photo can be loaded from
+  std::size_t image = 0;
+  cv::Mat rendering;  // CV_32F, the map's intensity after the stage, 0 to 1; NaN where nothing is seen
+  std::vector<ProjectedPoint> before, after;
+  std::vector<MapSight> matches;
+};
+
 // The images of one camera whose features took part in the solve.
 struct CameraKeyframes {
   std::string camera;
@@ -134,8 +159,9 @@ struct CalibrationResult {
   std::vector<MapPoint> map;                           // of the first drive
   std::vector<StageSummary> stages;
   std::vector<ResidualSummary> residuals;
-  std::vector<CameraView> views;           // one of each camera; for pictures, not kept in files
-  std::vector<CameraKeyframes> keyframes;  // of all drives
+  std::vector<CameraView> views;              // one of each camera; for pictures, not kept in files
+  std::vector<CameraProjection> projections;  // one of each camera matched to the map; likewise
+  std::vector<CameraKeyframes> keyframes;     // of all drives
   double peak_memory_megabytes = 0.0;
 };
 

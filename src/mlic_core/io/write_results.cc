@@ -6,6 +6,7 @@
 #include "mlic_core/io/camera_info.h"
 #include "mlic_core/io/kalibr_camchain.h"
 #include "mlic_core/io/point_cloud_file.h"
+#include "mlic_core/io/projection_picture.h"
 #include "mlic_core/io/report.h"
 #include "mlic_core/io/result_file.h"
 #include "mlic_core/io/static_transforms.h"
@@ -67,6 +68,7 @@ void WriteResults(const fs::path& directory, const CalibrationResult& result) {
   }
   if (!result.map.empty()) WritePointCloudFile(directory / "map.pcd", result.map);
   WriteTrackPictures(directory / "images", result.views);
+  WriteProjectionPictures(directory / "images", result.projections);
   if (!result.keyframes.empty()) {
     WriteFileAtomically(directory / "images" / "keyframes.csv", KeyframesCsv(result.keyframes));
   }
