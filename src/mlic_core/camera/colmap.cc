@@ -7,6 +7,7 @@
 #include <map>
 #include <mutex>
 #include <set>
+#include <utility>
 
 #include "mlic_core/camera/colmap_database.h"
 #include "mlic_core/camera/colmap_model.h"
@@ -24,6 +25,17 @@ constexpr double kWidestSight = 80.0 * M_PI / 180.0;
 constexpr std::size_t kFewestMatches = 15;  // of a pair, as COLMAP's mapper has it
 constexpr int kFewestKeyframes = 3;
 constexpr int kCells = 8;
+
+// Colour is left out, as COLMAP never sees the images. The matches are verified tracks of keyframes that lie
+// far apart: few, but hardly one of them wrong, so fewer are asked for than COLMAP does by default; and a
+// vehicle that drives forward is taken as it is.
+constexpr std::pair<const char*, const char*> kMapperOptions[] = {{"extract_colors", "0"},
+                                                                  {"num_threads", "1"},
+                                                                  {"max_num_models", "3"},
+                                                                  {"init_min_num_inliers", "30"},
+                                                                  {"abs_pose_min_num_inliers", "12"},
+                                                                  {"init_max_forward_motion", "1"},
+                                                                  {"init_min_tri_angle", "8"}};
 
 std::string Text(const char* format, double a, double b = 0.0) {
   char text[200];
@@ -173,17 +185,21 @@ class Runner {
     return Run({options_.program, "database_creator", "--database_path", Database().string()});
   }
 
-  // colour is left out, as COLMAP never sees the images.
   std::string Map(std::size_t keyframes) {
     const std::size_t least = std::max<std::size_t>(3, std::min<std::size_t>(10, keyframes / 3));
     const auto meanwhile = [&] {
       if (progress_) progress_(std::min(0.95, static_cast<double>(CountRegistered(log_)) / keyframes));
     };
-    return Run({options_.program, "mapper", "--database_path", Database().string(), "--image_path",
-                directory_.string(), "--output_path", (directory_ / "sparse").string(),
-                "--Mapper.extract_colors", "0", "--Mapper.num_threads", "1", "--Mapper.max_num_models", "3",
-                "--Mapper.min_model_size", std::to_string(least)},
-               meanwhile);
+    std::vector<std::string> command{options_.program,  "mapper",
+                                     "--database_path", Database().string(),
+                                     "--image_path",    directory_.string(),
+                                     "--output_path",   (directory_ / "sparse").string()};
+    for (const auto& [key, value] : kMapperOptions) {
+      command.push_back(std::string("--Mapper.") + key);
+      command.push_back(value);
+    }
+    command.insert(command.end(), {"--Mapper.min_model_size", std::to_string(least)});
+    return Run(command, meanwhile);
   }
 
   std::string RefinePrincipalPoint(const fs::path& model, const fs::path& refined) {
