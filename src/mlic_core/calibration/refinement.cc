@@ -90,6 +90,7 @@ SolveSummary Refinement::Solve(int iterations) {
 
 void Refinement::MatchMap() {
   match_map_ = true;
+  cameras_before_map_ = state_.cameras;
   match_noise_.assign(rig_.cameras.size(), kLeastMatchNoise);
   rounds_ = 0;
   converged_ = false;

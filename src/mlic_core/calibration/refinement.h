@@ -58,6 +58,8 @@ class Refinement {
   bool converged() const { return converged_; }
   const std::vector<bool>& cameras_found() const { return cameras_found_; }
   bool matched_map() const { return match_map_; }
+  // The cameras when MatchMap was called.
+  const std::vector<CameraCalibration>& cameras_before_map() const { return cameras_before_map_; }
 
   // What the data show at the last linearisation. Sigmas grow by the square root of the mean squared whitened
   // residual where that is above one, and of the points' correlation.
@@ -90,6 +92,7 @@ class Refinement {
   LandmarkOptions landmark_options_;
   std::vector<bool> cameras_found_;
   bool match_map_ = false;
+  std::vector<CameraCalibration> cameras_before_map_;
   std::vector<double> match_noise_;  // of each camera: of the sigmas that matches claim
   std::vector<PoseSigma> sigmas_;    // of the last solve: LiDARs, then cameras
   int rounds_ = 0;                   // of the joint adjustment, done

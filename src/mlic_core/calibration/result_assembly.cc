@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "mlic_core/calibration/camera_views.h"
+#include "mlic_core/calibration/map_projections.h"
 #include "mlic_core/calibration/refinement.h"
 #include "mlic_core/calibration/residual_summary.h"
 #include "mlic_core/calibration/snapshot.h"
@@ -198,6 +199,10 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Refinement& re
   }
   result->map =
       SampleMap(state, refinement.problem().planes[0], MapOrigin(state.drives[0].trajectory), 2000000);
+  if (refinement.matched_map()) {
+    result->projections = ProjectOnPhotos(rig, dataset, refinement.cameras_before_map(), state,
+                                          refinement.problem().landmarks[0]);
+  }
   result->residuals = SummarizeResiduals(rig, dataset, refinement);
   if (!refinement.problem().landmarks.empty()) {
     result->views = ChooseViews(rig, dataset.drives[0], state, refinement.problem().landmarks[0]);
