@@ -1,8 +1,9 @@
 #include "mlic_core/calibration/intrinsics_observability.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+
+#include "mlic_core/calibration/observability_limits.h"
 
 namespace mlic {
 namespace {
@@ -26,18 +27,6 @@ int Rank(CameraModel model, int parameter) {
       return 3 - i;  // xi before alpha
   }
   return 0;
-}
-
-// Inverse of an information matrix whose directions may carry nothing, in units of the limits.
-Eigen::MatrixXd CovarianceInLimits(const Eigen::MatrixXd& information, const Eigen::VectorXd& limits) {
-  const Eigen::MatrixXd scaled = limits.asDiagonal() * information * limits.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 * (scaled + scaled.transpose()));
-  const double largest = std::max(1.0, eigen.eigenvalues().maxCoeff());
-  const Eigen::VectorXd inverse = eigen.eigenvalues().unaryExpr(
-      [&](double v) { return 1.0 / std::max(v, std::max(1e-12, 1e-15 * largest)); });
-  const Eigen::MatrixXd covariance =
-      eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
-  return limits.asDiagonal() * covariance * limits.asDiagonal();
 }
 
 // Jacobians of the pixels to the parameters over a grid of the image.
@@ -99,12 +88,12 @@ std::vector<double> ImageDisplacements(const CameraIntrinsics& intrinsics) {
 Eigen::VectorXd CalibrationLimits(const CalibrationState& state, const Layout& layout) {
   Eigen::VectorXd limits = Eigen::VectorXd::Ones(layout.calibration);
   for (int s = 0; s < layout.sensors; ++s) {
-    limits.segment<3>(7 * s).setConstant(0.5 * M_PI / 180.0);
-    limits.segment<3>(7 * s + 3).setConstant(0.05);
-    limits[7 * s + 6] = 5e-3;
+    limits.segment<3>(7 * s).setConstant(kRotationLimit);
+    limits.segment<3>(7 * s + 3).setConstant(kTranslationLimit);
+    limits[7 * s + 6] = kTimeLimit;
   }
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
-    if (layout.Readout(c) >= 0) limits[layout.Readout(c)] = 5e-3;
+    if (layout.Readout(c) >= 0) limits[layout.Readout(c)] = kTimeLimit;
     const std::vector<double> displacements = ImageDisplacements(state.cameras[c].intrinsics);
     for (std::size_t i = 0; i < displacements.size(); ++i) {
       limits[layout.Intrinsics(c) + static_cast<int>(i)] = 1.0 / displacements[i];
@@ -151,7 +140,7 @@ std::vector<HeldCameraParameters> HoldUndeterminedIntrinsics(const Eigen::Matrix
     jacobians.push_back(ImageJacobians(camera.intrinsics));
   while (true) {
     const Eigen::MatrixXd covariance =
-        CovarianceInLimits(InformationWithHeld(information, state, layout, held), limits);
+        InverseInLimits(InformationWithHeld(information, state, layout, held), limits);
     bool changed = false;
     // One parameter of each camera at a time.
     for (std::size_t c = 0; c < held.size(); ++c) {

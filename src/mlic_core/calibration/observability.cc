@@ -5,28 +5,11 @@
 #include <cmath>
 
 #include "mlic_core/calibration/intrinsics_observability.h"
+#include "mlic_core/calibration/observability_limits.h"
 #include "mlic_core/geometry/so3.h"
 
 namespace mlic {
 namespace {
-
-constexpr double kDegree = M_PI / 180.0;
-constexpr double kTranslationLimit = 0.05;        // m
-constexpr double kRotationLimit = 0.5 * kDegree;  // rad
-constexpr double kTimeLimit = 5e-3;               // s
-
-// Inverse of an information matrix whose directions may carry nothing: in units of the limits, no direction
-// is known worse than a million limits.
-Eigen::MatrixXd InverseInLimits(const Eigen::MatrixXd& information, const Eigen::VectorXd& limits) {
-  const Eigen::MatrixXd scaled = limits.asDiagonal() * information * limits.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 * (scaled + scaled.transpose()));
-  const double largest = std::max(1.0, eigen.eigenvalues().maxCoeff());
-  const Eigen::VectorXd inverse = eigen.eigenvalues().unaryExpr(
-      [&](double v) { return 1.0 / std::max(v, std::max(1e-12, 1e-15 * largest)); });
-  const Eigen::MatrixXd covariance =
-      eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
-  return limits.asDiagonal() * covariance * limits.asDiagonal();
-}
 
 // Marks axes and directions of one 3-vector quantity.
 void Judge(const Eigen::Matrix3d& data_covariance, const Eigen::Matrix3d& covariance, double limit,
@@ -50,19 +33,14 @@ void Judge(const Eigen::Matrix3d& data_covariance, const Eigen::Matrix3d& covari
   }
 }
 
-}  // namespace
-
-ObservabilityAnalysis AnalyzeObservability(const Eigen::MatrixXd& information,
-                                           const Eigen::MatrixXd& guess_information,
-                                           const std::vector<std::optional<ExtrinsicGuess>>& guesses,
-                                           const std::vector<bool>& held, Eigen::VectorXd limits) {
+// Of all sensors and of the calibration's other parameters; held: sensors that were given and do not move.
+ObservabilityAnalysis AnalyzeSensors(const Eigen::MatrixXd& information,
+                                     const Eigen::MatrixXd& guess_information,
+                                     const std::vector<std::optional<ExtrinsicGuess>>& guesses,
+                                     const std::vector<bool>& held, const Eigen::VectorXd& limits) {
   const std::size_t sensors = guesses.size();
-  if (limits.size() == 0) limits = Eigen::VectorXd::Ones(information.rows());
   Eigen::MatrixXd data = information;
   for (std::size_t l = 0; l < sensors; ++l) {
-    limits.segment<3>(7 * l).setConstant(kRotationLimit);
-    limits.segment<3>(7 * l + 3).setConstant(kTranslationLimit);
-    limits[7 * l + 6] = kTimeLimit;
     if (!held[l]) continue;
     // Given, and so known: a thousandth of the limits.
     for (int i = 0; i < 7; ++i) data(7 * l + i, 7 * l + i) += 1e6 / (limits[7 * l + i] * limits[7 * l + i]);
@@ -99,6 +77,8 @@ ObservabilityAnalysis AnalyzeObservability(const Eigen::MatrixXd& information,
   return analysis;
 }
 
+}  // namespace
+
 ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const CalibrationState& state,
                                          const Eigen::MatrixXd& information) {
   const Layout layout(state, problem.estimate_imu_matrices);
@@ -120,9 +100,9 @@ ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const Cali
     held.push_back(camera.rotation && camera.translation && camera.time_offset);
   }
   held.resize(layout.sensors, false);
-  ObservabilityAnalysis analysis = AnalyzeObservability(
-      InformationWithHeld(information, state, layout, problem.camera_held) + (prior - guess), guess, guesses,
-      held, CalibrationLimits(state, layout));
+  ObservabilityAnalysis analysis =
+      AnalyzeSensors(InformationWithHeld(information, state, layout, problem.camera_held) + (prior - guess),
+                     guess, guesses, held, CalibrationLimits(state, layout));
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
     ObservabilityAnalysis::Intrinsics camera;
     const std::size_t count = state.cameras[c].intrinsics.parameters.size();

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
 #include <vector>
 
 #include "mlic_core/calibration/joint_problem.h"
@@ -34,17 +33,9 @@ struct ObservabilityAnalysis {
   std::vector<Intrinsics> cameras;
 };
 
-// information: of the calibration vector from the data (first 7 for each sensor), prior of IMU parameters
-// included; guess_information: the guesses' (same size). held: sensors that were given and do not move. A
-// direction is not shown when its sigma without the guesses exceeds 0.05 m, 0.5 deg or 5 ms, or the guess's
-// own sigma. limits: what counts as a large step of each parameter beyond those of the sensors, for scaling.
-ObservabilityAnalysis AnalyzeObservability(const Eigen::MatrixXd& information,
-                                           const Eigen::MatrixXd& guess_information,
-                                           const std::vector<std::optional<ExtrinsicGuess>>& guesses,
-                                           const std::vector<bool>& held, Eigen::VectorXd limits = {});
-
-// The same of a joint problem with LiDARs and cameras. information: of the last solve, the residuals' scatter
-// and correlation taken out.
+// information: of the last solve of a joint problem with LiDARs and cameras, the residuals' scatter and
+// correlation taken out. A direction is not shown when its sigma without the guesses exceeds the limits of
+// observability_limits.h or the guess's own sigma.
 ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const CalibrationState& state,
                                          const Eigen::MatrixXd& information);
 

@@ -6,6 +6,7 @@
 
 #include "mlic_core/calibration/camera_views.h"
 #include "mlic_core/calibration/map_projections.h"
+#include "mlic_core/calibration/observability_limits.h"
 #include "mlic_core/calibration/refinement.h"
 #include "mlic_core/calibration/residual_summary.h"
 #include "mlic_core/calibration/snapshot.h"
@@ -133,8 +134,8 @@ std::vector<PairResult> MakePairs(const std::vector<Sensor>& sensors, const std:
         return MakePair(sensors[a].calibration, sensors[b].calibration, both);
       };
       const PoseSigma from_data = sigmas(analysis.data_covariance).sigma;
-      const bool pair_shown =
-          from_data.translation.maxCoeff() < 0.05 && from_data.rotation.maxCoeff() < 0.5 * M_PI / 180.0;
+      const bool pair_shown = from_data.translation.maxCoeff() < kTranslationLimit &&
+                              from_data.rotation.maxCoeff() < kRotationLimit;
       if (!pair_shown && !(shown[a] && shown[b])) continue;
       PairResult pair = sigmas(analysis.covariance);
       pair.a = sensors[a].name;

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+
+namespace mlic {
+
+// A direction whose sigma from the data alone exceeds these is not shown (SPEC section 5).
+constexpr double kTranslationLimit = 0.05;             // m
+constexpr double kRotationLimit = 0.5 * M_PI / 180.0;  // rad
+constexpr double kTimeLimit = 5e-3;                    // s
+
+// Inverse of an information matrix whose directions may carry nothing: in units of the limits (one for each
+// parameter), no direction is known worse than a million limits.
+Eigen::MatrixXd InverseInLimits(const Eigen::MatrixXd& information, const Eigen::VectorXd& limits);
+
+}  // namespace mlic
