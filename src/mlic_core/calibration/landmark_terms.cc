@@ -172,6 +172,24 @@ std::vector<Reprojection::Camera> Cameras(const CalibrationState& state) {
   return cameras;
 }
 
+// One sight of a landmark by a camera of the state, with its time on the IMU's clock.
+struct CameraSight {
+  CameraSight(const LandmarkObservation& o, const CalibrationState& state) : camera(o.camera) {
+    const CameraCalibration& calibration = state.cameras[o.camera];
+    factor = Reprojection::Of(o.pixel, calibration.intrinsics);
+    time = factor.Time(o.time, calibration.sensor.time_offset, calibration.readout);
+  }
+  // False where the camera cannot see the point: then the residual (px) stays as it is.
+  bool Evaluate(const SplitSpline& trajectory, const std::vector<Reprojection::Camera>& cameras,
+                const Eigen::Vector3d& point, Eigen::Vector2d* residual) const {
+    return factor.Evaluate(trajectory, SplineBasis(trajectory.rotation.knots(), time),
+                           SplineBasis(trajectory.position.knots(), time), cameras[camera], point, residual);
+  }
+  int camera;
+  Reprojection factor;
+  double time;
+};
+
 }  // namespace
 
 void AddLandmarks(const LinearizationPoint& at, std::size_t d, std::size_t begin, std::size_t end,
@@ -190,16 +208,15 @@ void AddLandmarks(const LinearizationPoint& at, std::size_t d, std::size_t begin
     const Eigen::Matrix3d J_chart = chart.Jacobian().transpose();
     for (std::size_t k = set.begin[p]; k < set.begin[p + 1]; ++k) {
       const LandmarkObservation& o = set.observations[k];
-      const CameraCalibration& camera = at.state.cameras[o.camera];
-      const Reprojection factor = Reprojection::Of(o.pixel, camera.intrinsics);
-      const double t = factor.Time(o.time, camera.sensor.time_offset, camera.readout);
-      if (!trajectory.Contains(t)) continue;
-      const SplineBasis rb(trajectory.rotation.knots(), t);
-      const SplineBasis pb(trajectory.position.knots(), t);
+      const CameraSight sight(o, at.state);
+      if (!trajectory.Contains(sight.time)) continue;
+      const SplineBasis rb(trajectory.rotation.knots(), sight.time);
+      const SplineBasis pb(trajectory.position.knots(), sight.time);
       Eigen::Vector2d residual;
       Reprojection::Jacobian J;
       double weight;
-      if (!factor.Evaluate(trajectory, rb, pb, cameras[o.camera], set.points[p].position, &residual, &J)) {
+      if (!sight.factor.Evaluate(trajectory, rb, pb, cameras[o.camera], set.points[p].position, &residual,
+                                 &J)) {
         sum->cost += RobustCost(kLostSigmas, &weight);
         continue;
       }
@@ -236,14 +253,10 @@ double LandmarkCost(const LinearizationPoint& at, std::size_t d, std::size_t beg
   for (std::size_t p = begin; p < end; ++p) {
     for (std::size_t k = set.begin[p]; k < set.begin[p + 1]; ++k) {
       const LandmarkObservation& o = set.observations[k];
-      const CameraCalibration& camera = at.state.cameras[o.camera];
-      const Reprojection factor = Reprojection::Of(o.pixel, camera.intrinsics);
-      const double t = factor.Time(o.time, camera.sensor.time_offset, camera.readout);
-      if (!trajectory.Contains(t)) continue;
+      const CameraSight sight(o, at.state);
+      if (!trajectory.Contains(sight.time)) continue;
       Eigen::Vector2d residual;
-      const bool seen = factor.Evaluate(trajectory, SplineBasis(trajectory.rotation.knots(), t),
-                                        SplineBasis(trajectory.position.knots(), t), cameras[o.camera],
-                                        set.points[p].position, &residual);
+      const bool seen = sight.Evaluate(trajectory, cameras, set.points[p].position, &residual);
       double weight;
       cost += RobustCost(seen ? (o.shape.cast<double>() * residual).norm() / o.sigma : kLostSigmas, &weight);
     }
@@ -273,14 +286,9 @@ std::vector<Eigen::Vector2d> LandmarkResiduals(const LandmarkSet& set, const Cal
                                          Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN()));
   ParallelFor(set.points.size(), [&](std::size_t p) {
     for (std::size_t k = set.begin[p]; k < set.begin[p + 1]; ++k) {
-      const LandmarkObservation& o = set.observations[k];
-      const CameraCalibration& camera = state.cameras[o.camera];
-      const Reprojection factor = Reprojection::Of(o.pixel, camera.intrinsics);
-      const double t = factor.Time(o.time, camera.sensor.time_offset, camera.readout);
-      if (!trajectory.Contains(t)) continue;
-      factor.Evaluate(trajectory, SplineBasis(trajectory.rotation.knots(), t),
-                      SplineBasis(trajectory.position.knots(), t), cameras[o.camera], set.points[p].position,
-                      &residuals[k]);
+      const CameraSight sight(set.observations[k], state);
+      if (!trajectory.Contains(sight.time)) continue;
+      sight.Evaluate(trajectory, cameras, set.points[p].position, &residuals[k]);
     }
   });
   return residuals;
