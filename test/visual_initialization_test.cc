@@ -67,7 +67,9 @@ struct Case {
   std::vector<TrackSet> tracks;
 
   Initialization Run(CameraInitialization* cameras = nullptr) const {
-    return InitializeFromCameras(rig, dataset, start, tracks, CancellationToken(), cameras);
+    CameraInitialization unused;
+    return InitializeFromCameras(rig, dataset, start, tracks, CancellationToken(),
+                                 cameras != nullptr ? cameras : &unused);
   }
 };
 

@@ -45,14 +45,18 @@ std::vector<DriveOdometry> OdometryStage(const StageContext& context) {
   return odometry;
 }
 
+// make: the first state, and the cameras where the stage finds them as well (null: it does not).
 template <typename Make>
-Initialization InitializationStage(const StageContext& context, const Make& make) {
+Initialization InitializationStage(const StageContext& context, CameraInitialization* cameras,
+                                   const Make& make) {
   StageClock stage("initialisation", context);
   Initialization start;
-  if (context.store.Load("initialisation", &start)) {
+  if (context.store.Load("initialisation", &start) &&
+      (cameras == nullptr || context.store.Load("cameras", cameras))) {
     stage.TakeOver({});
   } else {
     start = make();
+    if (cameras != nullptr) context.store.Save("cameras", *cameras);
     context.store.Save("initialisation", start);
   }
   for (const std::string& note : start.notes) stage.Line(note);
@@ -96,12 +100,8 @@ void JointAdjustmentStage(const StageContext& context, const std::string& name, 
   if (last) refinement->MeasureCorrelation(line);
 }
 
-void CameraStages(const StageContext& context, std::vector<CameraStart> start,
-                  const std::vector<ImageFeatures>& features, const std::vector<TrackSet>& tracks,
-                  Refinement* refinement) {
-  CameraInitialization cameras = CameraInitializationStage(context, start, tracks, refinement->state());
-  context.result->reasons.insert(context.result->reasons.end(), cameras.problems.begin(),
-                                 cameras.problems.end());
+void CameraStages(const StageContext& context, const CameraInitialization& cameras,
+                  const std::vector<ImageFeatures>& features, Refinement* refinement) {
   CalibrationState state = refinement->state();
   state.cameras = cameras.cameras;
   refinement->AddCameras(cameras, SharedTrackStage(context, state, features));
@@ -116,8 +116,9 @@ void CameraStages(const StageContext& context, std::vector<CameraStart> start,
 // The LiDARs first, then the cameras on their trajectory, then all.
 void CalibrateFromLidars(const StageContext& context) {
   const auto odometry = OdometryStage(context);
-  Initialization start = InitializationStage(
-      context, [&] { return Initialize(context.rig, context.dataset, odometry, context.cancellation); });
+  Initialization start = InitializationStage(context, nullptr, [&] {
+    return Initialize(context.rig, context.dataset, odometry, context.cancellation);
+  });
   CalibrationResult* result = context.result;
   if (start.state.drives.size() < context.dataset.drives.size()) {
     result->reasons = start.problems;
@@ -134,7 +135,10 @@ void CalibrateFromLidars(const StageContext& context) {
     const auto features = FeatureStage(context, intrinsics, refinement.state());
     const auto tracks = TrackStage(context, intrinsics, features);
     ColmapStage(context, tracks, &intrinsics);
-    CameraStages(context, intrinsics, features, tracks, &refinement);
+    const CameraInitialization found =
+        CameraInitializationStage(context, intrinsics, tracks, refinement.state());
+    result->reasons.insert(result->reasons.end(), found.problems.begin(), found.problems.end());
+    CameraStages(context, found, features, &refinement);
   }
   AssembleResult(context.rig, context.dataset, refinement, result);
 }
@@ -145,21 +149,17 @@ void CalibrateFromCameras(const StageContext& context) {
   const auto features = FeatureStage(context, intrinsics, {});
   const auto tracks = TrackStage(context, intrinsics, features);
   ColmapStage(context, tracks, &intrinsics);
-  Initialization start = InitializationStage(context, [&] {
-    return InitializeFromCameras(context.rig, context.dataset, intrinsics, tracks, context.cancellation);
+  CameraInitialization cameras;
+  Initialization start = InitializationStage(context, &cameras, [&] {
+    return InitializeFromCameras(context.rig, context.dataset, intrinsics, tracks, context.cancellation,
+                                 &cameras);
   });
   CalibrationResult* result = context.result;
-  if (start.state.drives.size() < context.dataset.drives.size()) {
-    result->reasons = start.problems;
-    return FinishRefused(result);
-  }
-  result->warnings.insert(result->warnings.end(), start.problems.begin(), start.problems.end());
-  for (std::size_t c = 0; c < start.state.cameras.size(); ++c) {
-    intrinsics[c] = {start.state.cameras[c].intrinsics, false};
-  }
+  result->reasons = start.problems;
+  if (start.state.drives.size() < context.dataset.drives.size()) return FinishRefused(result);
   Refinement refinement(context.rig, context.dataset, std::move(start), context.cancellation,
                         context.observer);
-  CameraStages(context, intrinsics, features, tracks, &refinement);
+  CameraStages(context, cameras, features, &refinement);
   AssembleResult(context.rig, context.dataset, refinement, result);
 }
 

@@ -195,7 +195,7 @@ Initialization InitializeFromCameras(const Rig& rig, const Dataset& dataset,
   JudgeCameras(rig, &adjusted);
   result.notes.insert(result.notes.end(), adjusted.notes.begin(), adjusted.notes.end());
   result.problems.insert(result.problems.end(), adjusted.problems.begin(), adjusted.problems.end());
-  if (cameras) *cameras = std::move(adjusted);
+  *cameras = std::move(adjusted);
   return result;
 }
 

@@ -11,11 +11,10 @@ namespace mlic {
 // and the IMU alone, the scale from the accelerometer. tracks: of each drive. The state holds the cameras
 // too, after rounds of triangulation and solving in which everything moves; cameras that were not found stay
 // at their guess. Where the drives do not show enough, the state has no drives and the problems say why.
-// cameras: where not null, what InitializeCameras tells (held intrinsics, noise, landmarks).
+// cameras: what InitializeCameras tells, where the state has drives.
 Initialization InitializeFromCameras(const Rig& rig, const Dataset& dataset,
                                      const std::vector<CameraStart>& start,
                                      const std::vector<TrackSet>& tracks,
-                                     const CancellationToken& cancellation,
-                                     CameraInitialization* cameras = nullptr);
+                                     const CancellationToken& cancellation, CameraInitialization* cameras);
 
 }  // namespace mlic
