@@ -44,13 +44,12 @@ void Run(double duration) {
   const auto truth = sim::MakeTrajectory(set, simulation);
   const SplitSpline trajectory = TrueSpline(*truth, duration);
 
-  const IntensityMapOptions options;
   const Stopwatch collect;
   const std::vector<MapReturn> returns =
-      CollectReturns(drive, trajectory, sim::TrueCalibrations(set), options.largest_count);
+      CollectReturns(drive, trajectory, sim::TrueCalibrations(set), 10000000);
   Print("returns into the map", collect);
   const Stopwatch build;
-  const IntensityMap map = BuildIntensityMap(returns, options);
+  const IntensityMap map = BuildIntensityMap(returns);
   Print("map", build);
   std::printf("%zu points in %zu cells\n", map.points.size(), map.cells.size());
 

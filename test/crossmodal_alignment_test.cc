@@ -39,8 +39,8 @@ class Hall {
     simulation.duration = 6.0;
     const Drive drive = sim::SimulateDrive(sensors_, simulation, [](LidarScan& scan) { FilterScan(scan); });
     trajectory_ = sim::MakeTrajectory(sensors_, simulation);
-    map_ = BuildIntensityMap(drive, SplineOf(*trajectory_, simulation.duration),
-                             sim::TrueCalibrations(sensors_), {});
+    map_ = BuildIntensityMap(CollectReturns(drive, SplineOf(*trajectory_, simulation.duration),
+                                            sim::TrueCalibrations(sensors_), 10000000));
     const std::vector<double> times = sim::ImageTimes(camera(), simulation.duration);
     for (std::size_t k = 0; k < 4; ++k) {
       const std::size_t index = 10 + k * (times.size() - 20) / 3;

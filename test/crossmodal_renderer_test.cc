@@ -33,7 +33,7 @@ Simulated Simulate(const char* sensors, sim::Scenario scenario, double duration)
   const Drive drive = sim::SimulateDrive(s.set, options, [](LidarScan& scan) { FilterScan(scan); });
   s.stage = std::make_unique<sim::ImageStage>(s.set, options);
   s.trajectory = TrueSpline(s.stage->trajectory(), duration);
-  s.map = BuildIntensityMap(drive, s.trajectory, sim::TrueCalibrations(s.set), {});
+  s.map = BuildIntensityMap(CollectReturns(drive, s.trajectory, sim::TrueCalibrations(s.set), 10000000));
   return s;
 }
 

@@ -28,37 +28,19 @@ struct Photo {
   double nid = 1.0;
 };
 
-struct Window {
-  double begin, end;  // s, IMU clock
-};
-
-std::vector<Window> WindowsOf(const SplitSpline& trajectory, double length) {
+std::vector<TimeInterval> WindowsOf(const SplitSpline& trajectory, double length) {
   const double span = trajectory.End() - trajectory.Start();
   const int count = std::max(1, static_cast<int>(std::lround(span / length)));
-  std::vector<Window> windows;
+  std::vector<TimeInterval> windows;
   for (int w = 0; w < count; ++w) {
     windows.push_back({trajectory.Start() + span * w / count, trajectory.Start() + span * (w + 1) / count});
   }
   return windows;
 }
 
-// The scans of one window.
-Drive Cut(const Drive& drive, const CalibrationState& state, const Window& window) {
-  Drive part;
-  part.epoch = drive.epoch;
-  part.lidars.resize(drive.lidars.size());
-  for (std::size_t l = 0; l < drive.lidars.size(); ++l) {
-    for (const LidarScan& scan : drive.lidars[l].scans) {
-      const double time = scan.time + state.lidars[l].time_offset;
-      if (time >= window.begin && time < window.end) part.lidars[l].scans.push_back(scan);
-    }
-  }
-  return part;
-}
-
 // The photos of one camera in a window that say most about it.
 std::vector<Photo> ChoosePhotos(const TrackSet& tracks, const CalibrationState& state, std::size_t drive,
-                                int camera, const Window& window, const IntensityMap& map,
+                                int camera, const TimeInterval& window, const IntensityMap& map,
                                 std::size_t count) {
   const CameraCalibration& calibration = state.cameras[camera];
   const SplitSpline& trajectory = state.drives[drive].trajectory;
@@ -68,8 +50,7 @@ std::vector<Photo> ChoosePhotos(const TrackSet& tracks, const CalibrationState& 
     if (keyframe.camera != camera) continue;
     const double first = keyframe.time + calibration.sensor.time_offset;
     const double last = first + calibration.readout;
-    if (first < window.begin || first >= window.end || !trajectory.Contains(first) ||
-        !trajectory.Contains(last)) {
+    if (!window.Contains(first) || !trajectory.Contains(first) || !trajectory.Contains(last)) {
       continue;
     }
     Photo photo;
@@ -187,9 +168,9 @@ MapMatches MatchCamerasToMap(const Dataset& dataset, const std::vector<TrackSet>
                              const std::function<void(double)>& progress,
                              const CancellationToken& cancellation) {
   const std::size_t cameras = state.cameras.size(), lidars = state.lidars.size();
-  std::vector<std::pair<std::size_t, Window>> windows;
+  std::vector<std::pair<std::size_t, TimeInterval>> windows;
   for (std::size_t d = 0; d < dataset.drives.size(); ++d) {
-    for (const Window& window : WindowsOf(state.drives[d].trajectory, options.window)) {
+    for (const TimeInterval& window : WindowsOf(state.drives[d].trajectory, options.window)) {
       windows.emplace_back(d, window);
     }
   }
@@ -198,10 +179,8 @@ MapMatches MatchCamerasToMap(const Dataset& dataset, const std::vector<TrackSet>
   for (std::size_t w = 0; w < windows.size(); ++w) {
     cancellation.ThrowIfCancelled();
     const auto& [d, window] = windows[w];
-    const Drive part = Cut(dataset.drives[d], state, window);
-    IntensityMapOptions map_options;
-    map_options.largest_count = options.map_points;
-    const IntensityMap map = BuildIntensityMap(part, state.drives[d].trajectory, state.lidars, map_options);
+    const IntensityMap map = BuildIntensityMap(CollectReturns(dataset.drives[d], state.drives[d].trajectory,
+                                                              state.lidars, options.map_points, window));
     if (map.points.empty()) continue;
     std::vector<std::unique_ptr<const ViewRenderer>> renderers(cameras);
     std::vector<std::vector<Photo>> of_cameras(cameras);

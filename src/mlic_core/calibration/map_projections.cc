@@ -1,7 +1,6 @@
 #include "mlic_core/calibration/map_projections.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <optional>
 
@@ -14,20 +13,6 @@ constexpr double kMapSeconds = 3.0;      // either side of the photo, for the re
 constexpr double kOverlaySeconds = 0.1;  // either side, for the points drawn on the photo
 constexpr std::size_t kMapPoints = 1000000;
 constexpr std::size_t kMostPoints = 60000;
-
-// The scans about a time on the IMU's clock.
-Drive ScansAbout(const Drive& drive, const std::vector<SensorCalibration>& lidars, double time,
-                 double seconds) {
-  Drive part;
-  part.epoch = drive.epoch;
-  part.lidars.resize(drive.lidars.size());
-  for (std::size_t l = 0; l < drive.lidars.size(); ++l) {
-    for (const LidarScan& scan : drive.lidars[l].scans) {
-      if (std::abs(scan.time + lidars[l].time_offset - time) <= seconds) part.lidars[l].scans.push_back(scan);
-    }
-  }
-  return part;
-}
 
 // Times of the photos with most points of the map, of each camera.
 std::vector<std::optional<double>> BestPhotos(const LandmarkSet& landmarks, std::size_t cameras) {
@@ -83,14 +68,12 @@ CameraProjection ProjectOnPhoto(const std::string& name, const Drive& drive, std
   out.camera = name;
   out.images = drive.cameras[camera].images;
   while (out.image + 1 < out.images->Count() && out.images->Time(out.image) < stamp) ++out.image;
-  const auto returns = CollectReturns(ScansAbout(drive, state.lidars, time, kOverlaySeconds), trajectory,
-                                      state.lidars, kMostPoints);
+  const auto returns = CollectReturns(drive, trajectory, state.lidars, kMostPoints,
+                                      TimeInterval{time - kOverlaySeconds, time + kOverlaySeconds});
   out.before = Overlay(returns, trajectory, before, stamp);
   out.after = Overlay(returns, trajectory, after, stamp);
-  IntensityMapOptions options;
-  options.largest_count = kMapPoints;
-  const IntensityMap map = BuildIntensityMap(ScansAbout(drive, state.lidars, time, kMapSeconds), trajectory,
-                                             state.lidars, options);
+  const IntensityMap map = BuildIntensityMap(CollectReturns(
+      drive, trajectory, state.lidars, kMapPoints, TimeInterval{time - kMapSeconds, time + kMapSeconds}));
   out.rendering =
       ViewRenderer(map, after.intrinsics, RenderOptions())
           .Render(PoseOnTrajectory(trajectory, after.sensor, stamp, after.readout, after.intrinsics.height))

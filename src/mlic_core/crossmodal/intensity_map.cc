@@ -65,10 +65,4 @@ IntensityMap BuildIntensityMap(const std::vector<MapReturn>& returns, const Inte
   return map;
 }
 
-IntensityMap BuildIntensityMap(const Drive& drive, const SplitSpline& trajectory,
-                               const std::vector<SensorCalibration>& lidars,
-                               const IntensityMapOptions& options) {
-  return BuildIntensityMap(CollectReturns(drive, trajectory, lidars, options.largest_count), options);
-}
-
 }  // namespace mlic

@@ -2,8 +2,10 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
+#include "mlic_core/common/time_interval.h"
 #include "mlic_core/sensors/measurements.h"
 #include "mlic_core/sensors/rig.h"
 #include "mlic_core/trajectory/split_spline.h"
@@ -51,23 +53,19 @@ struct IntensityMap {
 };
 
 struct IntensityMapOptions {
-  std::size_t largest_count = 10000000;  // points taken; thinned out evenly beyond
-  bool remove_moving = true;             // what other beams saw through at other times is left out
+  bool remove_moving = true;  // what other beams saw through at other times is left out
 };
 
-// All returns of a drive at the given calibration (lidars[i] belongs to drive.lidars[i]), in order of LiDAR
-// and time; times outside the trajectory's span are left out. At most largest_count, picked evenly.
+// The returns of a drive's scans whose stamps lie in a window (IMU clock; all without one), at the given
+// calibration (lidars[i] belongs to drive.lidars[i]), in order of LiDAR and time; times outside the
+// trajectory's span are left out. At most largest_count, picked evenly.
 std::vector<MapReturn> CollectReturns(const Drive& drive, const SplitSpline& trajectory,
-                                      const std::vector<SensorCalibration>& lidars,
-                                      std::size_t largest_count);
+                                      const std::vector<SensorCalibration>& lidars, std::size_t largest_count,
+                                      const std::optional<TimeInterval>& window = std::nullopt);
 
 // The map of any returns (a drive's, or one scan's). Intensities of all LiDARs are brought to one scale from
 // what they saw in common. The result does not depend on the number of threads.
-IntensityMap BuildIntensityMap(const std::vector<MapReturn>& returns, const IntensityMapOptions& options);
-
-// The map of a drive.
-IntensityMap BuildIntensityMap(const Drive& drive, const SplitSpline& trajectory,
-                               const std::vector<SensorCalibration>& lidars,
-                               const IntensityMapOptions& options);
+IntensityMap BuildIntensityMap(const std::vector<MapReturn>& returns,
+                               const IntensityMapOptions& options = {});
 
 }  // namespace mlic

@@ -49,15 +49,16 @@ double Draw(std::size_t scan, std::size_t point) {
 }  // namespace
 
 std::vector<MapReturn> CollectReturns(const Drive& drive, const SplitSpline& trajectory,
-                                      const std::vector<SensorCalibration>& lidars,
-                                      std::size_t largest_count) {
+                                      const std::vector<SensorCalibration>& lidars, std::size_t largest_count,
+                                      const std::optional<TimeInterval>& window) {
   std::vector<std::pair<std::size_t, std::size_t>> scans;  // LiDAR, scan
   std::size_t total = 0;
   for (std::size_t l = 0; l < drive.lidars.size(); ++l) {
     for (std::size_t s = 0; s < drive.lidars[l].scans.size(); ++s) {
-      if (drive.lidars[l].scans[s].points.empty()) continue;
+      const LidarScan& scan = drive.lidars[l].scans[s];
+      if (scan.points.empty() || (window && !window->Contains(scan.time + lidars[l].time_offset))) continue;
       scans.emplace_back(l, s);
-      total += drive.lidars[l].scans[s].points.size();
+      total += scan.points.size();
     }
   }
   const double share =

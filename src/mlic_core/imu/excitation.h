@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "mlic_core/common/time_interval.h"
 #include "mlic_core/sensors/measurements.h"
 #include "mlic_core/sensors/rig.h"
 
@@ -18,17 +19,10 @@ double ImuRate(const std::vector<ImuSample>& samples);
 // too small.
 ImuNoise EstimateImuNoise(const std::vector<ImuSample>& samples);
 
-// Seconds on the IMU clock.
-struct TimeInterval {
-  double start = 0.0;
-  double end = 0.0;
-  double Duration() const { return end - start; }
-};
-
-// Where the IMU is at rest for at least `shortest` seconds, by the spread of rates and forces in windows of
-// half a second against the noise: neither exceeds three times the noise's sigma (and never counts below 5
-// mrad/s, 0.05 m/s^2), the mean rate is within 0.05 rad/s of zero, and the force within 0.5 m/s^2 of gravity.
-// Smooth straight travel at constant speed looks the same to an IMU.
+// Where the IMU (on its own clock) is at rest for at least `shortest` seconds, by the spread of rates and
+// forces in windows of half a second against the noise: neither exceeds three times the noise's sigma (and
+// never counts below 5 mrad/s, 0.05 m/s^2), the mean rate is within 0.05 rad/s of zero, and the force within
+// 0.5 m/s^2 of gravity. Smooth straight travel at constant speed looks the same to an IMU.
 std::vector<TimeInterval> StaticIntervals(const std::vector<ImuSample>& samples, const ImuNoise& noise,
                                           double shortest = 1.0);
 
