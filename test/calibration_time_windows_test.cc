@@ -16,65 +16,6 @@ CalibrationState TwoLidarsAndACamera() {
   return state;
 }
 
-// A plane that two LiDARs see from 0 to `end` seconds, 10 points a second each, in order of LiDAR and time.
-PlaneAssociation OnePlane(double end) {
-  PlaneAssociation association;
-  association.planes.resize(1);
-  association.planes[0].center = Eigen::Vector3d(1.0, 2.0, 3.0);
-  for (int lidar = 0; lidar < 2; ++lidar) {
-    for (double t = 0.0; t < end; t += 0.1) {
-      PlaneObservation o{};
-      o.position.setZero();
-      o.lidar = lidar;
-      o.time = t;
-      association.observations.push_back(o);
-    }
-  }
-  association.begin = {0, association.observations.size()};
-  return association;
-}
-
-TEST(TimeWindows, LeaveShortSightsAlone) {
-  const PlaneAssociation plane = OnePlane(9.0);
-  const PlaneAssociation split = SplitPlanes(plane, TwoLidarsAndACamera(), 10.0);
-  ASSERT_EQ(split.planes.size(), 1u);
-  EXPECT_EQ(split.begin, plane.begin);
-  for (std::size_t k = 0; k < plane.observations.size(); ++k) {
-    EXPECT_EQ(split.observations[k].time, plane.observations[k].time);
-    EXPECT_EQ(split.observations[k].lidar, plane.observations[k].lidar);
-  }
-}
-
-TEST(TimeWindows, CutLongSightsOnTheClockOfTheImuAndKeepTheOrder) {
-  const CalibrationState state = TwoLidarsAndACamera();
-  const PlaneAssociation plane = OnePlane(25.0);
-  const PlaneAssociation split = SplitPlanes(plane, state, 10.0);
-  ASSERT_EQ(split.planes.size(), 3u);
-  EXPECT_EQ(split.observations.size(), plane.observations.size());
-  double end_of_last = -1.0;
-  for (std::size_t p = 0; p < 3; ++p) {
-    EXPECT_EQ(split.planes[p].center, plane.planes[0].center);
-    double first = 1e9, last = -1e9;
-    for (std::size_t k = split.begin[p]; k < split.begin[p + 1]; ++k) {
-      const PlaneObservation& o = split.observations[k];
-      const double t = o.time + state.lidars[o.lidar].time_offset;
-      first = std::min(first, t);
-      last = std::max(last, t);
-      if (k == split.begin[p]) continue;
-      const PlaneObservation& before = split.observations[k - 1];
-      EXPECT_TRUE(before.lidar < o.lidar || (before.lidar == o.lidar && before.time < o.time));
-    }
-    EXPECT_LE(last - first, 10.0);
-    EXPECT_GT(first, end_of_last);
-    end_of_last = last;
-  }
-}
-
-TEST(TimeWindows, LeaveOutStretchesWithFewPoints) {
-  const PlaneAssociation split = SplitPlanes(OnePlane(10.8), TwoLidarsAndACamera(), 10.0);
-  EXPECT_EQ(split.planes.size(), 1u);
-}
-
 TEST(TimeWindows, PutPointsBackWhereTheyAreSeenMost) {
   LandmarkSet set;
   set.points.resize(2);

@@ -1,5 +1,6 @@
 # Tests of scan filter and LiDAR odometry.
 mlic_add_test(lidar_scan_filter_test LIBRARIES mlic_lidar)
+mlic_add_test(lidar_plane_map_test LIBRARIES mlic_lidar)
 mlic_add_test(lidar_own_body_test LIBRARIES mlic_lidar)
 if(TARGET mlic_sim)
   mlic_add_test(lidar_odometry_test LIBRARIES mlic_lidar mlic_sim)

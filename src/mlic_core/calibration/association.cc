@@ -9,6 +9,8 @@
 namespace mlic {
 namespace {
 
+constexpr double kMostPlanes = 2000.0;  // for each stretch of kLongestTie
+
 struct ScanSamples {
   std::vector<MapSample> samples;
 };
@@ -31,6 +33,7 @@ void DrawScan(const LidarScan& scan, const SplitSpline& trajectory, const Sensor
     sample.position =
         (rotation.rotation * (arm + calibration.T_imu_sensor.translation) + position).cast<float>();
     sample.view = (rotation.rotation * -arm.normalized()).cast<float>();
+    sample.time = t;
     sample.lidar = lidar;
     sample.scan = scan_index;
     sample.index = static_cast<std::int32_t>(i);
@@ -75,6 +78,10 @@ PlaneAssociation AssociatePlanes(const Drive& drive, const CalibrationState& sta
   const std::vector<MapSample> samples = DrawMap(drive, state, drive_index, options);
   PlaneMapOptions map_options;
   map_options.root_voxel = options.root_voxel;
+  map_options.longest = kLongestTie;
+  const SplitSpline& trajectory = state.drives[drive_index].trajectory;
+  const double stretches = std::max(1.0, (trajectory.End() - trajectory.Start()) / kLongestTie);
+  map_options.largest_count = static_cast<std::size_t>(kMostPlanes * stretches);
   PlaneAssociation association;
   association.planes = BuildPlaneMap(samples, noise, map_options);
   association.begin.push_back(0);
@@ -102,7 +109,7 @@ PlaneAssociation AssociatePlanes(const Drive& drive, const CalibrationState& sta
     plane.samples.clear();
     plane.samples.shrink_to_fit();
   }
-  return SplitPlanes(association, state, kLongestTie);
+  return association;
 }
 
 std::vector<PlaneNoise> MeasurePlaneNoise(const std::vector<PlaneAssociation>& associations,

@@ -13,8 +13,9 @@ struct AssociationOptions {
   std::vector<bool> lidars;            // which take part; empty: all
 };
 
-// Draws the map of one drive with the current state and ties points to its planes (SPEC stage 6b). A plane
-// that is seen for longer than kLongestTie (time_windows.h) comes as one plane for each such stretch of time.
+// Draws the map of one drive with the current state and ties points to its planes (SPEC stage 6b). A place
+// that is seen for longer than kLongestTie (time_windows.h) comes as one plane for each such stretch of time,
+// in order of time.
 PlaneAssociation AssociatePlanes(const Drive& drive, const CalibrationState& state, std::size_t drive_index,
                                  const std::vector<PlaneNoise>& noise, const AssociationOptions& options);
 

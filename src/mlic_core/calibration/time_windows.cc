@@ -8,8 +8,6 @@
 namespace mlic {
 namespace {
 
-// A plane has 3 unknowns, and one scan line does not fix them: as many points as the voxel map asks for.
-constexpr std::size_t kFewestOfPlane = 20;
 // One sight of a point says nothing about anything else.
 constexpr std::size_t kFewestOfPoint = 2;
 
@@ -20,12 +18,15 @@ struct Stretch {
   std::vector<std::size_t> observations;
 };
 
-// The stretches of the landmark whose observations are [begin, end).
-template <typename TimeOf>
-std::vector<Stretch> CutByTime(std::size_t landmark, std::size_t begin, std::size_t end, double longest,
-                               std::size_t fewest, const TimeOf& time_of) {
+// The stretches of one landmark.
+std::vector<Stretch> CutByTime(const LandmarkSet& points, std::size_t landmark, const CalibrationState& state,
+                               double longest, std::size_t fewest) {
+  const std::size_t begin = points.begin[landmark], end = points.begin[landmark + 1];
   std::vector<double> times(end - begin);
-  for (std::size_t k = begin; k < end; ++k) times[k - begin] = time_of(k);
+  for (std::size_t k = begin; k < end; ++k) {
+    const LandmarkObservation& o = points.observations[k];
+    times[k - begin] = o.time + state.cameras[o.camera].sensor.time_offset;
+  }
   std::vector<double> starts = times;
   std::sort(starts.begin(), starts.end());
   std::size_t kept = 0;
@@ -48,10 +49,9 @@ std::vector<Stretch> CutByTime(std::size_t landmark, std::size_t begin, std::siz
 
 // Lays the observations of all stretches of all landmarks one after the other, in order of the time at which
 // they begin. Returns for each new landmark the old one.
-template <typename Observation>
 std::vector<std::size_t> LayOut(const std::vector<std::vector<Stretch>>& landmarks,
-                                const std::vector<Observation>& observations,
-                                std::vector<Observation>* laid_out, std::vector<std::size_t>* begin) {
+                                const std::vector<LandmarkObservation>& observations,
+                                std::vector<LandmarkObservation>* laid_out, std::vector<std::size_t>* begin) {
   std::vector<const Stretch*> order;
   for (const std::vector<Stretch>& stretches : landmarks) {
     for (const Stretch& stretch : stretches) order.push_back(&stretch);
@@ -74,21 +74,6 @@ std::vector<std::size_t> LayOut(const std::vector<std::vector<Stretch>>& landmar
 
 }  // namespace
 
-PlaneAssociation SplitPlanes(const PlaneAssociation& planes, const CalibrationState& state, double longest) {
-  std::vector<std::vector<Stretch>> stretches(planes.planes.size());
-  ParallelFor(stretches.size(), [&](std::size_t p) {
-    stretches[p] =
-        CutByTime(p, planes.begin[p], planes.begin[p + 1], longest, kFewestOfPlane, [&](std::size_t k) {
-          const PlaneObservation& o = planes.observations[k];
-          return o.time + state.lidars[o.lidar].time_offset;
-        });
-  });
-  PlaneAssociation split;
-  const auto origins = LayOut(stretches, planes.observations, &split.observations, &split.begin);
-  for (const std::size_t origin : origins) split.planes.push_back(planes.planes[origin]);
-  return split;
-}
-
 LandmarkSet SplitPoints(const LandmarkSet& points, const CalibrationState& state, double longest,
                         std::vector<std::size_t>* origins) {
   constexpr double kForever = std::numeric_limits<double>::infinity();
@@ -96,11 +81,7 @@ LandmarkSet SplitPoints(const LandmarkSet& points, const CalibrationState& state
   ParallelFor(stretches.size(), [&](std::size_t p) {
     // What a LiDAR measured once is one landmark, and a single sight ties the camera to it.
     const bool on_map = points.IsOnMap(p);
-    stretches[p] = CutByTime(p, points.begin[p], points.begin[p + 1], on_map ? kForever : longest,
-                             on_map ? 1 : kFewestOfPoint, [&](std::size_t k) {
-                               const LandmarkObservation& o = points.observations[k];
-                               return o.time + state.cameras[o.camera].sensor.time_offset;
-                             });
+    stretches[p] = CutByTime(points, p, state, on_map ? kForever : longest, on_map ? 1 : kFewestOfPoint);
   });
   LandmarkSet split;
   *origins = LayOut(stretches, points.observations, &split.observations, &split.begin);

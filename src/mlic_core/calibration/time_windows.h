@@ -17,11 +17,10 @@ constexpr double kLongestTie = 20.0;
 // stretch from its first sight on; all start where the one was, and come in order of time. What is given up
 // is that the trajectory closes its loops over longer times, which tells a calibration next to nothing
 // (docs/measurements.md); within a stretch all sensors still share their landmarks. Stretches with too few
-// sights to fix a landmark are left out.
-PlaneAssociation SplitPlanes(const PlaneAssociation& planes, const CalibrationState& state, double longest);
-
-// origins: for each new point the old one. Points with a LiDAR sight stay whole, however far apart camera and
-// LiDAR saw them: the farther, the more control points they tie to each other, so pick sights near in time.
+// sights to fix a landmark are left out. Planes come from the voxel map for such stretches already
+// (association.h). origins: for each new point the old one. Points with a LiDAR sight stay whole, however far
+// apart camera and LiDAR saw them: the farther, the more control points they tie to each other, so pick
+// sights near in time.
 LandmarkSet SplitPoints(const LandmarkSet& points, const CalibrationState& state, double longest,
                         std::vector<std::size_t>* origins);
 

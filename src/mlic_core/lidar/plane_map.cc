@@ -27,7 +27,23 @@ struct KeyedSample {
   }
 };
 
-std::uint64_t VoxelKey(const Eigen::Vector3f& p, double root) {
+// The axes of the grid, in rows: cubes that stand on a corner. Their faces lean by 35 deg from the vertical
+// at least and by 55 deg from the horizontal, so no floor or wall lies along one. A face along a wall would
+// deal its points to both sides by their noise: two planes of half the scatter, whose points then follow the
+// state that dealt them and hold it where it is.
+const Eigen::Matrix3f& GridAxes() {
+  static const Eigen::Matrix3f kAxes = [] {
+    const double a = std::sqrt(2.0 / 3.0), b = std::sqrt(1.0 / 6.0), c = std::sqrt(0.5),
+                 up = std::sqrt(1.0 / 3.0);
+    Eigen::Matrix3d axes;
+    axes << a, 0.0, up, -b, c, up, -b, -c, up;
+    return Eigen::Matrix3f(axes.cast<float>());
+  }();
+  return kAxes;
+}
+
+std::uint64_t VoxelKey(const Eigen::Vector3f& position, double root) {
+  const Eigen::Vector3f p = GridAxes() * position;
   const double leaf = root / (1 << kLevels);
   std::uint64_t key = 0;
   std::uint64_t cell[3];
@@ -42,12 +58,16 @@ std::uint64_t VoxelKey(const Eigen::Vector3f& p, double root) {
   return key;
 }
 
+// One root voxel during one stretch of time.
 class RootVoxel {
  public:
   RootVoxel(const std::vector<MapSample>& samples, const std::vector<PlaneNoise>& noise,
-            const KeyedSample* keyed, std::vector<MapPlane>* planes)
+            const std::vector<KeyedSample>& keyed, std::vector<MapPlane>* planes)
       : samples_(samples), noise_(noise), keyed_(keyed), planes_(planes) {}
 
+  void Split() { Split(0, keyed_.size(), 0); }
+
+ private:
   void Split(std::size_t begin, std::size_t end, int level) {
     if (end - begin < kFewestPoints) return;
     if (TryPlane(begin, end)) return;
@@ -63,7 +83,6 @@ class RootVoxel {
     }
   }
 
- private:
   struct Fit {
     Plane plane;
     Eigen::Vector3d center, axis_u, axis_v;
@@ -141,6 +160,8 @@ class RootVoxel {
     plane.axis_u = fit.axis_u;
     plane.axis_v = fit.axis_v;
     plane.inflation = std::max(1.0, std::sqrt(squares / static_cast<double>(members.size())));
+    plane.start = samples_[members[0]].time;
+    for (const std::uint32_t m : members) plane.start = std::min(plane.start, samples_[m].time);
     plane.samples = std::move(members);
     planes_->push_back(std::move(plane));
   }
@@ -159,9 +180,30 @@ class RootVoxel {
 
   const std::vector<MapSample>& samples_;
   const std::vector<PlaneNoise>& noise_;
-  const KeyedSample* keyed_;
+  const std::vector<KeyedSample>& keyed_;
   std::vector<MapPlane>* planes_;
 };
+
+// The samples [begin, end) of one root voxel, cut into stretches of time from the first sample on; each keeps
+// their order.
+std::vector<std::vector<KeyedSample>> CutByTime(const std::vector<MapSample>& samples,
+                                                const KeyedSample* begin, const KeyedSample* end,
+                                                double longest) {
+  std::vector<double> times;
+  times.reserve(end - begin);
+  for (const KeyedSample* k = begin; k != end; ++k) times.push_back(samples[k->index].time);
+  std::sort(times.begin(), times.end());
+  std::vector<double> starts;
+  for (const double t : times) {
+    if (starts.empty() || t > starts.back() + longest) starts.push_back(t);
+  }
+  std::vector<std::vector<KeyedSample>> stretches(starts.size());
+  for (const KeyedSample* k = begin; k != end; ++k) {
+    const auto after = std::upper_bound(starts.begin(), starts.end(), samples[k->index].time);
+    stretches[after - starts.begin() - 1].push_back(*k);
+  }
+  return stretches;
+}
 
 }  // namespace
 
@@ -181,7 +223,10 @@ std::vector<MapPlane> BuildPlaneMap(const std::vector<MapSample>& samples,
   roots.push_back(keyed.size());
   std::vector<std::vector<MapPlane>> found(roots.size() - 1);
   ParallelFor(found.size(), [&](std::size_t r) {
-    RootVoxel(samples, noise, keyed.data(), &found[r]).Split(roots[r], roots[r + 1], 0);
+    const KeyedSample* first = keyed.data();
+    for (const auto& stretch : CutByTime(samples, first + roots[r], first + roots[r + 1], options.longest)) {
+      RootVoxel(samples, noise, stretch, &found[r]).Split();
+    }
   });
   std::vector<MapPlane> planes;
   for (auto& of_root : found) std::move(of_root.begin(), of_root.end(), std::back_inserter(planes));
@@ -191,6 +236,8 @@ std::vector<MapPlane> BuildPlaneMap(const std::vector<MapSample>& samples,
     });
     planes.resize(options.largest_count);
   }
+  std::stable_sort(planes.begin(), planes.end(),
+                   [](const MapPlane& a, const MapPlane& b) { return a.start < b.start; });
   return planes;
 }
 

@@ -1,0 +1,104 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "mlic_core/common/random.h"
+#include "mlic_core/lidar/plane_map.h"
+
+namespace mlic {
+namespace {
+
+constexpr double kNoise = 0.02;  // m
+const std::vector<PlaneNoise> kNoises{{kNoise, 0.001}};
+
+// A floor patch of 6 x 6 m at `height`, seen from above in ten scans from `start` on, one second apart.
+void SeeFloor(double height, double start, int first_scan, Random* random, std::vector<MapSample>* samples) {
+  for (int scan = 0; scan < 10; ++scan) {
+    for (int i = 0; i < 2000; ++i) {
+      MapSample sample;
+      sample.position = Eigen::Vector3d(random->Uniform(0.0, 6.0), random->Uniform(0.0, 6.0),
+                                        height + kNoise * random->Normal())
+                            .cast<float>();
+      sample.view = Eigen::Vector3f::UnitZ();
+      sample.time = start + scan;
+      sample.scan = first_scan + scan;
+      sample.index = i;
+      samples->push_back(sample);
+    }
+  }
+}
+
+double LargestOffset(const std::vector<MapPlane>& planes, double height) {
+  double largest = 0.0;
+  for (const MapPlane& plane : planes) largest = std::max(largest, std::abs(plane.center.z() - height));
+  return largest;
+}
+
+// Wherever a floor lies in the grid of voxels, each of its patches holds both halves of the noise.
+TEST(PlaneMap, IsNotBiasedByTheGridAtAnyHeight) {
+  for (const double height : {0.0, 0.25, 0.5, 1.0, 1.0001, 2.0, -3.0}) {
+    Random random(1);
+    std::vector<MapSample> samples;
+    SeeFloor(height, 0.0, 0, &random, &samples);
+    const std::vector<MapPlane> planes = BuildPlaneMap(samples, kNoises, {});
+    ASSERT_GT(planes.size(), 4u) << height;
+    std::size_t members = 0;
+    for (const MapPlane& plane : planes) members += plane.samples.size();
+    EXPECT_GT(members, samples.size() * 97 / 100) << height;
+    // Large patches average the noise away; halves of it would lie 16 mm off.
+    for (const MapPlane& plane : planes) {
+      if (plane.samples.size() < 400) continue;
+      EXPECT_LT(std::abs(plane.center.z() - height), 0.005) << height;
+    }
+  }
+}
+
+// The second visit sees the floor 5 cm higher, as where the trajectory has drifted.
+TEST(PlaneMap, FitsEachVisitByItself) {
+  Random random(2);
+  std::vector<MapSample> samples;
+  SeeFloor(0.3, 0.0, 0, &random, &samples);
+  SeeFloor(0.35, 100.0, 10, &random, &samples);
+  PlaneMapOptions options;
+  options.longest = 20.0;
+  std::vector<MapPlane> first, second;
+  double last_start = 0.0;
+  for (const MapPlane& plane : BuildPlaneMap(samples, kNoises, options)) {
+    EXPECT_GE(plane.start, last_start);
+    last_start = plane.start;
+    for (const std::uint32_t s : plane.samples) {
+      EXPECT_GE(samples[s].time, plane.start);
+      EXPECT_LE(samples[s].time, plane.start + options.longest);
+    }
+    if (plane.samples.size() >= 400) (plane.start < 50.0 ? first : second).push_back(plane);
+  }
+  ASSERT_GT(first.size(), 4u);
+  ASSERT_GT(second.size(), 4u);
+  EXPECT_LT(LargestOffset(first, 0.3), 0.005);
+  EXPECT_LT(LargestOffset(second, 0.35), 0.005);
+}
+
+// Both sides of a panel 1 cm thick: one plane for each, though one fit would take both.
+TEST(PlaneMap, KeepsTheSidesOfAThinPanelApart) {
+  Random random(3);
+  std::vector<MapSample> samples;
+  SeeFloor(0.305, 0.0, 0, &random, &samples);
+  const std::size_t upper = samples.size();
+  SeeFloor(0.295, 0.0, 10, &random, &samples);
+  for (std::size_t i = upper; i < samples.size(); ++i) samples[i].view = -Eigen::Vector3f::UnitZ();
+  std::size_t up = 0, down = 0;
+  for (const MapPlane& plane : BuildPlaneMap(samples, kNoises, {})) {
+    if (plane.samples.size() < 400) continue;
+    const bool is_up = plane.plane.normal.z() > 0.0;
+    (is_up ? up : down) += 1;
+    EXPECT_NEAR(plane.center.z(), is_up ? 0.305 : 0.295, 0.004);
+    for (const std::uint32_t s : plane.samples) EXPECT_EQ(s < upper, is_up);
+  }
+  EXPECT_GT(up, 4u);
+  EXPECT_GT(down, 4u);
+}
+
+}  // namespace
+}  // namespace mlic
