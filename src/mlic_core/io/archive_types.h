@@ -26,14 +26,9 @@ struct IsFlat<OdometryPose> : std::true_type {};
 template <>
 struct IsFlat<PoseSigma> : std::true_type {};
 
-template <typename Archive>
-void Fields(Archive& archive, OdometryResult& odometry) {
-  archive(odometry.poses);
-}
-
-template <typename Archive>
-void Fields(Archive& archive, CameraIntrinsics& intrinsics) {
-  archive(intrinsics.model, intrinsics.width, intrinsics.height, intrinsics.parameters);
+inline auto Members(OdometryResult& odometry) { return std::tie(odometry.poses); }
+inline auto Members(CameraIntrinsics& intrinsics) {
+  return std::tie(intrinsics.model, intrinsics.width, intrinsics.height, intrinsics.parameters);
 }
 
 template <typename T>

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <type_traits>
 #include <vector>
 
@@ -16,7 +17,12 @@ template <typename T>
 struct IsFlat : std::integral_constant<bool, std::is_arithmetic<T>::value || std::is_enum<T>::value> {};
 
 // Writes and reads values with the same calls: archive(a, b, c) for flat types, strings, vectors, optionals,
-// arrays, and every type with a function Fields(archive, value) found beside it.
+// arrays, and every type with a function Members(value) beside it that gives a tuple of references to what it
+// holds, or, where that is not all, with a Fields(archive, value) of its own.
+template <typename Archive, typename T>
+void Fields(Archive& archive, T& value) {
+  std::apply([&](auto&... members) { archive(members...); }, Members(value));
+}
 
 class ByteWriter {
  public:

@@ -40,70 +40,50 @@ void Fields(Archive& archive, PositionSpline& spline) {
   SplineFields(archive, spline);
 }
 
-template <typename Archive>
-void Fields(Archive& archive, DriveState& drive) {
-  archive(drive.trajectory.rotation, drive.trajectory.position, drive.gyroscope_bias,
-          drive.accelerometer_bias);
+auto Members(DriveState& drive) {
+  return std::tie(drive.trajectory.rotation, drive.trajectory.position, drive.gyroscope_bias,
+                  drive.accelerometer_bias);
 }
 
-template <typename Archive>
-void Fields(Archive& archive, CameraCalibration& camera) {
-  archive(camera.sensor, camera.intrinsics, camera.rolling_shutter, camera.readout);
+auto Members(CameraCalibration& camera) {
+  return std::tie(camera.sensor, camera.intrinsics, camera.rolling_shutter, camera.readout);
+}
+auto Members(CalibrationState& state) {
+  return std::tie(state.lidars, state.cameras, state.gyroscope_matrix, state.accelerometer_matrix,
+                  state.drives);
 }
 
-template <typename Archive>
-void Fields(Archive& archive, CalibrationState& state) {
-  archive(state.lidars, state.cameras, state.gyroscope_matrix, state.accelerometer_matrix, state.drives);
+auto Members(AngularRateAlignment& alignment) {
+  return std::tie(alignment.valid, alignment.failure, alignment.time_offset, alignment.R_imu_lidar,
+                  alignment.gyroscope_bias, alignment.rotation_information, alignment.information_values,
+                  alignment.information_directions, alignment.rotation_covariance,
+                  alignment.rotation_directions_shown, alignment.time_offset_sigma, alignment.residual_rms,
+                  alignment.inlier_share, alignment.peak_correlation, alignment.second_peak_ratio,
+                  alignment.second_peak_offset);
 }
 
-template <typename Archive>
-void Fields(Archive& archive, AngularRateAlignment& alignment) {
-  archive(alignment.valid, alignment.failure, alignment.time_offset, alignment.R_imu_lidar,
-          alignment.gyroscope_bias, alignment.rotation_information, alignment.information_values,
-          alignment.information_directions, alignment.rotation_covariance,
-          alignment.rotation_directions_shown, alignment.time_offset_sigma, alignment.residual_rms,
-          alignment.inlier_share, alignment.peak_correlation, alignment.second_peak_ratio,
-          alignment.second_peak_offset);
+auto Members(DriveOdometry& odometry) { return std::tie(odometry.lidars, odometry.alignments); }
+auto Members(Initialization& start) {
+  return std::tie(start.state, start.imu_sigma, start.base_lidar, start.problems, start.notes);
 }
 
-template <typename Archive>
-void Fields(Archive& archive, DriveOdometry& odometry) {
-  archive(odometry.lidars, odometry.alignments);
-}
-
-template <typename Archive>
-void Fields(Archive& archive, Initialization& start) {
-  archive(start.state, start.imu_sigma, start.base_lidar, start.problems, start.notes);
-}
-
-template <typename Archive>
-void Fields(Archive& archive, HeldCameraParameters& held) {
-  archive(held.rotation, held.translation, held.time_offset, held.readout, held.intrinsics);
+auto Members(HeldCameraParameters& held) {
+  return std::tie(held.rotation, held.translation, held.time_offset, held.readout, held.intrinsics);
 }
 
 template <>
 struct IsFlat<PointLandmark> : std::true_type {};
 
-template <typename Archive>
-void Fields(Archive& archive, LandmarkObservation& o) {
-  archive(o.camera, o.sigma, o.time, o.pixel, o.shape);
+auto Members(LandmarkObservation& o) { return std::tie(o.camera, o.sigma, o.time, o.pixel, o.shape); }
+auto Members(LidarSight& sight) {
+  return std::tie(sight.lidar, sight.time, sight.position, sight.sigma_along, sight.sigma_across);
 }
 
-template <typename Archive>
-void Fields(Archive& archive, LidarSight& sight) {
-  archive(sight.lidar, sight.time, sight.position, sight.sigma_along, sight.sigma_across);
-}
-
-template <typename Archive>
-void Fields(Archive& archive, LandmarkSet& set) {
-  archive(set.points, set.observations, set.begin, set.lidar_sights);
-}
-
-template <typename Archive>
-void Fields(Archive& archive, RefinementProgress& progress) {
-  archive(progress.state, progress.imu_sigma, progress.noise, progress.landmark_noise, progress.camera_held,
-          progress.sigmas, progress.match_noise, progress.landmarks, progress.rounds, progress.many_points,
-          progress.lines);
+auto Members(LandmarkSet& set) { return std::tie(set.points, set.observations, set.begin, set.lidar_sights); }
+auto Members(RefinementProgress& progress) {
+  return std::tie(progress.state, progress.imu_sigma, progress.noise, progress.landmark_noise,
+                  progress.camera_held, progress.sigmas, progress.match_noise, progress.landmarks,
+                  progress.rounds, progress.many_points, progress.lines);
 }
 
 template <>
@@ -111,40 +91,24 @@ struct IsFlat<FeatureMatch> : std::true_type {};
 template <>
 struct IsFlat<TrackObservation> : std::true_type {};
 
-template <typename Archive>
-void Fields(Archive& archive, Keyframe& keyframe) {
-  archive(keyframe.camera, keyframe.image, keyframe.time);
+auto Members(Keyframe& keyframe) { return std::tie(keyframe.camera, keyframe.image, keyframe.time); }
+auto Members(FeatureSet& features) {
+  return std::tie(features.pixels, features.scales, features.angles, features.scores,
+                  features.descriptor_size, features.descriptors, features.float_descriptors, features.width,
+                  features.height);
 }
 
-template <typename Archive>
-void Fields(Archive& archive, FeatureSet& features) {
-  archive(features.pixels, features.scales, features.angles, features.scores, features.descriptor_size,
-          features.descriptors, features.float_descriptors, features.width, features.height);
+auto Members(PairMatches& pair) { return std::tie(pair.keyframe_a, pair.keyframe_b, pair.matches); }
+auto Members(ImageFeatures& features) {
+  return std::tie(features.keyframes, features.features, features.followed);
 }
 
-template <typename Archive>
-void Fields(Archive& archive, PairMatches& pair) {
-  archive(pair.keyframe_a, pair.keyframe_b, pair.matches);
-}
+auto Members(Track& track) { return std::tie(track.observations); }
+auto Members(TrackSet& tracks) { return std::tie(tracks.keyframes, tracks.tracks); }
 
-template <typename Archive>
-void Fields(Archive& archive, ImageFeatures& features) {
-  archive(features.keyframes, features.features, features.followed);
-}
-
-template <typename Archive>
-void Fields(Archive& archive, Track& track) {
-  archive(track.observations);
-}
-
-template <typename Archive>
-void Fields(Archive& archive, TrackSet& tracks) {
-  archive(tracks.keyframes, tracks.tracks);
-}
-
-template <typename Archive>
-void Fields(Archive& archive, CameraInitialization& cameras) {
-  archive(cameras.cameras, cameras.held, cameras.noise_scale, cameras.found, cameras.problems, cameras.notes);
+auto Members(CameraInitialization& cameras) {
+  return std::tie(cameras.cameras, cameras.held, cameras.noise_scale, cameras.found, cameras.problems,
+                  cameras.notes);
 }
 
 std::vector<char> ToBytes(const DriveOdometry& odometry) { return WrittenBytes(odometry); }
