@@ -99,19 +99,26 @@ void ReadPattern(const Section& lidar, LidarModel& m) {
   m.R_sensor_pattern = FromDegrees(rpy_deg);
 }
 
+// What LiDARs and cameras have in common.
+template <typename Sensor>
+Sensor ReadPlacement(const std::string& name, const char* topic, const Section& s) {
+  Sensor sensor;
+  sensor.name = name;
+  sensor.topic = "/" + name + topic;
+  sensor.frame_id = name;
+  s.Read("topic", sensor.topic);
+  s.Read("frame_id", sensor.frame_id);
+  s.Need("T_imu_sensor");
+  ReadTransform(s, "T_imu_sensor", sensor.calibration.T_imu_sensor);
+  s.Read("time_offset", sensor.calibration.time_offset);
+  return sensor;
+}
+
 SimulatedLidar ReadLidar(const std::string& name, const Section& s) {
   s.OnlyKeys({"topic", "frame_id", "T_imu_sensor", "time_offset", "layout", "stamp", "phase", "rate",
               "pattern", "min_range", "max_range", "range_noise", "beam_divergence_deg",
               "range_at_10_percent", "random_dropouts"});
-  SimulatedLidar lidar;
-  lidar.name = name;
-  lidar.topic = "/" + name + "/points";
-  lidar.frame_id = name;
-  s.Read("topic", lidar.topic);
-  s.Read("frame_id", lidar.frame_id);
-  s.Need("T_imu_sensor");
-  ReadTransform(s, "T_imu_sensor", lidar.calibration.T_imu_sensor);
-  s.Read("time_offset", lidar.calibration.time_offset);
+  auto lidar = ReadPlacement<SimulatedLidar>(name, "/points", s);
   s.ReadName<PointLayout>("layout",
                           {{"velodyne", PointLayout::kVelodyne},
                            {"ouster", PointLayout::kOuster},
@@ -201,15 +208,7 @@ SimulatedCamera ReadCamera(const std::string& name, const Section& s) {
               "model",      "image_size", "intrinsics",   "fov_deg",      "shutter", "readout",
               "exposure",   "encoding",   "camera_info",  "jpeg_quality", "gain",    "exposure_drift",
               "vignetting", "full_well",  "read_noise"});
-  SimulatedCamera camera;
-  camera.name = name;
-  camera.topic = "/" + name + "/image_raw";
-  camera.frame_id = name;
-  s.Read("topic", camera.topic);
-  s.Read("frame_id", camera.frame_id);
-  s.Need("T_imu_sensor");
-  ReadTransform(s, "T_imu_sensor", camera.calibration.T_imu_sensor);
-  s.Read("time_offset", camera.calibration.time_offset);
+  auto camera = ReadPlacement<SimulatedCamera>(name, "/image_raw", s);
   s.ReadPositive("rate", camera.rate);
   s.Read("phase", camera.phase);
   ReadIntrinsics(s, camera.intrinsics);
