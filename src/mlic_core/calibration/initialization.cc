@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "mlic_core/calibration/knot_spacing.h"
+#include "mlic_core/calibration/pose_fit.h"
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/imu/accelerometer_lag.h"
@@ -122,24 +123,9 @@ bool InitializeDrive(const Dataset& dataset, std::size_t d, const OdometryResult
                                    UniformKnots::Covering(start, end, spacing.position));
   state.gyroscope_bias = alignment.gyroscope_bias;
   state.accelerometer_bias = arm.accelerometer_bias;
-
-  CalibrationState fit;
-  fit.drives.push_back(state);
-  Dataset one;
-  one.drives.emplace_back();
-  one.drives[0].epoch = drive.epoch;
-  one.drives[0].imu = drive.imu;
-  JointProblem problem;
-  problem.dataset = &one;
-  problem.imu_sigma = {result->imu_sigma[d]};
-  problem.poses.emplace_back();
-  const double sigma_rotation = std::max(1e-3, alignment.residual_rms);
-  const double sigma_translation = std::max(5e-3, arm.residual_rms);
-  for (const TimedPose& pose : imu_poses) {
-    problem.poses.back().push_back({pose.time, pose.pose, sigma_rotation, sigma_translation});
-  }
-  SolveJointProblem(problem, 6, CancellationToken(), &fit);
-  result->state.drives.push_back(fit.drives.front());
+  result->state.drives.push_back(FitToPoses(drive, result->imu_sigma[d], imu_poses,
+                                            std::max(1e-3, alignment.residual_rms),
+                                            std::max(5e-3, arm.residual_rms), std::move(state)));
   return true;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mlic_core/calibration/pose_fit.h"
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/geometry/timed_pose.h"
 
@@ -74,23 +75,10 @@ DriveState UprightTrajectory(const Drive& drive, const GyroIntegration& gyro,
   for (int j = 0; j < position_knots.count; ++j) {
     translations.push_back(Nearest(poses, position_knots.ControlPointTime(j)).pose.translation);
   }
-  CalibrationState fit;
-  fit.drives.push_back({{So3Spline(rotation_knots, rotations), PositionSpline(position_knots, translations)},
-                        gyroscope_bias,
-                        positions.accelerometer_bias});
-  Dataset one;
-  one.drives.emplace_back();
-  one.drives[0].epoch = drive.epoch;
-  one.drives[0].imu = drive.imu;
-  JointProblem problem;
-  problem.dataset = &one;
-  problem.imu_sigma = {imu_sigma};
-  problem.poses.emplace_back();
-  for (const TimedPose& pose : poses) {
-    problem.poses.back().push_back({pose.time, pose.pose, kRotationSigma, kTranslationSigma});
-  }
-  SolveJointProblem(problem, 6, CancellationToken(), &fit);
-  return fit.drives.front();
+  return FitToPoses(drive, imu_sigma, poses, kRotationSigma, kTranslationSigma,
+                    {{So3Spline(rotation_knots, rotations), PositionSpline(position_knots, translations)},
+                     gyroscope_bias,
+                     positions.accelerometer_bias});
 }
 
 }  // namespace mlic
