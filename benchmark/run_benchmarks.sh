@@ -6,31 +6,30 @@ set -euo pipefail
 
 "$repository/scripts/install_dependencies.sh"
 build_mlic -DMLIC_WITH_BENCHMARKS=ON
-"$build/benchmark/spline_benchmark" --benchmark_out="$build/benchmark/spline.json" --benchmark_out_format=json \
-  --benchmark_repetitions=5 --benchmark_report_aggregates_only=true >/dev/null
-/usr/bin/python3 - "$build/benchmark/spline.json" <<'EOF'
+for name in spline reprojection; do
+  "$build/benchmark/${name}_benchmark" --benchmark_out="$build/benchmark/$name.json" --benchmark_out_format=json \
+    --benchmark_repetitions=5 --benchmark_report_aggregates_only=true >/dev/null
+done
+/usr/bin/python3 - "$build/benchmark" <<'EOF'
 import json
 import sys
 
-with open(sys.argv[1]) as file:
-    runs = json.load(file)['benchmarks']
-median = {run['run_name']: run['cpu_time'] for run in runs if run.get('aggregate_name') == 'median'}
+
+def medians(name):
+    with open(f'{sys.argv[1]}/{name}.json') as file:
+        runs = json.load(file)['benchmarks']
+    return {run['run_name']: run['cpu_time'] for run in runs if run.get('aggregate_name') == 'median'}
+
+
+median = medians('spline')
 print('Spline residual with all Jacobians, one core, median of 5 runs')
 print(f'{"":34} {"closed form":>12} {"autodiff":>12} {"ratio":>7}')
 for text, name in [('IMU: gyroscope and accelerometer', 'Imu'), ('point to plane, time offset included', 'PointToPlane')]:
     closed, autodiff = median[name + 'ClosedForm'], median[name + 'CeresAutodiff']
     print(f'{text:36} {closed:7.0f} ns {autodiff:9.0f} ns {autodiff / closed:7.1f}')
 print(f'Preparation of a control point, once for each change: {median["PreparationOfOneControlPoint"]:.0f} ns')
-EOF
-"$build/benchmark/reprojection_benchmark" --benchmark_out="$build/benchmark/reprojection.json" \
-  --benchmark_out_format=json --benchmark_repetitions=5 --benchmark_report_aggregates_only=true >/dev/null
-/usr/bin/python3 - "$build/benchmark/reprojection.json" <<'EOF'
-import json
-import sys
 
-with open(sys.argv[1]) as file:
-    runs = json.load(file)['benchmarks']
-median = {run['run_name']: run['cpu_time'] for run in runs if run.get('aggregate_name') == 'median'}
+median = medians('reprojection')
 print('\nReprojection with all Jacobians, rolling shutter included; camera models alone; one core, median of 5 runs')
 print(f'{"":20} {"residual":>12} {"project":>12} {"unproject":>12}')
 for number, name in enumerate(['plumb_bob', 'rational_polynomial', 'equidistant', 'double_sphere']):
