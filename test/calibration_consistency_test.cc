@@ -14,8 +14,7 @@
 #include "mlic_core/calibration/initialization.h"
 #include "mlic_core/calibration/refinement.h"
 #include "mlic_core/geometry/so3.h"
-#include "mlic_core/lidar/scan_filter.h"
-#include "mlic_sim/simulation.h"
+#include "simulated_input.h"
 
 namespace mlic {
 namespace {
@@ -67,18 +66,10 @@ struct Errors {
 
 Errors CalibrationErrors(const std::string& sensors_file, sim::Scenario scenario, double duration,
                          std::uint64_t seed, bool with_guess) {
-  const sim::SensorSet sensors =
-      sim::LoadSensorSet(std::string(MLIC_SOURCE_DIR) + "/config/simulation/" + sensors_file);
-  sim::SimulationOptions options;
-  options.scenario = scenario;
-  options.duration = duration;
-  options.seed = seed;
-  sim::GuessOptions guess;
-  guess.with_guess = with_guess;
-  guess.seed = seed;
-  Dataset dataset;
-  dataset.drives.push_back(sim::SimulateDrive(sensors, options, [](LidarScan& scan) { FilterScan(scan); }));
-  const Rig rig = sim::RigFromSensorSet(sensors, guess);
+  const SimulatedInput input =
+      SimulateInput(ConfiguredSensors(sensors_file), DriveOptions(scenario, duration, seed), with_guess);
+  const Rig& rig = input.rig;
+  const Dataset& dataset = input.dataset;
   const CancellationToken never;
   CalibrationObserver nobody;
   const std::vector<DriveOdometry> odometry{RunDriveOdometry(rig, dataset.drives[0], never, [](double) {})};
@@ -92,7 +83,7 @@ Errors CalibrationErrors(const std::string& sensors_file, sim::Scenario scenario
       kUntil, [](double) {}, silent);
   refinement.MeasureCorrelation(silent);
   Errors errors;
-  errors.truth = sim::TrueCalibrations(sensors);
+  errors.truth = sim::TrueCalibrations(input.sensors);
   errors.error.resize(7 * errors.truth.size());
   for (std::size_t l = 0; l < errors.truth.size(); ++l) {
     const SensorCalibration &found = refinement.state().lidars[l], &truth = errors.truth[l];

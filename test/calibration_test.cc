@@ -2,8 +2,7 @@
 
 #include "mlic_core/calibration/calibrator.h"
 #include "mlic_core/geometry/so3.h"
-#include "mlic_core/lidar/scan_filter.h"
-#include "mlic_sim/simulation.h"
+#include "simulated_input.h"
 
 namespace mlic {
 namespace {
@@ -15,21 +14,11 @@ struct SimulatedRun {
 
 SimulatedRun CalibrateSimulated(const std::string& sensors_file, sim::Scenario scenario, double duration,
                                 std::uint64_t seed, bool with_noise, bool with_guess) {
-  const sim::SensorSet sensors =
-      sim::LoadSensorSet(std::string(MLIC_SOURCE_DIR) + "/config/simulation/" + sensors_file);
-  sim::SimulationOptions options;
-  options.scenario = scenario;
-  options.duration = duration;
-  options.seed = seed;
-  options.with_noise = with_noise;
-  sim::GuessOptions guess;
-  guess.with_guess = with_guess;
-  guess.seed = seed;
-  Dataset dataset;
-  dataset.drives.push_back(sim::SimulateDrive(sensors, options, [](LidarScan& scan) { FilterScan(scan); }));
+  const SimulatedInput input = SimulateInput(ConfiguredSensors(sensors_file),
+                                             DriveOptions(scenario, duration, seed, with_noise), with_guess);
   CalibrationObserver observer;
-  return {Calibrate(sim::RigFromSensorSet(sensors, guess), dataset, CancellationToken(), observer),
-          sim::TrueCalibrations(sensors)};
+  return {Calibrate(input.rig, input.dataset, CancellationToken(), observer),
+          sim::TrueCalibrations(input.sensors)};
 }
 
 double RotationErrorDeg(const SimulatedRun& run, std::size_t l) {

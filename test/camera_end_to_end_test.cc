@@ -5,6 +5,7 @@
 #include <mutex>
 #include <opencv2/core/mat.hpp>
 
+#include "interruption.h"
 #include "io_test_tools.h"
 #include "mlic_core/calibration/calibrator.h"
 #include "mlic_core/evaluation/intrinsics_error.h"
@@ -12,8 +13,7 @@
 #include "mlic_core/io/result_file.h"
 #include "mlic_core/io/stage_files.h"
 #include "mlic_core/io/text_file.h"
-#include "mlic_core/lidar/scan_filter.h"
-#include "mlic_sim/simulation.h"
+#include "simulated_input.h"
 
 namespace mlic {
 namespace {
@@ -40,8 +40,7 @@ class KeptImages : public ImageSource {
 
 // The hand-held pair of cameras with a LiDAR; images of half the size at 10 Hz, so that they are soon made.
 sim::SensorSet SmallStereo() {
-  sim::SensorSet sensors =
-      sim::LoadSensorSet(std::string(MLIC_SOURCE_DIR) + "/config/simulation/handheld_stereo.yaml");
+  sim::SensorSet sensors = ConfiguredSensors("handheld_stereo.yaml");
   for (sim::SimulatedCamera& camera : sensors.cameras) {
     CameraIntrinsics& intrinsics = camera.intrinsics;
     intrinsics.width /= 2;
@@ -55,24 +54,13 @@ sim::SensorSet SmallStereo() {
   return sensors;
 }
 
-struct Input {
-  Rig rig;
-  Dataset dataset;
+struct Input : SimulatedInput {
   CalibrationResult truth;
 };
 
 const Input& Drive() {
   static const Input input = [] {
-    const sim::SensorSet sensors = SmallStereo();
-    sim::SimulationOptions options;
-    options.scenario = sim::Scenario::kHandheld;
-    options.duration = 12.0;
-    options.seed = 3;
-    sim::GuessOptions guess;
-    guess.with_guess = false;
-    Input made{sim::RigFromSensorSet(sensors, guess), {}, {}};
-    made.dataset.drives.push_back(
-        sim::SimulateDrive(sensors, options, [](LidarScan& scan) { FilterScan(scan); }));
+    Input made{SimulateInput(SmallStereo(), DriveOptions(sim::Scenario::kHandheld, 12.0, 3), false), {}};
     for (CameraRecording& camera : made.dataset.drives[0].cameras) {
       camera.images = std::make_shared<KeptImages>(camera.images);
     }
@@ -81,8 +69,8 @@ const Input& Drive() {
       made.truth.sensors.back().name = name;
       made.truth.sensors.back().calibration = calibration;
     };
-    for (const auto& lidar : sensors.lidars) add(lidar.name, lidar.calibration);
-    for (const auto& camera : sensors.cameras) {
+    for (const auto& lidar : made.sensors.lidars) add(lidar.name, lidar.calibration);
+    for (const auto& camera : made.sensors.cameras) {
       add(camera.name, camera.calibration);
       made.truth.sensors.back().type = SensorResult::Type::kCamera;
       made.truth.sensors.back().intrinsics = camera.intrinsics;
@@ -91,31 +79,6 @@ const Input& Drive() {
   }();
   return input;
 }
-
-// Interrupts the run when a stage begins, or after one of its rounds.
-class Interruption : public CalibrationObserver {
- public:
-  Interruption(std::string stage, int round, CancellationToken* token)
-      : stage_(std::move(stage)), round_(round), token_(token) {}
-  void OnProgress(const std::string& stage, double fraction) override {
-    if (stage == stage_ && round_ < 0) token_->Cancel();
-    // Parts of a stage follow its name.
-    const auto is_of = [&](const char* name) { return stage.rfind(name, 0) == 0 && fraction > 0.0; };
-    if (is_of("image features")) ++feature_steps_;
-    if (is_of("tracks across cameras")) ++track_steps_;
-  }
-  void OnSnapshot(const CalibrationSnapshot& snapshot) override {
-    if (snapshot.stage == stage_ && snapshot.iteration == round_) token_->Cancel();
-  }
-  int feature_steps() const { return feature_steps_; }
-  int track_steps() const { return track_steps_; }
-
- private:
-  std::string stage_;
-  int round_;
-  CancellationToken* token_;
-  int feature_steps_ = 0, track_steps_ = 0;
-};
 
 // One run from begin to end, for all tests.
 const CalibrationResult& Uninterrupted() {
@@ -213,7 +176,7 @@ TEST(CameraEndToEnd, ARunThatWasKilledGoesOnToTheSameBytes) {
       yaml = YamlOf(Calibrate(Drive().rig, Drive().dataset, token, interruption, files));
     } catch (const Cancelled&) {
     }
-    return Outcome{yaml, interruption.feature_steps(), interruption.track_steps()};
+    return Outcome{yaml, interruption.Steps("image features"), interruption.Steps("tracks across cameras")};
   };
   const Outcome first = run("tracks of each camera", -1);
   EXPECT_EQ(first.yaml, "");

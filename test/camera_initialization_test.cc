@@ -4,6 +4,7 @@
 
 #include "mlic_core/calibration/intrinsics_observability.h"
 #include "synthetic_tracks.h"
+#include "true_spline.h"
 
 namespace mlic {
 namespace {
@@ -55,17 +56,11 @@ Case MakeCase(const std::vector<CameraCalibration>& truth, const SyntheticTracks
   c.truth = truth;
   const auto trajectory = sim::MakeTrajectory(scenario, 7, options.duration, RigidTransform());
   DriveState drive;
-  drive.trajectory = SplineOf(*trajectory, options.duration);
+  drive.trajectory = TrueSpline(*trajectory, options.duration, kSyntheticKnots);
   c.state.drives.push_back(drive);
   c.tracks.push_back(MakeTracks(drive.trajectory, truth, options));
-  for (std::size_t i = 0; i < truth.size(); ++i) {
-    CameraConfig config;
-    config.name = "camera_" + std::to_string(i);
-    config.model = truth[i].intrinsics.model;
-    config.shutter = truth[i].rolling_shutter ? Shutter::kRolling : Shutter::kGlobal;
-    c.rig.cameras.push_back(config);
-    c.start.push_back({truth[i].intrinsics, false});
-  }
+  c.rig = RigOf(truth);
+  c.start = StartsOf(truth);
   return c;
 }
 

@@ -10,23 +10,12 @@
 #include "mlic_core/lidar/scan_filter.h"
 #include "mlic_sim/image_stage.h"
 #include "mlic_sim/simulation.h"
+#include "true_spline.h"
 
 namespace mlic {
 namespace {
 
 constexpr double kDegree = M_PI / 180.0;
-
-SplitSpline SplineOf(const sim::Trajectory& trajectory, double duration) {
-  const UniformKnots knots = UniformKnots::Covering(0.0, duration, 0.005);
-  std::vector<Eigen::Quaterniond> rotations;
-  std::vector<Eigen::Vector3d> positions;
-  for (int i = 0; i < knots.count; ++i) {
-    const RigidTransform pose = trajectory.PoseAt(knots.ControlPointTime(i));
-    rotations.push_back(pose.rotation);
-    positions.push_back(pose.translation);
-  }
-  return {So3Spline(knots, rotations), PositionSpline(knots, positions)};
-}
 
 // A hand-held LiDAR of 32 rings and one of its cameras in a hall, everything known but the camera's pose.
 class Hall {
@@ -39,7 +28,7 @@ class Hall {
     simulation.duration = 6.0;
     const Drive drive = sim::SimulateDrive(sensors_, simulation, [](LidarScan& scan) { FilterScan(scan); });
     trajectory_ = sim::MakeTrajectory(sensors_, simulation);
-    map_ = BuildIntensityMap(CollectReturns(drive, SplineOf(*trajectory_, simulation.duration),
+    map_ = BuildIntensityMap(CollectReturns(drive, TrueSpline(*trajectory_, simulation.duration),
                                             sim::TrueCalibrations(sensors_), 10000000));
     const std::vector<double> times = sim::ImageTimes(camera(), simulation.duration);
     for (std::size_t k = 0; k < 4; ++k) {

@@ -4,6 +4,7 @@
 #include "mlic_core/calibration/joint_problem.h"
 #include "mlic_core/calibration/map_matching.h"
 #include "synthetic_tracks.h"
+#include "true_spline.h"
 
 namespace mlic {
 namespace {
@@ -21,7 +22,7 @@ Case MakeCase() {
   const double duration = 8.0;
   const auto trajectory = sim::MakeTrajectory(sim::Scenario::kHandheld, 3, duration, RigidTransform());
   DriveState drive;
-  drive.trajectory = SplineOf(*trajectory, duration);
+  drive.trajectory = TrueSpline(*trajectory, duration, kSyntheticKnots);
   c.truth.drives.push_back(drive);
   c.truth.lidars.push_back(
       {{FromRollPitchYaw(kDegree * Eigen::Vector3d(3.0, -17.0, 128.0)), {0.08, -0.05, 0.12}}, 0.05});

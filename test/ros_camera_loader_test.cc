@@ -6,7 +6,6 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "mlic_core/common/error.h"
 #include "mlic_core/common/parallel.h"
 #include "mlic_ros/bag_loader.h"
 #include "mlic_ros/image_reader.h"
@@ -120,21 +119,7 @@ class CameraLoader : public ::testing::Test {
     return LoadDataset(rig_, {recipe_.path}, options_, report_, CancellationToken(), progress);
   }
   void ExpectError(const std::vector<std::string>& parts) {
-    try {
-      Load();
-      FAIL() << "loaded without an error";
-    } catch (const InputError& error) {
-      const std::string text = error.what();
-      EXPECT_EQ(text.find('\n'), std::string::npos) << text;
-      for (const std::string& part : parts)
-        EXPECT_NE(text.find(part), std::string::npos) << part << " in: " << text;
-    }
-  }
-  bool Reported(const std::vector<std::string>& lines, const std::string& part) const {
-    for (const std::string& line : lines) {
-      if (line.find(part) != std::string::npos) return true;
-    }
-    return false;
+    ExpectInputError([this] { Load(); }, parts);
   }
   void ExpectImages(const cv::Mat (*expected)(int), double tolerance) {
     const Dataset dataset = Load();

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <gtest/gtest.h>
 #include <rosbag/bag.h>
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/PointCloud2.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -12,8 +14,10 @@
 #include <string>
 #include <vector>
 
+#include "mlic_core/common/error.h"
 #include "mlic_core/common/time.h"
 #include "mlic_ros/livox_message.h"
+#include "mlic_ros/point_field.h"
 
 namespace ros::message_traits {
 
@@ -76,15 +80,6 @@ struct TestBag {
   std::function<void(rosbag::Bag&)> write_more;                        // other topics
 };
 
-inline sensor_msgs::PointField Field(const std::string& name, std::uint32_t offset, std::uint8_t type) {
-  sensor_msgs::PointField field;
-  field.name = name;
-  field.offset = offset;
-  field.datatype = type;
-  field.count = 1;
-  return field;
-}
-
 template <typename T>
 void Put(std::vector<std::uint8_t>& data, std::size_t at, T value) {
   std::memcpy(data.data() + at, &value, sizeof(T));
@@ -110,17 +105,17 @@ inline sensor_msgs::PointCloud2 MakeTestCloud(const TestBag& bag, TimeNs start) 
   cloud.width = kColumns * kRings;
   cloud.point_step = 32;
   cloud.row_step = cloud.point_step * cloud.width;
-  cloud.fields = {Field("x", 0, PointField::FLOAT32), Field("y", 4, PointField::FLOAT32),
-                  Field("z", 8, PointField::FLOAT32), Field("intensity", 12, PointField::FLOAT32),
-                  Field("ring", 16, PointField::UINT16)};
+  cloud.fields = {MakeField("x", 0, PointField::FLOAT32), MakeField("y", 4, PointField::FLOAT32),
+                  MakeField("z", 8, PointField::FLOAT32), MakeField("intensity", 12, PointField::FLOAT32),
+                  MakeField("ring", 16, PointField::UINT16)};
   const bool absolute = bag.layout == Layout::kAbsoluteSeconds ||
                         bag.layout == Layout::kAbsoluteNanoseconds || bag.layout == Layout::kOtherClock;
   if (absolute) {
-    cloud.fields.push_back(Field("timestamp", 24, PointField::FLOAT64));
+    cloud.fields.push_back(MakeField("timestamp", 24, PointField::FLOAT64));
   } else if (bag.layout == Layout::kNanoseconds) {
-    cloud.fields.push_back(Field("t", 24, PointField::UINT32));
+    cloud.fields.push_back(MakeField("t", 24, PointField::UINT32));
   } else if (bag.layout != Layout::kNoTimes) {
-    cloud.fields.push_back(Field("time", 24, PointField::FLOAT32));
+    cloud.fields.push_back(MakeField("time", 24, PointField::FLOAT32));
   }
   cloud.data.resize(cloud.row_step);
   for (int i = 0; i < kColumns * kRings; ++i) {
@@ -200,6 +195,24 @@ inline void WriteTestBag(const TestBag& recipe) {
     if (!recipe.on_cloud || recipe.on_cloud(i, cloud)) bag.write("/points", record, cloud);
   }
   if (recipe.write_more) recipe.write_more(bag);
+}
+
+// Expects an InputError of one line with all the parts.
+inline void ExpectInputError(const std::function<void()>& load, const std::vector<std::string>& parts) {
+  try {
+    load();
+    FAIL() << "loaded without an error";
+  } catch (const InputError& error) {
+    const std::string text = error.what();
+    EXPECT_EQ(text.find('\n'), std::string::npos) << text;
+    for (const std::string& part : parts)
+      EXPECT_NE(text.find(part), std::string::npos) << part << " in: " << text;
+  }
+}
+
+inline bool Reported(const std::vector<std::string>& lines, const std::string& part) {
+  return std::any_of(lines.begin(), lines.end(),
+                     [&](const std::string& line) { return line.find(part) != std::string::npos; });
 }
 
 }  // namespace mlic

@@ -3,66 +3,23 @@
 #include <cstdint>
 #include <cstring>
 
+#include "interruption.h"
 #include "io_test_tools.h"
 #include "mlic_core/calibration/calibrator.h"
 #include "mlic_core/io/result_file.h"
 #include "mlic_core/io/serialize.h"
 #include "mlic_core/io/stage_files.h"
 #include "mlic_core/io/text_file.h"
-#include "mlic_core/lidar/scan_filter.h"
-#include "mlic_sim/simulation.h"
+#include "simulated_input.h"
 
 namespace mlic {
 namespace {
 
-struct Input {
-  Rig rig;
-  Dataset dataset;
-};
-
-const Input& TwoLidars() {
-  static const Input input = [] {
-    const sim::SensorSet sensors =
-        sim::LoadSensorSet(std::string(MLIC_SOURCE_DIR) + "/config/simulation/dual_rosette.yaml");
-    sim::SimulationOptions options;
-    options.scenario = sim::Scenario::kHandheld;
-    options.duration = 8.0;
-    options.seed = 5;
-    sim::GuessOptions guess;
-    guess.with_guess = false;
-    Input made{sim::RigFromSensorSet(sensors, guess), {}};
-    made.dataset.drives.push_back(
-        sim::SimulateDrive(sensors, options, [](LidarScan& scan) { FilterScan(scan); }));
-    return made;
-  }();
+const SimulatedInput& TwoLidars() {
+  static const SimulatedInput input = SimulateInput(ConfiguredSensors("dual_rosette.yaml"),
+                                                    DriveOptions(sim::Scenario::kHandheld, 8.0, 5), false);
   return input;
 }
-
-// Interrupts the run when a stage begins, or after one of its rounds; counts the work on the odometry.
-class Interruption : public CalibrationObserver {
- public:
-  Interruption(std::string stage, int round, CancellationToken* token)
-      : stage_(std::move(stage)), round_(round), token_(token) {}
-
-  void OnProgress(const std::string& stage, double fraction) override {
-    if (stage == stage_ && round_ < 0) token_->Cancel();
-    if (stage == "LiDAR odometry" && fraction > 0.0) ++odometry_steps_;
-  }
-  void OnSnapshot(const CalibrationSnapshot& snapshot) override {
-    if (snapshot.stage != "joint adjustment") return;
-    ++joint_rounds_;
-    if (snapshot.stage == stage_ && snapshot.iteration == round_) token_->Cancel();
-  }
-  int odometry_steps() const { return odometry_steps_; }
-  int joint_rounds() const { return joint_rounds_; }
-
- private:
-  std::string stage_;
-  int round_;
-  CancellationToken* token_;
-  int odometry_steps_ = 0;
-  int joint_rounds_ = 0;
-};
 
 class StageResume : public testing::Test {
  protected:
@@ -83,8 +40,8 @@ class StageResume : public testing::Test {
       yaml = ReadFile(path);
     } catch (const Cancelled&) {
     }
-    odometry_steps_ = interruption.odometry_steps();
-    joint_rounds_ = interruption.joint_rounds();
+    odometry_steps_ = interruption.Steps("LiDAR odometry");
+    joint_rounds_ = interruption.Rounds("joint adjustment");
     return yaml;
   }
 

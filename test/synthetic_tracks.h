@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <memory>
+#include <string>
 #include <vector>
 
+#include "mlic_core/calibration/camera_initialization.h"
 #include "mlic_core/calibration/state.h"
 #include "mlic_core/camera/tracks.h"
 #include "mlic_core/common/random.h"
@@ -25,17 +27,7 @@ struct SyntheticTracksOptions {
   std::uint64_t seed = 1;
 };
 
-inline SplitSpline SplineOf(const sim::Trajectory& trajectory, double duration) {
-  const UniformKnots knots = UniformKnots::Covering(0.0, duration, 0.05);
-  std::vector<Eigen::Quaterniond> rotations;
-  std::vector<Eigen::Vector3d> positions;
-  for (int j = 0; j < knots.count; ++j) {
-    const RigidTransform pose = trajectory.PoseAt(knots.ControlPointTime(j));
-    rotations.push_back(pose.rotation);
-    positions.push_back(pose.translation);
-  }
-  return {So3Spline(knots, rotations), PositionSpline(knots, positions)};
-}
+constexpr double kSyntheticKnots = 0.05;  // s, between those of the splines that the tracks are made from
 
 // The pixel of a point in an image with this stamp; false where it is not in the image.
 inline bool See(const SplitSpline& trajectory, const CameraCalibration& camera, double stamp,
@@ -87,6 +79,24 @@ inline TrackSet MakeTracks(const SplitSpline& trajectory, const std::vector<Came
     if (track.observations.size() >= 2) tracks.tracks.push_back(track);
   }
   return tracks;
+}
+
+// The rig file and the starts of cameras whose intrinsics are known, and nothing else of them.
+inline Rig RigOf(const std::vector<CameraCalibration>& cameras) {
+  Rig rig;
+  for (const CameraCalibration& camera : cameras) {
+    CameraConfig config;
+    config.name = "camera_" + std::to_string(rig.cameras.size());
+    config.model = camera.intrinsics.model;
+    config.shutter = camera.rolling_shutter ? Shutter::kRolling : Shutter::kGlobal;
+    rig.cameras.push_back(config);
+  }
+  return rig;
+}
+inline std::vector<CameraStart> StartsOf(const std::vector<CameraCalibration>& cameras) {
+  std::vector<CameraStart> starts;
+  for (const CameraCalibration& camera : cameras) starts.push_back({camera.intrinsics, false});
+  return starts;
 }
 
 // Mean displacement over the image between two intrinsics, px; no rotation is taken out.

@@ -8,9 +8,9 @@
 namespace mlic {
 
 // A simulated drive's true trajectory as the spline that the core works with. A spline with the poses as
-// control points is off by acceleration * spacing^2 / 6: micrometres at 2 ms.
-inline SplitSpline TrueSpline(const sim::Trajectory& trajectory, double duration) {
-  const UniformKnots knots = UniformKnots::Covering(0.0, duration, 0.002);
+// control points is off by acceleration * spacing^2 / 6: micrometres at 2 ms. spacing: s.
+inline SplitSpline TrueSpline(const sim::Trajectory& trajectory, double duration, double spacing = 0.002) {
+  const UniformKnots knots = UniformKnots::Covering(0.0, duration, spacing);
   std::vector<Eigen::Quaterniond> rotations;
   std::vector<Eigen::Vector3d> positions;
   for (int j = 0; j < knots.count; ++j) {

@@ -6,6 +6,7 @@
 
 #include "mlic_core/calibration/observability.h"
 #include "synthetic_tracks.h"
+#include "true_spline.h"
 
 namespace mlic {
 namespace {
@@ -79,18 +80,13 @@ Case MakeCase(const std::vector<CameraCalibration>& truth, const SyntheticTracks
   Case c;
   c.truth = truth;
   c.imu = imu;
-  c.trajectory =
-      SplineOf(*sim::MakeTrajectory(scenario, seed, options.duration, RigidTransform()), options.duration);
+  c.trajectory = TrueSpline(*sim::MakeTrajectory(scenario, seed, options.duration, RigidTransform()),
+                            options.duration, kSyntheticKnots);
   c.dataset.drives.emplace_back();
   c.dataset.drives[0].imu = MakeImu(c.trajectory, options.duration, imu, seed + 100);
   c.tracks.push_back(MakeTracks(c.trajectory, truth, options));
-  for (std::size_t i = 0; i < truth.size(); ++i) {
-    CameraConfig config;
-    config.name = "camera_" + std::to_string(i);
-    config.model = truth[i].intrinsics.model;
-    c.rig.cameras.push_back(config);
-    c.start.push_back({truth[i].intrinsics, false});
-  }
+  c.rig = RigOf(truth);
+  c.start = StartsOf(truth);
   return c;
 }
 
@@ -114,10 +110,14 @@ double PathLength(const SplitSpline& trajectory, double start, double end) {
   return length;
 }
 
-Errors Worst(const Case& c, const Initialization& result) {
-  Errors worst;
+void Print(const Initialization& result) {
   for (const std::string& line : result.notes) std::printf("  %s\n", line.c_str());
   for (const std::string& line : result.problems) std::printf("  problem: %s\n", line.c_str());
+}
+
+Errors Worst(const Case& c, const Initialization& result) {
+  Errors worst;
+  Print(result);
   if (result.state.drives.size() != 1 || result.state.cameras.size() != c.truth.size()) {
     ADD_FAILURE() << "no state";
     return {1e3, 1e3, 1e3, 1e3, 1e3};
@@ -231,14 +231,19 @@ TEST(VisualInitialization, OneCameraIsEnoughAndEveryTenthSightMayBeWrong) {
   EXPECT_LT(worst.path_share, 0.003);
 }
 
+SyntheticTracksOptions SeenFromACar() {
+  SyntheticTracksOptions options;
+  options.noise = 0.5;
+  options.nearest = 4.0;
+  options.farthest = 20.0;
+  return options;
+}
+
 // A car turns about one axis: what that leaves open comes from the guess; the scale is there, as it speeds up
 // sideways to either side.
 TEST(VisualInitialization, ACarNeedsAGuessOnly) {
-  SyntheticTracksOptions options;
-  options.noise = 0.5;
+  SyntheticTracksOptions options = SeenFromACar();
   options.duration = 40.0;
-  options.nearest = 4.0;
-  options.farthest = 20.0;
   Case c = MakeCase(Stereo(), options, RealImu(), sim::Scenario::kFigureEight);
   StartFromFieldOfView(&c, 90.0);
   Random random(3);
@@ -262,10 +267,7 @@ TEST(VisualInitialization, ACarNeedsAGuessOnly) {
 
 // Steady turning on a plane: what the accelerometer reads is as well a bias.
 TEST(VisualInitialization, RefusesAScaleThatTheMotionDoesNotShow) {
-  SyntheticTracksOptions options;
-  options.noise = 0.5;
-  options.nearest = 4.0;
-  options.farthest = 20.0;
+  const SyntheticTracksOptions options = SeenFromACar();
   for (const sim::Scenario scenario :
        {sim::Scenario::kCircle, sim::Scenario::kStraight, sim::Scenario::kStatic}) {
     Case c = MakeCase(Stereo(), options, RealImu(), scenario);
@@ -276,8 +278,7 @@ TEST(VisualInitialization, RefusesAScaleThatTheMotionDoesNotShow) {
       c.rig.cameras[i].guess = guess;
     }
     const Initialization result = c.Run();
-    for (const std::string& line : result.notes) std::printf("  %s\n", line.c_str());
-    for (const std::string& line : result.problems) std::printf("  problem: %s\n", line.c_str());
+    Print(result);
     EXPECT_TRUE(result.state.drives.empty());
     EXPECT_FALSE(result.problems.empty());
   }

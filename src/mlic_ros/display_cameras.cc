@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "mlic_ros/display_messages.h"
+#include "mlic_ros/point_field.h"
 
 namespace mlic {
 namespace {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "mlic_ros/point_field.h"
+
 namespace mlic {
 namespace {
 
@@ -81,15 +83,6 @@ geometry_msgs::TransformStamped MakeFrame(const std::string& parent, const std::
 std::string FrameName(const std::string& frame, const std::string& fallback) {
   const std::string name = !frame.empty() && frame.front() == '/' ? frame.substr(1) : frame;
   return name.empty() ? fallback : name;
-}
-
-sensor_msgs::PointField MakeField(const std::string& name, std::uint32_t offset, std::uint8_t type) {
-  sensor_msgs::PointField field;
-  field.name = name;
-  field.offset = offset;
-  field.datatype = type;
-  field.count = 1;
-  return field;
 }
 
 visualization_msgs::MarkerArray MakePlaneMarkers(const std::vector<PlanePatch>& planes,

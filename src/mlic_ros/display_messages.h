@@ -24,9 +24,6 @@ geometry_msgs::TransformStamped MakeFrame(const std::string& parent, const std::
 // tf2's form of a frame name (no leading slash); `fallback` where it is empty.
 std::string FrameName(const std::string& frame, const std::string& fallback);
 
-// A field of one value in a PointCloud2; type: one of sensor_msgs::PointField's.
-sensor_msgs::PointField MakeField(const std::string& name, std::uint32_t offset, std::uint8_t type);
-
 // Each plane as a rectangle of its extent, coloured by the direction of its normal.
 visualization_msgs::MarkerArray MakePlaneMarkers(const std::vector<PlanePatch>& planes,
                                                  const ros::Time& stamp);
