@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "mlic_core/common/error.h"
+#include "mlic_core/common/order_statistics.h"
 
 namespace mlic {
 namespace {
@@ -12,19 +13,15 @@ constexpr double kLeastForce = 6.0, kMostForce = 20.0;  // m/s^2, median of a dr
 constexpr double kFastestMedianTurn = 6.0;              // rad/s
 constexpr double kFastestTurn = 35.0;                   // rad/s, 2000 deg/s: the range of common gyroscopes
 
-// The value that `share` of the samples stay below.
 template <typename Norm>
-double Quantile(const std::vector<StampedImu>& samples, double share, const Norm& norm) {
+std::vector<double> Norms(const std::vector<StampedImu>& samples, const Norm& norm) {
   std::vector<double> values;
   for (const StampedImu& sample : samples) values.push_back(norm(sample));
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
+  return values;
 }
 
 void CheckForce(const std::vector<StampedImu>& samples, const std::string& topic) {
-  const double force = Quantile(samples, 0.5, [](const auto& s) { return s.specific_force.norm(); });
+  const double force = Quantile(Norms(samples, [](const auto& s) { return s.specific_force.norm(); }), 0.5);
   if (force >= kLeastForce && force <= kMostForce) return;
   std::ostringstream text;
   text << "topic " << topic << ": the median of |linear_acceleration| is " << force
@@ -42,9 +39,8 @@ void CheckForce(const std::vector<StampedImu>& samples, const std::string& topic
 }
 
 void CheckTurnRate(const std::vector<StampedImu>& samples, const std::string& topic) {
-  const auto norm = [](const auto& s) { return s.angular_velocity.norm(); };
-  const double median = Quantile(samples, 0.5, norm);
-  const double high = Quantile(samples, 0.98, norm);
+  const std::vector<double> rates = Norms(samples, [](const auto& s) { return s.angular_velocity.norm(); });
+  const double median = Quantile(rates, 0.5), high = Quantile(rates, 0.98);
   if (median <= kFastestMedianTurn && high <= kFastestTurn) return;
   std::ostringstream text;
   text << "topic " << topic << ": |angular_velocity| has a median of " << median << " and reaches " << high

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "mlic_core/calibration/time_windows.h"
+#include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/parallel.h"
 
 namespace mlic {
@@ -63,12 +64,6 @@ std::vector<MapSample> DrawMap(const Drive& drive, const CalibrationState& state
     part.samples = {};
   }
   return samples;
-}
-
-double MedianOf(std::vector<float>* values) {
-  auto middle = values->begin() + values->size() / 2;
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
 }
 
 }  // namespace
@@ -139,7 +134,7 @@ std::vector<PlaneNoise> MeasurePlaneNoise(const std::vector<PlaneAssociation>& a
       if (values.size() < kFewest) continue;
       double cosine = 0.0;
       for (const float c : cosines[l * kBins + b]) cosine += c;
-      const double sigma = 1.4826 * MedianOf(&values);
+      const double sigma = 1.4826 * Median(values);
       bins.emplace_back(cosine / values.size(), sigma * sigma, static_cast<double>(values.size()));
     }
     if (bins.empty()) continue;

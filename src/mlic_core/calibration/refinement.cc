@@ -7,6 +7,7 @@
 #include "mlic_core/calibration/intrinsics_observability.h"
 #include "mlic_core/calibration/result_assembly.h"
 #include "mlic_core/calibration/snapshot.h"
+#include "mlic_core/common/order_statistics.h"
 #include "mlic_core/geometry/so3.h"
 
 namespace mlic {
@@ -156,13 +157,9 @@ void Refinement::MeasureImuSigma() {
       }
     }
     if (gyroscope.size() < 100) continue;
-    const auto sigma = [](std::vector<double>* sizes) {
-      const auto middle = sizes->begin() + sizes->size() / 2;
-      std::nth_element(sizes->begin(), middle, sizes->end());
-      return 1.4826 * *middle;
-    };
-    problem_.imu_sigma[d].gyroscope = std::max(given_imu_sigma_[d].gyroscope, sigma(&gyroscope));
-    problem_.imu_sigma[d].accelerometer = std::max(given_imu_sigma_[d].accelerometer, sigma(&accelerometer));
+    problem_.imu_sigma[d] = {
+        std::max(given_imu_sigma_[d].gyroscope, 1.4826 * Median(std::move(gyroscope))),
+        std::max(given_imu_sigma_[d].accelerometer, 1.4826 * Median(std::move(accelerometer)))};
   }
 }
 

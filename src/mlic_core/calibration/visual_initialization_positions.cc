@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "mlic_core/calibration/visual_initialization_system.h"
+#include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/imu/imu_samples.h"
 #include "mlic_core/imu/robust.h"

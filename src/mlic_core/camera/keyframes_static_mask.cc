@@ -4,6 +4,7 @@
 
 #include "mlic_core/camera/image_quality.h"
 #include "mlic_core/camera/keyframes.h"
+#include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/parallel.h"
 
 namespace mlic {
@@ -33,12 +34,6 @@ cv::Mat SpreadOverTime(const std::vector<cv::Mat>& images) {
     }
   });
   return spread;
-}
-
-double Median(const cv::Mat& image) {
-  std::vector<float> values(image.begin<float>(), image.end<float>());
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
 }
 
 // Sets regions of `same` (CV_8UC1) with fewer than `least` pixels to 0.
@@ -74,7 +69,9 @@ cv::Mat FindStaticPixels(const CameraRecording& recording, const std::vector<Key
     images[i].convertTo(images[i], CV_32F);
   });
   const cv::Mat spread = SpreadOverTime(images);
-  const double limit = std::min(options.largest_deviation, kSmallAgainstOthers * Median(spread));
+  const double limit =
+      std::min(options.largest_deviation,
+               kSmallAgainstOthers * Median(std::vector<float>(spread.begin<float>(), spread.end<float>())));
   cv::Mat same = spread < limit;
   // Texture that moves across a pixel changes it; what is plain (sky, asphalt) may not change either, and
   // loses nothing by being left out: it has no features.

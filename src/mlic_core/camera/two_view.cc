@@ -8,6 +8,7 @@
 #include "mlic_core/camera/epipolar_refinement.h"
 #include "mlic_core/camera/five_point.h"
 #include "mlic_core/common/error.h"
+#include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/random.h"
 #include "mlic_core/geometry/so3.h"
 
@@ -190,16 +191,15 @@ RelativePose Matches::Decompose(const Eigen::Matrix3d& E, const std::vector<bool
 // what lies within three sigmas as measured. `inlier` is by the limit, about the pose returned.
 RelativePose Matches::Polish(RelativePose pose, std::vector<bool>* inlier) const {
   const std::vector<bool> candidates = *inlier;
-  std::vector<double> errors(size()), sorted;
+  std::vector<double> errors(size()), of_candidates;
   for (int round = 0; round < 3; ++round) {
-    sorted.clear();
+    of_candidates.clear();
     for (int i = 0; i < size(); ++i) {
       errors[i] = std::abs(EpipolarError(pose.R, pose.t, a_[i], b_[i]));
-      if (candidates[i]) sorted.push_back(errors[i]);
+      if (candidates[i]) of_candidates.push_back(errors[i]);
     }
-    if (sorted.size() < 8) break;
-    std::nth_element(sorted.begin(), sorted.begin() + sorted.size() / 2, sorted.end());
-    const double largest = std::max(1e-12, 3.0 * 1.4826 * sorted[sorted.size() / 2]);
+    if (of_candidates.size() < 8) break;
+    const double largest = std::max(1e-12, 3.0 * 1.4826 * Median(of_candidates));
     std::vector<bool> used(size());
     for (int i = 0; i < size(); ++i) used[i] = candidates[i] && errors[i] < largest;
     pose = RefineRelativePose(pose, a_, b_, used);

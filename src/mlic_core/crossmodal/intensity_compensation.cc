@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/crossmodal/sensitivity_model.h"
 
@@ -16,14 +17,6 @@ constexpr float kDarkest = 0.004f;         // of the LiDAR's bright returns: wha
 constexpr float kUnknownIncidence = 0.7f;  // where there is no plane
 constexpr std::size_t kFewestShared = 30;  // patches that tell one LiDAR's contrast from another's
 constexpr double kLeastCorrelation = 0.5;
-
-float Quantile(std::vector<float> values, double share) {
-  if (values.empty()) return 0.0f;
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 class Compensation {
  public:

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/geometry/plane.h"
 
@@ -210,13 +211,6 @@ class RootVoxel {
   Finds* finds_;
 };
 
-double MedianOf(std::vector<double>* values, double otherwise) {
-  if (values->empty()) return otherwise;
-  const auto middle = values->begin() + values->size() / 2;
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
-}
-
 // Angles between neighbouring beams of each LiDAR, rad: the solid angle that the beams of a short time cover,
 // over their number; the middle of some such times.
 std::vector<double> BeamSpacings(const std::vector<MapReturn>& returns) {
@@ -248,7 +242,7 @@ std::vector<double> BeamSpacings(const std::vector<MapReturn>& returns) {
     begin = end;
   }
   std::vector<double> spacings;
-  for (auto& of_lidar : found) spacings.push_back(MedianOf(&of_lidar, kWideCell));
+  for (auto& of_lidar : found) spacings.push_back(of_lidar.empty() ? kWideCell : Median(std::move(of_lidar)));
   return spacings;
 }
 
@@ -284,7 +278,7 @@ MapSurfaces FindSurfaces(const std::vector<MapReturn>& returns) {
     if (pass == 1) break;
     std::vector<double> noises;
     for (const Finds& f : finds) noises.insert(noises.end(), f.noises.begin(), f.noises.end());
-    result.range_noise = std::clamp(MedianOf(&noises, 0.02), 0.003, 0.1);
+    result.range_noise = std::clamp(noises.empty() ? 0.02 : Median(std::move(noises)), 0.003, 0.1);
   }
   for (const Finds& f : finds) {
     result.cells.insert(result.cells.end(), f.cells.begin(), f.cells.end());

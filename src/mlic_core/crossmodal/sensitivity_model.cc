@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/parallel.h"
 
 namespace mlic {
@@ -144,9 +145,7 @@ void SensitivityModel::Fit(const std::vector<PatchLook>& looks, const std::vecto
     });
     std::vector<float> sizes(residuals.size());
     for (std::size_t k = 0; k < sizes.size(); ++k) sizes[k] = static_cast<float>(std::abs(residuals[k]));
-    const auto middle = sizes.begin() + sizes.size() / 2;
-    std::nth_element(sizes.begin(), middle, sizes.end());
-    scale = std::max(0.02, 1.4826 * *middle);
+    scale = std::max(0.02, 1.4826 * Median(std::move(sizes)));
     for (std::size_t k = 0; k < weights.size(); ++k) {
       const double whitened = residuals[k] / (2.0 * scale);
       weights[k] = 1.0 / ((1.0 + whitened * whitened) * (1.0 + whitened * whitened));

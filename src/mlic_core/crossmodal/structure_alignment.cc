@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "mlic_core/common/error.h"
+#include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/crossmodal/cross_modal_matches.h"
 #include "mlic_core/crossmodal/view_selection.h"
@@ -228,9 +229,7 @@ StructureScore::StructureScore(const std::vector<StillPair>& pairs, const Camera
     }
   }
   if (depths.empty()) return;
-  std::nth_element(depths.begin(), depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2),
-                   depths.end());
-  typical_depth_ = depths[depths.size() / 2];
+  typical_depth_ = Median(std::move(depths));
 }
 
 double StructureScore::At(const RigidTransform& T_camera_body) const {

@@ -7,6 +7,7 @@
 #include <map>
 #include <tuple>
 
+#include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/parallel.h"
 
 namespace mlic {
@@ -90,9 +91,8 @@ std::vector<Part> PartsOf(const CameraIntrinsics& intrinsics, const ViewCandidat
     const double area = (last_column - first_column) * (last_row - first_row);
     const double structure = std::min(1.0, 4.0 * strong / area);
     if (seen < 0.5 * area || structure < kLeastStructure) continue;
-    std::nth_element(depths.begin(), depths.begin() + depths.size() / 2, depths.end());
     const Eigen::Vector2d pixel = ((middle / strong).array() + 0.5) / scale - 0.5;
-    Part found = PartAt(intrinsics, candidate.pose.T_map_camera(pixel.y()), pixel, depths[depths.size() / 2],
+    Part found = PartAt(intrinsics, candidate.pose.T_map_camera(pixel.y()), pixel, Median(std::move(depths)),
                         candidate.quality * structure);
     if (found.information.size() > 0) parts.push_back(std::move(found));
   }

@@ -1,11 +1,12 @@
 #include "mlic_core/evaluation/epipolar_error.h"
 
 #include <Eigen/LU>
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <map>
 #include <set>
+
+#include "mlic_core/common/order_statistics.h"
 
 namespace mlic {
 namespace {
@@ -87,9 +88,7 @@ std::vector<EpipolarStatistics> MeasureEpipolarErrors(const std::vector<FreshMat
     for (const double distance : pair.distances) {
       error.mean += distance / static_cast<double>(pair.distances.size());
     }
-    const auto middle = pair.distances.begin() + pair.distances.size() / 2;
-    std::nth_element(pair.distances.begin(), middle, pair.distances.end());
-    error.median = *middle;
+    error.median = Median(pair.distances);
     errors.push_back(error);
   }
   return errors;

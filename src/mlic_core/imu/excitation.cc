@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mlic_core/common/order_statistics.h"
 #include "mlic_core/imu/imu_samples.h"
-#include "mlic_core/imu/robust.h"
 
 namespace mlic {
 namespace {

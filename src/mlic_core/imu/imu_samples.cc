@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "mlic_core/common/error.h"
-#include "mlic_core/imu/robust.h"
+#include "mlic_core/common/order_statistics.h"
 
 namespace mlic {
 

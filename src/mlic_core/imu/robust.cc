@@ -1,15 +1,8 @@
 #include "mlic_core/imu/robust.h"
 
-#include <algorithm>
+#include "mlic_core/common/order_statistics.h"
 
 namespace mlic {
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 double SigmaFromNorms(const std::vector<double>& norms) {
   constexpr double kMedianOfNorm =

@@ -4,9 +4,6 @@
 
 namespace mlic {
 
-// Zero for no values. Of an even number of values the upper of the middle ones.
-double Median(std::vector<double> values);
-
 // The sigma of one component of isotropic normal 3-vectors, from the median of their norms (a third of the
 // vectors may be anything).
 double SigmaFromNorms(const std::vector<double>& norms);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "mlic_core/common/order_statistics.h"
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/imu/robust.h"
 

@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 #include <string>
 
+#include "mlic_core/common/order_statistics.h"
 #include "mlic_core/io/text_file.h"
 
 namespace mlic {
@@ -48,15 +49,6 @@ void Label(const std::string& text, cv::Mat* panel) {
   cv::rectangle(*panel, back & cv::Rect(0, 0, panel->cols, panel->rows), cv::Scalar(20, 20, 20), cv::FILLED);
   cv::putText(*panel, text, {6, box.height + 5}, cv::FONT_HERSHEY_SIMPLEX, size, cv::Scalar(240, 240, 240), 1,
               cv::LINE_AA);
-}
-
-// The value at a share of the sorted values.
-float Quantile(std::vector<float> values, double share) {
-  if (values.empty()) return 0.0f;
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
 }
 
 // Colours from 0 (blue) to 1 (red).

@@ -6,6 +6,8 @@
 #include <cstdlib>
 #include <map>
 
+#include "mlic_core/common/order_statistics.h"
+
 namespace mlic {
 namespace {
 
@@ -80,8 +82,7 @@ double StartOfRevolution(const std::vector<Sweep>& sweeps) {
   for (std::size_t i = 0; i < (sweeps.size() + 3) / 4; ++i) {
     differences.push_back(Wrapped(sweeps[i].azimuths.front() - reference));
   }
-  std::nth_element(differences.begin(), differences.begin() + differences.size() / 2, differences.end());
-  return reference + differences[differences.size() / 2];
+  return reference + Median(std::move(differences));
 }
 
 // Angle passed since `start` for each point of the sweep, in the direction of spin.

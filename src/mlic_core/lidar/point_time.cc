@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "mlic_core/common/error.h"
+#include "mlic_core/common/order_statistics.h"
 
 namespace mlic {
 namespace {
@@ -21,12 +22,6 @@ struct Unit {
 };
 constexpr std::array<Unit, 4> kUnits{
     {{1.0, "seconds"}, {1e-3, "milliseconds"}, {1e-6, "microseconds"}, {1e-9, "nanoseconds"}}};
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
-}
 
 // First point minus stamp, s, if the value were absolute. Whole counts first, or a double would lose the
 // digits.

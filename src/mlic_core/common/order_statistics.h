@@ -1,0 +1,28 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+namespace mlic {
+
+// The value that a share of the sorted values stays below; zero for no values.
+template <typename T>
+T Quantile(std::vector<T> values, double share) {
+  if (values.empty()) return T();
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+// Zero for no values. Of an even number of values the upper of the middle ones.
+template <typename T>
+T Median(std::vector<T> values) {
+  if (values.empty()) return T();
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace mlic
