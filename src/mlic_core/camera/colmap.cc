@@ -75,14 +75,17 @@ std::vector<PairMatches> UsableMatches(const ColmapInput& input) {
   return pairs;
 }
 
+// Why the mapper makes no model: newer versions fail with it, COLMAP 3.6 ends well with nothing made.
+constexpr const char* kNoInitialPair =
+    ": no two images with enough parallax and matches; record more translation in front of textured, lit "
+    "surroundings, or give the camera's intrinsics";
+
 // What the last line of COLMAP's output means for the user.
 std::string Explain(const ProcessEnd& end, const fs::path& log) {
   const std::string& line = end.last_line;
   std::string meaning = "; see " + log.string();
   if (line.find("initial") != std::string::npos || line.find("failed to create") != std::string::npos) {
-    meaning =
-        ": no two images with enough parallax and matches; record more translation in front of textured, "
-        "lit surroundings, or give the camera's intrinsics";
+    meaning = kNoInitialPair;
   } else if (end.status >= 128) {
     meaning = " (signal " + std::to_string(end.status - 128) + "); see " + log.string();
   }
@@ -276,9 +279,7 @@ ColmapOutcome RunColmap(const ColmapInput& input, const ColmapOptions& options, 
   problem = runner.Map(input.keypoints.size());
   const fs::path mapped = LargestModel(directory / "sparse");
   if (mapped.empty()) {
-    return {{},
-            problem.empty() ? "COLMAP made no model; see " + (directory / "colmap.log").string() : problem,
-            true};
+    return {{}, problem.empty() ? std::string("COLMAP made no model") + kNoInitialPair : problem, true};
   }
   fs::path chosen = mapped;
   if (options.refine_principal_point) {
