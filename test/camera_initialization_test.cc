@@ -172,5 +172,27 @@ TEST(CameraInitialization, EveryFifthSightMayBeWrong) {
   EXPECT_LT(worst.pixels, 0.5);
 }
 
+// A wide, low image as of cars' cameras: there the tangential terms, the centre and the pitch look alike.
+TEST(CameraInitialization, HoldsTangentialTermsThatPatternsOfErrorsCanFake) {
+  const CameraIntrinsics wide{
+      CameraModel::kPlumbBob, 1242, 375, {721.0, 721.0, 618.0, 181.0, -0.02, 0.01, 0.0, 0.0, 0.0}};
+  SyntheticTracksOptions options;
+  options.noise = 0.3;
+  options.duration = 15.0;
+  options.points = 20000;
+  options.nearest = 6.0;
+  options.farthest = 30.0;
+  for (const bool driven : {true, false}) {
+    const Eigen::Vector3d forward(-90.0, 0.0, 0.0);
+    Case c = MakeCase({Camera(wide, forward, {0.0, 0.5, 0.2}, 0.01)}, options,
+                      driven ? sim::Scenario::kFigureEight : sim::Scenario::kHandheld);
+    StartFromFieldOfView(&c, 1.0);
+    const CameraInitialization result = c.Run();
+    Worst(c, result);
+    EXPECT_EQ(result.held[0].intrinsics[6], driven);
+    EXPECT_EQ(result.held[0].intrinsics[7], driven);
+  }
+}
+
 }  // namespace
 }  // namespace mlic

@@ -181,7 +181,8 @@ void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start,
       const Eigen::MatrixXd information = SolveJointProblem(problem, 1, cancellation, &probe).information;
       if (information.size() == 0) break;
       problem.camera_held =
-          HoldUndeterminedIntrinsics(information + prior, *state, layout, problem.camera_held);
+          HoldUndeterminedIntrinsics(information + prior, *state, layout, problem.camera_held,
+                                     PatternSensitivity(problem.landmarks, cameras));
     }
     const SolveSummary summary = SolveJointProblem(problem, planned ? 4 : 3, cancellation, state);
     if (summary.information.size() == 0 && planned) continue;  // all steps damped: the next round goes on

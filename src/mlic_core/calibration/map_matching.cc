@@ -16,6 +16,11 @@
 namespace mlic {
 namespace {
 
+// A map whose returns are many pixels apart, or noisy in intensity, shows little at full resolution. At a
+// coarser level a pixel averages more of it. With fewer matches in a photo the next level is tried.
+constexpr int kCoarsestLevel = 2;
+constexpr std::size_t kFewestInPhoto = 15;  // in the mean over a camera's photos of one window
+
 // One photo that is matched to a window's map, and what came of it.
 struct Photo {
   std::size_t drive = 0;
@@ -72,21 +77,52 @@ std::vector<Photo> ChoosePhotos(const TrackSet& tracks, const CalibrationState& 
   return chosen;
 }
 
-// How wrong a camera may be against the LiDARs: three sigmas of what is claimed.
-CameraUncertainty SearchUncertainty(const PoseSigma& sigma) {
+// How wrong a camera may be against the map: three sigmas of what is claimed. Where the map shows so little
+// that it is matched at a coarser level, claims may be wrong by a pixel of that level.
+CameraUncertainty SearchUncertainty(const PoseSigma& sigma, int level) {
   constexpr double kLeastRotation = 0.03 * M_PI / 180.0, kLeastTranslation = 3e-3;
-  return UncertaintyOf(std::max(kLeastRotation, 3.0 * sigma.rotation.maxCoeff()),
-                       std::max(kLeastTranslation, 3.0 * sigma.translation.maxCoeff()));
+  CameraUncertainty out = UncertaintyOf(std::max(kLeastRotation, 3.0 * sigma.rotation.maxCoeff()),
+                                        std::max(kLeastTranslation, 3.0 * sigma.translation.maxCoeff()));
+  if (level > 0) out.displacement = 1 << level;
+  return out;
+}
+
+// How photos are matched at a level of the pyramids. At full resolution edges of depth hardly count, as beams
+// displace them by a third of a pixel. At coarser ones that is within the error of a match, and they are most
+// of what a sparse LiDAR shows.
+CrossModalOptions MatchingAt(int level) {
+  CrossModalOptions options;
+  options.structure.finest_level = level;
+  if (level == 0) return options;
+  options.structure.depth_trust = options.structure.depth_weight = 1.0;
+  options.match.least_trusted = 0.0;
+  return options;
 }
 
 void Match(const CameraRecording& recording, const CameraCalibration& camera, const IntensityMap& map,
-           const ViewRenderer& renderer, const PoseSigma& sigma, Photo* photo) {
+           const ViewRenderer& renderer, const PoseSigma& sigma, int level, Photo* photo) {
   const cv::Mat gray = ToGray(recording.images->Load(photo->image));
   const RenderedView view = renderer.Render(photo->pose);
   photo->nid = ViewNid(view.intensity, gray, recording.mask, {});
-  photo->matches =
-      MatchView(view, camera.intrinsics, photo->pose, gray, recording.mask, SearchUncertainty(sigma), {});
+  photo->matches = MatchView(view, camera.intrinsics, photo->pose, gray, recording.mask,
+                             SearchUncertainty(sigma, level), MatchingAt(level));
+  photo->origins.clear();
   for (const MapMatch& match : photo->matches) photo->origins.push_back(map.origins[match.map_point]);
+}
+
+// The photos of those cameras for which the level before gave too few matches.
+std::vector<Photo*> ToMatchAgain(std::vector<Photo>& photos, std::size_t first, std::size_t cameras) {
+  std::vector<std::size_t> counts(cameras, 0), matches(cameras, 0);
+  for (std::size_t i = first; i < photos.size(); ++i) {
+    ++counts[photos[i].camera];
+    matches[photos[i].camera] += photos[i].matches.size();
+  }
+  std::vector<Photo*> again;
+  for (std::size_t i = first; i < photos.size(); ++i) {
+    const int c = photos[i].camera;
+    if (matches[c] < kFewestInPhoto * counts[c]) again.push_back(&photos[i]);
+  }
+  return again;
 }
 
 // Keeps the matches that agree with one pose of the camera on the vehicle, with sigmas as large as their
@@ -167,7 +203,7 @@ MapMatches MatchCamerasToMap(const Dataset& dataset, const std::vector<TrackSet>
                              const std::vector<bool>& found, const MapMatchingOptions& options,
                              const std::function<void(double)>& progress,
                              const CancellationToken& cancellation) {
-  const std::size_t cameras = state.cameras.size(), lidars = state.lidars.size();
+  const std::size_t cameras = state.cameras.size();
   std::vector<std::pair<std::size_t, TimeInterval>> windows;
   for (std::size_t d = 0; d < dataset.drives.size(); ++d) {
     for (const TimeInterval& window : WindowsOf(state.drives[d].trajectory, options.window)) {
@@ -193,12 +229,15 @@ MapMatches MatchCamerasToMap(const Dataset& dataset, const std::vector<TrackSet>
     for (std::vector<Photo>& of_camera : of_cameras) {
       std::move(of_camera.begin(), of_camera.end(), std::back_inserter(photos));
     }
-    ParallelFor(photos.size() - first, [&, d = d](std::size_t i) {
-      if (cancellation.IsCancelled()) return;
-      Photo& photo = photos[first + i];
-      Match(dataset.drives[d].cameras[photo.camera], state.cameras[photo.camera], map,
-            *renderers[photo.camera], sigmas[lidars + photo.camera], &photo);
-    });
+    for (int level = 0; level <= kCoarsestLevel; ++level) {
+      const std::vector<Photo*> unmatched = ToMatchAgain(photos, first, cameras);
+      ParallelFor(unmatched.size(), [&, d = d](std::size_t i) {
+        if (cancellation.IsCancelled()) return;
+        Photo& photo = *unmatched[i];
+        Match(dataset.drives[d].cameras[photo.camera], state.cameras[photo.camera], map,
+              *renderers[photo.camera], sigmas[photo.camera], level, &photo);
+      });
+    }
     progress((w + 1.0) / static_cast<double>(windows.size()));
   }
   cancellation.ThrowIfCancelled();

@@ -33,9 +33,10 @@ struct MapMatches {
   std::vector<double> nid;           // mean normalised information distance of photos and renderings
 };
 
-// Renders the map of each window into each camera's most telling photos and matches them; a robust pose of
-// each camera sorts out what does not agree. tracks: their keyframes are the photos to choose from. sigmas:
-// of LiDARs, then cameras, as they are thought to be now: they size the search. found: of each camera.
+// Renders the map of each window into each camera's most telling photos and matches them, at full resolution
+// or, where that gives few matches, at a coarser one; a robust pose of each camera sorts out what does not
+// agree. tracks: their keyframes are the photos to choose from. sigmas: of each camera against the LiDARs, as
+// they are thought to be now: they size the search. found: of each camera.
 MapMatches MatchCamerasToMap(const Dataset& dataset, const std::vector<TrackSet>& tracks,
                              const CalibrationState& state, const std::vector<PoseSigma>& sigmas,
                              const std::vector<bool>& found, const MapMatchingOptions& options,

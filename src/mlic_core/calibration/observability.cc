@@ -140,4 +140,18 @@ PairResult MakePair(const SensorCalibration& a, const SensorCalibration& b,
   return pair;
 }
 
+std::vector<PoseSigma> SigmasAgainstLidar(const ObservabilityAnalysis& analysis,
+                                          const CalibrationState& state, std::size_t lidar) {
+  const int lidars = static_cast<int>(state.lidars.size()), from = 7 * static_cast<int>(lidar);
+  std::vector<PoseSigma> sigmas;
+  for (int c = 0; c < static_cast<int>(state.cameras.size()); ++c) {
+    const int to = 7 * (lidars + c);
+    Eigen::Matrix<double, 14, 14> both;
+    both << analysis.covariance.block<7, 7>(from, from), analysis.covariance.block<7, 7>(from, to),
+        analysis.covariance.block<7, 7>(to, from), analysis.covariance.block<7, 7>(to, to);
+    sigmas.push_back(MakePair(state.lidars[lidar], state.cameras[c].sensor, both).sigma);
+  }
+  return sigmas;
+}
+
 }  // namespace mlic

@@ -43,4 +43,8 @@ ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const Cali
 PairResult MakePair(const SensorCalibration& a, const SensorCalibration& b,
                     const Eigen::Matrix<double, 14, 14>& covariance);
 
+// How well each camera is known against one LiDAR.
+std::vector<PoseSigma> SigmasAgainstLidar(const ObservabilityAnalysis& analysis,
+                                          const CalibrationState& state, std::size_t lidar);
+
 }  // namespace mlic

@@ -125,7 +125,8 @@ void Refinement::HoldWhatIsNotShown() {
   Eigen::VectorXd gradient;
   CalibrationPrior(problem_, state_, layout, &prior, &gradient);
   problem_.camera_held =
-      HoldUndeterminedIntrinsics(ScaledInformation() + prior, state_, layout, always_held_);
+      HoldUndeterminedIntrinsics(ScaledInformation() + prior, state_, layout, always_held_,
+                                 PatternSensitivity(problem_.landmarks, state_.cameras.size()));
 }
 
 void Refinement::AddCameras(const CameraInitialization& cameras, const std::vector<TrackSet>& tracks) {
@@ -223,7 +224,7 @@ void Refinement::AdjustJointly(double until, const Progress& progress, const Lin
     }
     MeasureImuSigma();
     const double change = ChangeInSigmas(before);
-    sigmas_ = Analyze().sigmas;
+    if (!state_.lidars.empty()) sigmas_ = SigmasAgainstLidar(Analyze(), state_, base_lidar_);
     char text[200];
     std::snprintf(
         text, sizeof(text),

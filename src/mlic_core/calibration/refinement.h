@@ -94,7 +94,7 @@ class Refinement {
   bool match_map_ = false;
   std::vector<CameraCalibration> cameras_before_map_;
   std::vector<double> match_noise_;  // of each camera: of the sigmas that matches claim
-  std::vector<PoseSigma> sigmas_;    // of the last solve: LiDARs, then cameras
+  std::vector<PoseSigma> sigmas_;    // of each camera against the base LiDAR, of the last solve
   int rounds_ = 0;                   // of the joint adjustment, done
   bool many_points_ = false;         // the map has settled: all points take part
   SolveSummary last_solve_;

@@ -19,7 +19,7 @@ struct RefinementProgress {
   std::vector<PlaneNoise> noise;                  // of each LiDAR, likewise
   std::vector<double> landmark_noise;             // of each camera, likewise
   std::vector<HeldCameraParameters> camera_held;  // of each camera
-  std::vector<PoseSigma> sigmas;                  // of LiDARs, then cameras
+  std::vector<PoseSigma> sigmas;                  // of each camera against the base LiDAR
   std::vector<double> match_noise;                // of each camera
   std::vector<LandmarkSet> landmarks;             // of each drive, with the map's
   int rounds = 0;                                 // of the joint adjustment, done
