@@ -10,7 +10,7 @@ namespace {
 
 // px, rms: what residuals have in common over parts of the image, which no lens model takes up (0.01 to 0.08
 // px in simulated and real drives).
-constexpr double kPatternError = 0.04;
+constexpr double kPatternError = 0.03;
 constexpr double kUsualTangential = 1e-3;  // size of the tangential terms of lenses
 
 bool IsTangential(CameraModel model, int parameter) {
