@@ -172,26 +172,39 @@ TEST(CameraInitialization, EveryFifthSightMayBeWrong) {
   EXPECT_LT(worst.pixels, 0.5);
 }
 
-// A wide, low image as of cars' cameras: there the tangential terms, the centre and the pitch look alike.
+// The information of one camera in which everything is known well, but for a sigma of p2.
+std::vector<HeldCameraParameters> HeldWith(double sigma, double sensitivity) {
+  CalibrationState state;
+  state.cameras = {Camera(PlumbBob(), {-90.0, 0.0, 0.0}, {0.0, 0.5, 0.2}, 0.01)};
+  const Layout layout(state, false);
+  const Eigen::VectorXd limits = CalibrationLimits(state, layout);
+  Eigen::MatrixXd information = limits.cwiseAbs2().cwiseInverse().asDiagonal();
+  information *= 1e6;
+  const int p2 = layout.Intrinsics(0) + 7;
+  information(p2, p2) = 1.0 / (sigma * sigma);
+  return HoldUndeterminedIntrinsics(information, state, layout, {}, {sensitivity});
+}
+
 TEST(CameraInitialization, HoldsTangentialTermsThatPatternsOfErrorsCanFake) {
-  const CameraIntrinsics wide{
-      CameraModel::kPlumbBob, 1242, 375, {721.0, 721.0, 618.0, 181.0, -0.02, 0.01, 0.0, 0.0, 0.0}};
-  SyntheticTracksOptions options;
-  options.noise = 0.3;
-  options.duration = 15.0;
-  options.points = 20000;
-  options.nearest = 6.0;
-  options.farthest = 30.0;
-  for (const bool driven : {true, false}) {
-    const Eigen::Vector3d forward(-90.0, 0.0, 0.0);
-    Case c = MakeCase({Camera(wide, forward, {0.0, 0.5, 0.2}, 0.01)}, options,
-                      driven ? sim::Scenario::kFigureEight : sim::Scenario::kHandheld);
-    StartFromFieldOfView(&c, 1.0);
-    const CameraInitialization result = c.Run();
-    Worst(c, result);
-    EXPECT_EQ(result.held[0].intrinsics[6], driven);
-    EXPECT_EQ(result.held[0].intrinsics[7], driven);
+  const std::vector<bool> none(9, false);
+  std::vector<bool> both = none;
+  both[6] = both[7] = true;
+  EXPECT_EQ(HeldWith(1e-5, 900.0)[0].intrinsics, none);
+  EXPECT_EQ(HeldWith(1e-4, 600.0)[0].intrinsics, both);
+  // Four times as many sights halve the sigma and tell no more.
+  EXPECT_EQ(HeldWith(5e-5, 1200.0)[0].intrinsics, both);
+}
+
+TEST(CameraInitialization, PatternSensitivityIsThatOfIndependentSights) {
+  LandmarkSet set;
+  set.observations.resize(8);
+  for (std::size_t i = 0; i < 8; ++i) {
+    set.observations[i].camera = i < 6 ? 0 : 1;
+    set.observations[i].sigma = 0.5f;
   }
+  const std::vector<double> sensitivity = PatternSensitivity({set}, 2);
+  EXPECT_NEAR(sensitivity[0], std::sqrt(2.0 * 6 / 0.25), 1e-9);
+  EXPECT_NEAR(sensitivity[1], std::sqrt(2.0 * 2 / 0.25), 1e-9);
 }
 
 }  // namespace

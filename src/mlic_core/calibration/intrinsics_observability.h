@@ -20,10 +20,10 @@ std::vector<double> PatternSensitivity(const std::vector<LandmarkSet>& landmarks
 // it of the priors; the scatter of the residuals is taken out already. A parameter is held when one sigma of
 // it, with the camera's other intrinsics moving as they are correlated with it, moves the image by more than
 // `limit` px in the mean; higher terms of the distortion first, one after the other, as each one that is held
-// tells more of the others. Tangential terms are held too when a pattern of errors that real lenses and
-// features leave (sensitivity: PatternSensitivity) can fake as much of them as lenses have: in an image much
-// wider than high, of a car that turns about the vertical, they, the centre and the pitch look alike, and
-// more sights do not help. start: what is held anyway.
+// tells more of the others. Both tangential terms are held too when a pattern of errors that real lenses and
+// features leave (sensitivity: PatternSensitivity) can fake as much of one of them as lenses have: in an
+// image much wider than high, of a car that turns about the vertical, they, the centre and the pitch look
+// alike, and more sights do not help. start: what is held anyway.
 std::vector<HeldCameraParameters> HoldUndeterminedIntrinsics(const Eigen::MatrixXd& information,
                                                              const CalibrationState& state,
                                                              const Layout& layout,
