@@ -183,6 +183,23 @@ std::vector<RigidTransform> BestOfGrid(const StructureScore& score, const Poster
   return best;
 }
 
+// The best `most` poses that are turned by at least `apart` (rad) from better ones. ranks: negative score and
+// index of each.
+std::vector<RigidTransform> BestApart(const std::vector<RigidTransform>& poses,
+                                      std::vector<std::pair<double, std::size_t>> ranks, std::size_t most,
+                                      double apart) {
+  std::sort(ranks.begin(), ranks.end());
+  std::vector<RigidTransform> best;
+  for (const auto& [score, k] : ranks) {
+    const RigidTransform& pose = poses[k];
+    const bool known = std::any_of(best.begin(), best.end(), [&](const RigidTransform& other) {
+      return AngleBetween(other.rotation, pose.rotation) < apart;
+    });
+    if (!known && best.size() < most) best.push_back(pose);
+  }
+  return best;
+}
+
 double HighestElsewhere(const StructureScore& score, const RigidTransform& T_camera_body) {
   double highest = -1.0;
   for (int k = 0; k < 8; ++k) {
@@ -266,7 +283,6 @@ StructureAlignment AlignByStructure(const std::vector<StillPair>& pairs, const C
   structure.depth_trust = 1.0;
   structure.depth_weight = 1.0;
   const RigidTransform start = T_body_camera.Inverse();
-  RigidTransform pose = start;
   // Renders at the pose and climbs, `rounds` times; the score that is reached.
   const auto climb = [&](double scale, int rounds, RigidTransform* at) {
     double reached = 0.0;
@@ -280,27 +296,29 @@ StructureAlignment AlignByStructure(const std::vector<StillPair>& pairs, const C
     return reached;
   };
   StructureAlignment result;
+  std::vector<RigidTransform> poses;
   for (std::size_t i = 0; i < options.widths.size(); ++i) {
     const double scale = std::min(1.0, static_cast<double>(options.widths[i]) / intrinsics.width);
     if (i > 0 && scale == result.last_scale) break;
-    if (i == 0) result.first_scale = scale;
+    if (i == 0) {
+      const StructureScore score(pairs, intrinsics, scale, structure, T_body_camera);
+      Posterior posterior(score, start, prior);
+      posterior.WeighAt(start);
+      poses = BestOfGrid(score, posterior, start, prior, options.candidates);
+      result.first_scale = scale;
+    }
     result.last_scale = scale;
-    if (i > 0) {
-      climb(scale, options.rounds, &pose);
-      continue;
+    // Where the grid peaks is only as good as the rendering at the start: each peak is tried with its own. Of
+    // so small photos the best may be wrong: the next size decides among the best few.
+    std::vector<std::pair<double, std::size_t>> reached;
+    for (std::size_t k = 0; k < poses.size(); ++k) {
+      const double score = climb(scale, options.rounds, &poses[k]);
+      reached.emplace_back(-score, k);
     }
-    // Where the grid peaks is only as good as the rendering at the start: each peak is tried with its own.
-    const StructureScore score(pairs, intrinsics, scale, structure, T_body_camera);
-    Posterior posterior(score, start, prior);
-    posterior.WeighAt(start);
-    double highest = -1.0;
-    for (RigidTransform candidate : BestOfGrid(score, posterior, start, prior, options.candidates)) {
-      const double reached = climb(scale, options.rounds, &candidate);
-      if (reached <= highest) continue;
-      highest = reached;
-      pose = candidate;
-    }
+    const double two_pixels = 2.0 / (scale * intrinsics.parameters[0]);
+    poses = BestApart(poses, std::move(reached), i == 0 ? options.kept : 1, two_pixels);
   }
+  const RigidTransform pose = poses.front();
   const StructureScore score(pairs, intrinsics, result.last_scale, structure, pose.Inverse());
   Posterior posterior(score, start, prior);
   posterior.WeighAt(pose);

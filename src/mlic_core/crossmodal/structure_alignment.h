@@ -49,6 +49,7 @@ struct StructureAlignmentOptions {
   std::vector<int> widths{192, 384, 576, 960};  // px, of the shrunk photos, one after the other
   int rounds = 3;                               // of rendering and climbing at each
   std::size_t candidates = 8;                   // peaks of the grid that are climbed at the first
+  std::size_t kept = 3;                         // the best of them, climbed at the second
 };
 
 struct StructureAlignment {
