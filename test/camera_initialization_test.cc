@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "mlic_core/calibration/intrinsics_observability.h"
 #include "synthetic_tracks.h"
 #include "true_spline.h"
 

@@ -2,7 +2,6 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
-#include <cmath>
 
 #include "mlic_core/camera/triangulation.h"
 #include "mlic_core/common/random.h"

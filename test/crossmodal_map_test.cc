@@ -8,7 +8,6 @@
 #include "mlic_core/common/random.h"
 #include "mlic_core/crossmodal/projection_table.h"
 #include "mlic_core/crossmodal/renderer.h"
-#include "mlic_core/geometry/so3.h"
 
 namespace mlic {
 namespace {

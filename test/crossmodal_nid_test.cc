@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 
 #include "crossmodal_pseudo_rendering.h"
 #include "mlic_core/crossmodal/nid.h"

@@ -1,8 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
-
 #include "mlic_core/common/random.h"
 #include "mlic_core/crossmodal/pnp.h"
 #include "mlic_core/crossmodal/three_point.h"

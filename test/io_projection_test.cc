@@ -1,8 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <cstring>
-
 #include "io_test_tools.h"
 #include "mlic_core/io/point_cloud_reader.h"
 #include "mlic_core/io/projection_picture.h"

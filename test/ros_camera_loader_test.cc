@@ -8,7 +8,6 @@
 
 #include "mlic_core/common/parallel.h"
 #include "mlic_ros/bag_loader.h"
-#include "mlic_ros/image_reader.h"
 #include "ros_test_bags.h"
 
 namespace mlic {

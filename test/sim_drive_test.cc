@@ -2,7 +2,6 @@
 #include <tbb/global_control.h>
 
 #include <cmath>
-#include <cstring>
 
 #include "mlic_core/geometry/so3.h"
 #include "mlic_sim/simulation.h"

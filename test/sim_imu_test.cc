@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <vector>
 
 #include "mlic_core/geometry/so3.h"
 #include "mlic_sim/imu_simulator.h"

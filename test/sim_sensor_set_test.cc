@@ -6,7 +6,6 @@
 #include <string>
 
 #include "mlic_core/common/error.h"
-#include "mlic_core/geometry/so3.h"
 #include "mlic_sim/sensor_set.h"
 
 namespace mlic::sim {

@@ -4,7 +4,6 @@
 #include <sensor_msgs/Imu.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <utility>
 

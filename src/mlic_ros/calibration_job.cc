@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
-#include <utility>
 
 #include "mlic_core/calibration/calibrator.h"
 #include "mlic_core/common/error.h"

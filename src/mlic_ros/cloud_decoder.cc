@@ -3,10 +3,7 @@
 #include <ros/serialization.h>
 #include <sensor_msgs/PointCloud2.h>
 
-#include <algorithm>
-#include <cmath>
 #include <cstring>
-#include <limits>
 #include <map>
 
 #include "mlic_core/common/error.h"

@@ -1,6 +1,5 @@
 #include "mlic_ros/driver_messages.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>

@@ -1,6 +1,5 @@
 // evaluate --bag FILE.bag --calibration C.yaml [--truth T.yaml] [--reference-topic ODOMETRY] --output DIR:
 // how good a calibration is, on the data and against a truth. Exit statuses: see program.h.
-#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <optional>

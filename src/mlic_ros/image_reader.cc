@@ -3,7 +3,6 @@
 #include <ros/serialization.h>
 #include <std_msgs/Header.h>
 
-#include <algorithm>
 #include <cstring>
 #include <map>
 #include <opencv2/imgcodecs.hpp>

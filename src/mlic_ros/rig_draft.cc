@@ -5,7 +5,6 @@
 #include <sensor_msgs/Image.h>
 #include <sensor_msgs/Imu.h>
 
-#include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <set>

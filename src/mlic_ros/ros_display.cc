@@ -4,8 +4,6 @@
 #include <sensor_msgs/PointCloud2.h>
 #include <visualization_msgs/MarkerArray.h>
 
-#include <algorithm>
-
 #include "mlic_core/io/track_picture.h"
 #include "mlic_ros/display_cameras.h"
 #include "mlic_ros/display_messages.h"

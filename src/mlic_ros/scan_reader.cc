@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "mlic_core/common/error.h"
 #include "mlic_core/lidar/azimuth_time.h"

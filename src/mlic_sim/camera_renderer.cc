@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/common/random.h"

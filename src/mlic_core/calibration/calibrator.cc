@@ -3,11 +3,9 @@
 #include <cmath>
 #include <cstdio>
 
-#include "mlic_core/calibration/association.h"
 #include "mlic_core/calibration/camera_stages.h"
 #include "mlic_core/calibration/initialization.h"
 #include "mlic_core/calibration/joint_problem.h"
-#include "mlic_core/calibration/observability.h"
 #include "mlic_core/calibration/refinement.h"
 #include "mlic_core/calibration/result_assembly.h"
 #include "mlic_core/calibration/stage_clock.h"

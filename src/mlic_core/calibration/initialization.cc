@@ -8,13 +8,11 @@
 #include "mlic_core/calibration/knot_spacing.h"
 #include "mlic_core/calibration/pose_fit.h"
 #include "mlic_core/common/parallel.h"
-#include "mlic_core/geometry/so3.h"
 #include "mlic_core/imu/accelerometer_lag.h"
 #include "mlic_core/imu/excitation.h"
 #include "mlic_core/imu/gravity_lever_arm.h"
 #include "mlic_core/imu/gyro_integration.h"
 #include "mlic_core/imu/hand_eye.h"
-#include "mlic_core/imu/imu_samples.h"
 #include "mlic_core/imu/relative_motion.h"
 
 namespace mlic {

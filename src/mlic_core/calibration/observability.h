@@ -16,8 +16,6 @@ struct ObservabilityAnalysis {
     std::array<bool, 3> rotation{true, true, true};
     bool time_offset = true;
     std::vector<UnobservableDirection> directions;
-    bool RotationAndTimeShown() const { return rotation[0] && rotation[1] && rotation[2] && time_offset; }
-    bool TranslationShown() const { return translation[0] && translation[1] && translation[2]; }
   };
   std::vector<Sensor> sensors;
   std::vector<PoseSigma> sigmas;    // with the guesses

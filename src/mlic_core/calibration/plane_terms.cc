@@ -1,6 +1,5 @@
 #include "mlic_core/calibration/plane_terms.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "mlic_core/common/parallel.h"

@@ -2,8 +2,6 @@
 
 #include <sys/resource.h>
 
-#include <cmath>
-
 #include "mlic_core/calibration/camera_views.h"
 #include "mlic_core/calibration/map_projections.h"
 #include "mlic_core/calibration/observability_limits.h"

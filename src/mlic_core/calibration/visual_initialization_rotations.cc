@@ -1,7 +1,6 @@
 #include "mlic_core/calibration/visual_initialization_rotations.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/imu/excitation.h"

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "mlic_core/calibration/pose_fit.h"
-#include "mlic_core/geometry/so3.h"
 #include "mlic_core/geometry/timed_pose.h"
 
 namespace mlic {

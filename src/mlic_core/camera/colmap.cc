@@ -281,11 +281,8 @@ ColmapOutcome RunColmap(const ColmapInput& input, const ColmapOptions& options, 
   if (mapped.empty()) {
     return {{}, problem.empty() ? std::string("COLMAP made no model") + kNoInitialPair : problem, true};
   }
-  fs::path chosen = mapped;
-  if (options.refine_principal_point) {
-    const fs::path refined = directory / "refined";
-    if (runner.RefinePrincipalPoint(mapped, refined).empty()) chosen = refined;
-  }
+  const fs::path refined = directory / "refined";
+  const fs::path chosen = runner.RefinePrincipalPoint(mapped, refined).empty() ? refined : mapped;
   ColmapModel model = Summarize(ReadColmapModel(chosen), input);
   FindDoubts(options, &model);
   return {model, "", true};

@@ -29,7 +29,6 @@ ColmapInput ColmapInputFromTracks(const TrackSet& tracks, int camera, const Came
 
 struct ColmapOptions {
   std::string program = "colmap";
-  bool refine_principal_point = true;    // in a last bundle adjustment
   double least_registered_share = 0.25;  // a drive that breaks into parts still shows the camera
   double largest_rms = 2.0;              // px
   double least_coverage = 0.25;          // share of the image's cells with observations

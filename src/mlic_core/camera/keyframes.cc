@@ -1,7 +1,6 @@
 #include "mlic_core/camera/keyframes.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "mlic_core/camera/image_quality.h"
 #include "mlic_core/common/parallel.h"

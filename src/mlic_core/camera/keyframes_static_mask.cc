@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <opencv2/imgproc.hpp>
 
 #include "mlic_core/camera/image_quality.h"

@@ -221,7 +221,6 @@ TrackSet TracksFromMatches(const std::vector<TrackedCamera>& cameras, const Imag
     selected.tracks.push_back(all.tracks[t]);
     selected_features.push_back(joined[t]);
   }
-  if (!options.refine) return selected;
   std::vector<const ImageSource*> images;
   for (const TrackedCamera& camera : cameras) images.push_back(camera.recording->images.get());
   return RefineTracks(selected, selected_features, features.features, images, options.refinement,

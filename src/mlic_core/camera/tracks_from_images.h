@@ -41,7 +41,6 @@ struct TrackingOptions {
   double least_baseline = 0.5;
   int fewest_matches = 15;  // of a pair that counts
   TrackSelectionOptions selection;
-  bool refine = true;
   TrackRefinementOptions refinement;
 };
 

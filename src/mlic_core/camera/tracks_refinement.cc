@@ -7,6 +7,7 @@
 #include "mlic_core/camera/image_quality.h"
 #include "mlic_core/camera/tracks_patch.h"
 #include "mlic_core/common/error.h"
+#include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/parallel.h"
 
 namespace mlic {
@@ -69,16 +70,12 @@ class Refinement {
         continue;
       }
       TrackObservation observation = observations[i];
-      if (fixed && AlignOne(t, reference, i, *fixed, &observation)) {
-        sigmas.push_back(observation.sigma);
-      } else if (!options_.keep_unrefined) {
-        continue;
-      }
+      if (!fixed || !AlignOne(t, reference, i, *fixed, &observation)) continue;
+      sigmas.push_back(observation.sigma);
       refined.observations.push_back(observation);
     }
     if (!sigmas.empty()) {
-      std::nth_element(sigmas.begin(), sigmas.begin() + sigmas.size() / 2, sigmas.end());
-      refined.observations[place_of_reference].sigma = sigmas[sigmas.size() / 2];
+      refined.observations[place_of_reference].sigma = Median(std::move(sigmas));
     }
     return refined;
   }

@@ -21,16 +21,14 @@ struct TrackRefinementOptions {
   double largest_deformation =
       0.5;  // of the affine part, from the one that the features' scales and angles give
   // sigma^2 = floor^2 + (inflation * sigma of the fit)^2, px of the level; half of the variance of the
-  // difference of two images goes to each. Measured: docs in test/camera_tracks_refinement_test.cc.
+  // difference of two images goes to each.
   double sigma_floor = 0.04;
   double sigma_inflation = 2.0;
-  // Observations that do not fit keep their feature's pixel and sigma when true; else they are dropped.
-  bool keep_unrefined = false;
 };
 
 // images: of each camera. feature_tracks[i] are the features of tracks.tracks[i]'s observations. Images are
-// read one at a time for each thread; of each only the patches are kept. Tracks with fewer than two
-// observations left are dropped.
+// read one at a time for each thread; of each only the patches are kept. Observations that do not fit are
+// dropped, and then tracks with fewer than two left.
 TrackSet RefineTracks(const TrackSet& tracks, const std::vector<FeatureTrack>& feature_tracks,
                       const std::vector<FeatureSet>& features, const std::vector<const ImageSource*>& images,
                       const TrackRefinementOptions& options, const CancellationToken* cancellation = nullptr);

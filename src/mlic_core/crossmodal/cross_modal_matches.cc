@@ -1,7 +1,5 @@
 #include "mlic_core/crossmodal/cross_modal_matches.h"
 
-#include <cmath>
-
 #include "mlic_core/common/error.h"
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/geometry/so3.h"

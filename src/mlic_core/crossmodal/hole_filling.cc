@@ -1,7 +1,6 @@
 #include "mlic_core/crossmodal/hole_filling.h"
 
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 namespace mlic {

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/crossmodal/intensity_map.h"

@@ -3,7 +3,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "mlic_core/common/random.h"
 #include "mlic_core/crossmodal/three_point.h"

@@ -1,7 +1,5 @@
 #include "mlic_core/io/write_results.h"
 
-#include <set>
-
 #include "mlic_core/common/error.h"
 #include "mlic_core/io/camera_info.h"
 #include "mlic_core/io/kalibr_camchain.h"
