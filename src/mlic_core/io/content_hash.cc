@@ -35,18 +35,18 @@ ContentHash& ContentHash::Add(const void* data, std::size_t size) {
 }
 
 ContentHash& ContentHash::AddFile(const std::filesystem::path& path) {
-  constexpr std::uintmax_t kSample = 1 << 20;
+  constexpr std::uintmax_t kSample = 1 << 16;
+  constexpr std::uintmax_t kSamples = 16;
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(path, error);
   std::ifstream stream(path, std::ios::binary);
-  if (error || !stream)
-    throw InputError(path.string() + ": cannot be read; give the path of an existing file");
+  if (error || !stream) throw InputError(path.string() + ": no such file, or it cannot be read");
   const auto modified = std::filesystem::last_write_time(path, error).time_since_epoch().count();
   Add(&size, sizeof(size));
   Add(&modified, sizeof(modified));
   std::vector<char> sample(static_cast<std::size_t>(std::min(size, kSample)));
-  for (const std::uintmax_t offset : {std::uintmax_t{0}, size - sample.size()}) {
-    stream.seekg(static_cast<std::streamoff>(offset));
+  for (std::uintmax_t k = 0; k < kSamples; ++k) {
+    stream.seekg(static_cast<std::streamoff>((size - sample.size()) * k / (kSamples - 1)));
     stream.read(sample.data(), static_cast<std::streamsize>(sample.size()));
     if (!stream) throw InputError(path.string() + ": cannot be read to its end");
     Add(sample.data(), sample.size());

@@ -12,7 +12,8 @@ class ContentHash {
  public:
   ContentHash& Add(const void* data, std::size_t size);
   ContentHash& Add(const std::string& text) { return Add(text.data(), text.size()); }
-  // Size, modification time, first and last megabyte: enough to know a recording by, whatever its size.
+  // Size, modification time and a megabyte in parts spread over it: enough to know a recording by, whatever
+  // its size.
   // InputError when the file cannot be read.
   ContentHash& AddFile(const std::filesystem::path& path);
 
