@@ -27,6 +27,12 @@ TEST(Report, TrustedSaysSoFirstAndMarksWhatWasHeld) {
   EXPECT_TRUE(Contains(html, "1423 planes"));
 }
 
+TEST(Report, SaysWhereTheTimeWent) {
+  const std::string html = ReportOf(SampleResult());
+  EXPECT_TRUE(Contains(html, "<td>odometry</td><td class=\"n\">11.7</td><td class=\"n\">44.1</td>"));
+  EXPECT_TRUE(Contains(html, "<b>44.0</b></td><td class=\"n\"><b>145.8</b>")) << "the sums";
+}
+
 TEST(Report, OpensOffline) {
   const std::string html = ReportOf(SampleResult());
   for (const char* outside : {"http://", "https://", "src=\"", "<script", "@import", "url("}) {

@@ -3,10 +3,11 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
-#include <chrono>
+#include <cstdio>
 #include <memory>
 
 #include "mlic_core/calibration/calibrator.h"
+#include "mlic_core/calibration/stopwatch.h"
 #include "mlic_core/common/error.h"
 #include "mlic_core/io/checkpoint.h"
 #include "mlic_core/io/rig_file.h"
@@ -39,12 +40,30 @@ class ThreadLimit {
   std::unique_ptr<tbb::global_control> limit_;
 };
 
-StageSummary LoadingSummary(const LoadReport& report, double seconds) {
+StageSummary LoadingSummary(const LoadReport& report, const Stopwatch& stopwatch) {
   StageSummary summary;
   summary.name = "loading";
-  summary.seconds = seconds;
+  stopwatch.Read(&summary);
   summary.lines = report.lines;
   return summary;
+}
+
+// Where the time went: one line for each stage.
+void LogTimes(const std::vector<StageSummary>& stages, JobLog* log) {
+  StageSummary all;
+  all.name = "all stages";
+  const auto line = [&](const StageSummary& stage) {
+    char text[160];
+    std::snprintf(text, sizeof(text), "time: %7.1f s, processor %7.1f s: %s", stage.seconds,
+                  stage.processor_seconds, stage.name.c_str());
+    log->FileOnly(true, text);
+  };
+  for (const StageSummary& stage : stages) {
+    line(stage);
+    all.seconds += stage.seconds;
+    all.processor_seconds += stage.processor_seconds;
+  }
+  line(all);
 }
 
 std::string RefusalLine(const CalibrationResult& result) {
@@ -57,7 +76,7 @@ std::string RefusalLine(const CalibrationResult& result) {
 
 JobOutcome Run(const JobOptions& options, const Rig& rig_file, const CancellationToken& cancellation,
                StageStore& stages, JobLog& log) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch stopwatch;
   LoadReport report;
   LoadOptions load = options.load;
   load.rig_directory = options.rig.parent_path();
@@ -65,14 +84,15 @@ JobOutcome Run(const JobOptions& options, const Rig& rig_file, const Cancellatio
   const Rig rig = WithMessageFrames(rig_file, report);
   for (const std::string& line : report.lines) log.Line(line);
   for (const std::string& line : report.warnings) log.Warning("warning: " + line);
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const StageSummary loading = LoadingSummary(report, stopwatch);
   log.OnRig(rig);
 
   CalibrationOptions calibration = options.calibration;
   calibration.colmap_directory = options.output / "stages" / "colmap";
   CalibrationResult result = Calibrate(rig, dataset, cancellation, log, stages, calibration);
-  result.stages.insert(result.stages.begin(), LoadingSummary(report, seconds));
+  result.stages.insert(result.stages.begin(), loading);
   result.warnings.insert(result.warnings.begin(), report.warnings.begin(), report.warnings.end());
+  LogTimes(result.stages, &log);
   cancellation.ThrowIfCancelled();
   ReplaceResults(options.output,
                  [&](const std::filesystem::path& directory) { WriteResults(directory, result); });

@@ -113,6 +113,11 @@ void CameraStages(const StageContext& context, const CameraInitialization& camer
 
 // The LiDARs first, then the cameras on their trajectory, then all.
 void CalibrateFromLidars(const StageContext& context) {
+void ResultStage(const StageContext& context, const Refinement& refinement) {
+  StageClock stage("result", context);
+  AssembleResult(context.rig, context.dataset, refinement, context.result);
+}
+
   const auto odometry = OdometryStage(context);
   Initialization start = InitializationStage(context, nullptr, [&] {
     return Initialize(context.rig, context.dataset, odometry, context.cancellation);
@@ -138,7 +143,7 @@ void CalibrateFromLidars(const StageContext& context) {
     result->reasons.insert(result->reasons.end(), found.problems.begin(), found.problems.end());
     CameraStages(context, found, features, &refinement);
   }
-  AssembleResult(context.rig, context.dataset, refinement, result);
+  ResultStage(context, refinement);
 }
 
 // The trajectory comes from the cameras themselves and the IMU.
@@ -158,7 +163,7 @@ void CalibrateFromCameras(const StageContext& context) {
   Refinement refinement(context.rig, context.dataset, std::move(start), context.cancellation,
                         context.observer);
   CameraStages(context, cameras, features, &refinement);
-  AssembleResult(context.rig, context.dataset, refinement, result);
+  ResultStage(context, refinement);
 }
 
 }  // namespace

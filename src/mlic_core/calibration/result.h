@@ -82,6 +82,7 @@ struct ResidualField {
   int columns = 0;
   int rows = 0;
   std::vector<Eigen::Vector2f> mean;  // px, projected minus seen; row by row
+  double processor_seconds = 0.0;  // of all threads together
   std::vector<int> counts;
 };
 

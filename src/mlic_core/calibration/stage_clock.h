@@ -1,6 +1,5 @@
 #pragma once
 
-#include <chrono>
 #include <string>
 #include <vector>
 
@@ -8,6 +7,7 @@
 #include "mlic_core/calibration/options.h"
 #include "mlic_core/calibration/result.h"
 #include "mlic_core/calibration/stage_store.h"
+#include "mlic_core/calibration/stopwatch.h"
 #include "mlic_core/sensors/measurements.h"
 #include "mlic_core/sensors/rig.h"
 
@@ -28,12 +28,12 @@ struct StageContext {
 class StageClock : public ProgressSink {
  public:
   StageClock(std::string name, const StageContext& context)
-      : observer_(context.observer), result_(context.result), start_(std::chrono::steady_clock::now()) {
+      : observer_(context.observer), result_(context.result) {
     summary_.name = std::move(name);
     observer_.OnProgress(summary_.name, 0.0);
   }
   ~StageClock() override {
-    summary_.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    stopwatch_.Read(&summary_);
     result_->stages.push_back(summary_);
   }
   StageClock(const StageClock&) = delete;
@@ -58,7 +58,7 @@ class StageClock : public ProgressSink {
  private:
   CalibrationObserver& observer_;
   CalibrationResult* result_;
-  std::chrono::steady_clock::time_point start_;
+  Stopwatch stopwatch_;
   StageSummary summary_;
 };
 

@@ -39,7 +39,7 @@ svg.map{border:1px solid var(--line);max-height:760px;background:#fff}
 .grid{display:grid;grid-template-columns:repeat(auto-fill,minmax(330px,1fr));gap:16px}
 .card{border:1px solid var(--line);border-radius:6px;padding:10px 12px;break-inside:avoid}
 .bar{height:11px;background:#2f6fb5;border-radius:3px;margin-top:4px}
-.stages td:nth-child(4){color:var(--soft)}
+.stages td:nth-child(5){color:var(--soft)}
 )";
 
 std::string Section(const std::string& title, const std::string& content) {

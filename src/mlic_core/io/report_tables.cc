@@ -176,22 +176,26 @@ std::string ImuTable(const CalibrationResult& result) {
 }
 
 std::string StageTable(const CalibrationResult& result) {
-  double total = 0.0, longest = 1e-9;
+  double total = 0.0, processor = 0.0, longest = 1e-9;
   for (const StageSummary& stage : result.stages) {
     total += stage.seconds;
+    processor += stage.processor_seconds;
     longest = std::max(longest, stage.seconds);
   }
   std::string html =
-      "<table class=\"stages\"><tr><th>stage</th><th>s</th><th></th><th>what was found</th></tr>\n";
+      "<table class=\"stages\"><tr><th>stage</th><th>s</th><th>processor, s</th><th></th>"
+      "<th>what was found</th></tr>\n";
   for (const StageSummary& stage : result.stages) {
     std::string lines;
     for (const std::string& line : stage.lines) lines += EscapeXml(line) + "<br>";
     html += "<tr>" + Cell(EscapeXml(stage.name)) + Cell(FixedNumber(stage.seconds, 1), "n") +
+            Cell(FixedNumber(stage.processor_seconds, 1), "n") +
             Cell("<div class=\"bar\" style=\"width:" + FixedNumber(90.0 * stage.seconds / longest, 0) +
                  "px\"></div>") +
             Cell(lines) + "</tr>\n";
   }
-  html += "<tr><th>all</th>" + Cell("<b>" + FixedNumber(total, 1) + "</b>", "n") + Cell("") + Cell("");
+  html += "<tr><th>all</th>" + Cell("<b>" + FixedNumber(total, 1) + "</b>", "n") +
+          Cell("<b>" + FixedNumber(processor, 1) + "</b>", "n") + Cell("") + Cell("");
   return html + "</tr>\n</table>\n";
 }
 

@@ -33,7 +33,9 @@ auto Members(SensorResult& sensor) {
 }
 
 auto Members(PairResult& pair) { return std::tie(pair.a, pair.b, pair.T_a_b, pair.sigma); }
-auto Members(StageSummary& stage) { return std::tie(stage.name, stage.seconds, stage.lines); }
+auto Members(StageSummary& stage) {
+  return std::tie(stage.name, stage.seconds, stage.processor_seconds, stage.lines);
+}
 
 auto Members(ResidualField& field) { return std::tie(field.columns, field.rows, field.mean, field.counts); }
 auto Members(ResidualSummary& residual) {
