@@ -4,6 +4,7 @@
 #include <sensor_msgs/PointCloud2.h>
 #include <visualization_msgs/MarkerArray.h>
 
+#include "mlic_core/io/projection_picture.h"
 #include "mlic_core/io/track_picture.h"
 #include "mlic_ros/display_cameras.h"
 #include "mlic_ros/display_messages.h"
@@ -12,7 +13,7 @@ namespace mlic {
 namespace {
 
 constexpr double kSecondsBetweenProgress = 0.1;
-constexpr int kTileWidth = 640;  // px, of each camera in /mlic/tracks
+constexpr int kTileWidth = 640;  // px, of each camera in pictures of all
 
 }  // namespace
 
@@ -51,27 +52,53 @@ void RosDisplay::OnRig(const Rig& rig) {
   if (rig.cameras.empty()) return;
   landmarks_ = node_.advertise<sensor_msgs::PointCloud2>("/mlic/landmarks", 1, true);
   cameras_ = node_.advertise<visualization_msgs::MarkerArray>("/mlic/cameras", 1, true);
-  all_tracks_ = node_.advertise<sensor_msgs::Image>("/mlic/tracks", 1, true);
+  tracks_ = AdvertisePictures(rig, "tracks", "tracks");
+  if (!rig.lidars.empty()) projections_ = AdvertisePictures(rig, "projection", "projections");
+}
+
+RosDisplay::PictureTopics RosDisplay::AdvertisePictures(const Rig& rig, const std::string& one,
+                                                        const std::string& all) {
+  PictureTopics topics;
+  topics.all = node_.advertise<sensor_msgs::Image>("/mlic/" + all, 1, true);
   for (const CameraConfig& camera : rig.cameras) {
-    const std::string topic = "/mlic/" + TopicPart(camera.name) + "/tracks";
-    tracks_[camera.name] = node_.advertise<sensor_msgs::Image>(topic, 1, true);
+    const std::string topic = "/mlic/" + TopicPart(camera.name) + "/" + one;
+    topics.of_cameras[camera.name] = node_.advertise<sensor_msgs::Image>(topic, 1, true);
   }
+  return topics;
+}
+
+void RosDisplay::PublishPictures(const std::vector<std::string>& cameras,
+                                 const std::vector<cv::Mat>& pictures, PictureTopics* topics) {
+  if (pictures.empty()) return;
+  const ros::Time now = ros::Time::now();
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    topics->of_cameras.at(cameras[i]).publish(MakeImage(pictures[i], cameras[i], now));
+  }
+  topics->all.publish(MakeImage(TilePictures(pictures, kTileWidth), "map", now));
 }
 
 void RosDisplay::PublishTracks(const std::vector<CameraView>& views) {
-  const ros::Time now = ros::Time::now();
+  std::vector<std::string> cameras;
   std::vector<cv::Mat> pictures;
   for (const CameraView& view : views) {
-    const auto publisher = tracks_.find(view.camera);
-    if (publisher == tracks_.end()) continue;
     Photo& photo = photos_[view.camera];
     if (photo.pixels.empty() || photo.image != view.image) {
       photo = {view.image, view.images->Load(view.image)};
     }
+    cameras.push_back(view.camera);
     pictures.push_back(DrawTracks(photo.pixels, view));
-    publisher->second.publish(MakeImage(pictures.back(), view.camera, now));
   }
-  if (!pictures.empty()) all_tracks_.publish(MakeImage(TilePictures(pictures, kTileWidth), "map", now));
+  PublishPictures(cameras, pictures, &tracks_);
+}
+
+void RosDisplay::PublishProjections(const std::vector<CameraProjection>& projections) {
+  std::vector<std::string> cameras;
+  std::vector<cv::Mat> pictures;
+  for (const CameraProjection& projection : projections) {
+    cameras.push_back(projection.camera);
+    pictures.push_back(DrawProjection(projection.images->Load(projection.image), projection));
+  }
+  PublishPictures(cameras, pictures, &projections_);
 }
 
 void RosDisplay::PublishFrames(const std::vector<SensorStatus>& sensors,
@@ -111,6 +138,7 @@ void RosDisplay::OnResult(const CalibrationResult& result) {
   if (!result.map.empty()) voxel_map_points_.publish(MakeMapCloud(result.map, now));
   if (!path.empty()) trajectory_.publish(MakePath(path, now));
   PublishTracks(result.views);
+  PublishProjections(result.projections);
   const std::lock_guard<std::mutex> lock(mutex_);
   status_.state = result.trusted ? Status::TRUSTED : Status::REFUSED;
   status_.stage = "done";

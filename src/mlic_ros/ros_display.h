@@ -18,7 +18,8 @@ namespace mlic {
 // Publishes the calibration as it converges, latched: /mlic/voxel_map (MarkerArray), /mlic/voxel_map_points
 // (PointCloud2), /mlic/trajectory (Path), /mlic/status (Status), and the frames map -> IMU (at the end of the
 // path) -> sensors on /tf_static. With cameras also /mlic/landmarks (PointCloud2), /mlic/cameras
-// (MarkerArray), /mlic/NAME/tracks (Image) of each camera and /mlic/tracks (Image) of all in one.
+// (MarkerArray), /mlic/NAME/tracks (Image) of each camera and /mlic/tracks (Image) of all in one; with LiDARs
+// as well, once the map has been matched, /mlic/NAME/projection and /mlic/projections (Image).
 class RosDisplay : public JobObserver {
  public:
   explicit RosDisplay(ros::NodeHandle& node);
@@ -35,6 +36,17 @@ class RosDisplay : public JobObserver {
   void PublishStatus();
   void PublishFrames(const std::vector<SensorStatus>& sensors, const std::vector<StampedPose>& trajectory);
   void PublishTracks(const std::vector<CameraView>& views);
+  void PublishProjections(const std::vector<CameraProjection>& projections);
+
+  // Topics of one kind of picture: of each camera, by its name, and of all side by side.
+  struct PictureTopics {
+    std::map<std::string, ros::Publisher> of_cameras;
+    ros::Publisher all;
+  };
+  PictureTopics AdvertisePictures(const Rig& rig, const std::string& one, const std::string& all);
+  // One picture of each of these cameras.
+  void PublishPictures(const std::vector<std::string>& cameras, const std::vector<cv::Mat>& pictures,
+                       PictureTopics* topics);
 
   // A camera's photo under its tracks, kept for as long as the same one is shown.
   struct Photo {
@@ -45,9 +57,9 @@ class RosDisplay : public JobObserver {
   std::mutex mutex_;  // progress comes from any thread
   ros::NodeHandle node_;
   ros::Publisher voxel_map_, voxel_map_points_, trajectory_, status_publisher_;
-  ros::Publisher landmarks_, cameras_, all_tracks_;  // of a rig with cameras
-  std::map<std::string, ros::Publisher> tracks_;     // by camera
-  std::map<std::string, Photo> photos_;              // by camera
+  ros::Publisher landmarks_, cameras_;   // of a rig with cameras
+  PictureTopics tracks_, projections_;   // likewise
+  std::map<std::string, Photo> photos_;  // by camera
   tf2_ros::StaticTransformBroadcaster broadcaster_;
   Status status_;
   std::string imu_frame_ = "imu";
