@@ -64,6 +64,7 @@ TEST(Report, CamerasAreShownByCellsAndOnThePhoto) {
   // Nine of ten mean errors are below 0.08 px and a cell is 80 px wide.
   EXPECT_TRUE(Contains(html, "arrows: mean errors &times; 1000"));
   EXPECT_TRUE(Contains(html, "data:image/jpeg;base64,"));
+  EXPECT_TRUE(Contains(html, "512 places of the LiDAR map that no solve used: off by 0.31 px"));
   result.views.clear();
   result.residuals.pop_back();
   EXPECT_EQ(ReportOf(result).find("Camera residuals"), std::string::npos);

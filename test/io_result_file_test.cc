@@ -59,6 +59,11 @@ TEST(ResultFile, RoundTripKeepsEverything) {
     EXPECT_EQ(a.intrinsics_held, b.intrinsics_held);
     EXPECT_EQ(a.rolling_shutter_readout, b.rolling_shutter_readout);
     EXPECT_EQ(a.readout_sigma, b.readout_sigma);
+    ASSERT_EQ(a.held_out.has_value(), b.held_out.has_value());
+    if (!a.held_out) continue;
+    EXPECT_EQ(a.held_out->count, b.held_out->count);
+    EXPECT_EQ(a.held_out->median, b.held_out->median);
+    EXPECT_EQ(a.held_out->rms, b.held_out->rms);
   }
   ASSERT_EQ(copy.pairs.size(), result.pairs.size());
   for (std::size_t i = 0; i < copy.pairs.size(); ++i) {

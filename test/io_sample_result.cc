@@ -144,6 +144,7 @@ CalibrationResult SampleResult() {
   camera.intrinsics_held = {false, false, false, false, false, false, true, true};
   camera.rolling_shutter_readout = 0.0221;
   camera.readout_sigma = 1.5e-4;
+  camera.held_out = HeldOutMatches{512, 0.3125, 0.4375};
   camera.unobservable.push_back(
       {UnobservableDirection::Quantity::kRotation, Eigen::Vector3d::UnitX(), 2.0 * M_PI / 180.0});
   camera.unobservable.push_back(

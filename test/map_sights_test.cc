@@ -1,6 +1,10 @@
 // Places of the map that a LiDAR measured and a camera found again: what they add to the joint problem.
 #include <gtest/gtest.h>
 
+#include <set>
+#include <tuple>
+
+#include "mlic_core/calibration/held_out_matches.h"
 #include "mlic_core/calibration/joint_problem.h"
 #include "mlic_core/calibration/map_matching.h"
 #include "synthetic_tracks.h"
@@ -120,7 +124,7 @@ TEST(MapSights, AppendedPointsKeepTheirSights) {
 
 // Photos full of matches. shared: of the error's variance, what the matches of one part of a photo have in
 // common.
-double NoiseOfMatches(double shared) {
+LandmarkSet PhotosOfMatches(double shared) {
   Case c = MakeCase();
   const SplitSpline& trajectory = c.truth.drives[0].trajectory;
   const CameraCalibration& camera = c.truth.cameras[0];
@@ -148,7 +152,55 @@ double NoiseOfMatches(double shared) {
       set.begin.push_back(set.observations.size());
     }
   }
-  return MeasureMatchNoise({set}, c.truth)[0];
+  return set;
+}
+
+double NoiseOfMatches(double shared) {
+  return MeasureMatchNoise({PhotosOfMatches(shared)}, MakeCase().truth)[0];
+}
+
+TEST(MapSights, AboutATenthIsHeldOutByWholePartsOfPhotos) {
+  const LandmarkSet all = PhotosOfMatches(0.0);
+  LandmarkSet kept = all;
+  const LandmarkSet held_out = TakeHeldOutMatches(&kept);
+  ASSERT_EQ(kept.points.size() + held_out.points.size(), all.points.size());
+  const double share = static_cast<double>(held_out.points.size()) / static_cast<double>(all.points.size());
+  EXPECT_GT(share, 0.06);
+  EXPECT_LT(share, 0.14);
+  const auto parts = [](const LandmarkSet& set) {
+    std::set<std::tuple<double, int, int>> parts;
+    for (std::size_t p = 0; p < set.points.size(); ++p) {
+      EXPECT_TRUE(set.IsOnMap(p));
+      const LandmarkObservation& o = set.observations[set.begin[p]];
+      parts.insert({o.time, static_cast<int>(o.pixel.x() / 160.0), static_cast<int>(o.pixel.y() / 160.0)});
+    }
+    return parts;
+  };
+  const auto of_kept = parts(kept);
+  for (const auto& part : parts(held_out)) EXPECT_EQ(of_kept.count(part), 0u);
+}
+
+TEST(MapSights, HeldOutMatchesFollowTheLidarAndTellTheCamerasError) {
+  const Case c = MakeCase();
+  const std::vector<HeldOutMatches> truth = EvaluateHeldOutMatches(c.problem.landmarks, c.truth);
+  ASSERT_EQ(truth.size(), 1u);
+  EXPECT_EQ(truth[0].count, c.problem.landmarks[0].points.size());
+  EXPECT_LT(truth[0].rms, 1e-5);
+  // The places follow the LiDAR: when both move together on the vehicle, little but what it turned between
+  // scan and photo is left.
+  CalibrationState moved = c.truth;
+  moved.lidars[0].T_imu_sensor.translation += Eigen::Vector3d(0.01, 0.0, 0.0);
+  const double lidar_alone = EvaluateHeldOutMatches(c.problem.landmarks, moved)[0].median;
+  moved.cameras[0].sensor.T_imu_sensor.translation += Eigen::Vector3d(0.01, 0.0, 0.0);
+  EXPECT_LT(EvaluateHeldOutMatches(c.problem.landmarks, moved)[0].median, 0.7 * lidar_alone);
+  // A centre that is off by 3 px shows as 3 px.
+  moved = c.truth;
+  moved.cameras[0].intrinsics.parameters[2] += 3.0;
+  const HeldOutMatches off = EvaluateHeldOutMatches(c.problem.landmarks, moved)[0];
+  EXPECT_NEAR(off.median, 3.0, 1e-3);
+  EXPECT_NEAR(off.rms, 3.0, 1e-3);
+  moved.cameras.emplace_back(c.truth.cameras[0]);
+  EXPECT_EQ(EvaluateHeldOutMatches(c.problem.landmarks, moved)[1].count, 0u);
 }
 
 TEST(MapSights, MatchesThatErrTogetherCountForLess) {

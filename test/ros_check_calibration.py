@@ -86,15 +86,26 @@ class CheckCalibration(unittest.TestCase):
         outlines = self.latched("/mlic/cameras", MarkerArray).markers
         frames = {self.calibration["sensors"][name]["frame_id"] for name in self.rig["cameras"]}
         self.assertEqual({outline.header.frame_id for outline in outlines}, frames)
-        for topic in ["/mlic/tracks", *(f"/mlic/{name}/tracks" for name in self.rig["cameras"])]:
+        topics = [f"/mlic/{name}/{kind}" for name in self.rig["cameras"] for kind in ("tracks", "projection")]
+        for topic in ["/mlic/tracks", "/mlic/projections", *topics]:
             image = self.latched(topic, Image)
             self.assertEqual((image.encoding, len(image.data)), ("bgr8", image.step * image.height))
             pixels = zip(image.data[0::3], image.data[1::3], image.data[2::3])
             coloured = sum(max(pixel) - min(pixel) > 60 for pixel in pixels)
             self.assertGreater(coloured, 500, "lines in colour on a gray photo: " + topic)
         for name in self.rig["cameras"]:
-            for file in [f"camera_info/{name}.yaml", f"images/{name}_tracks.png", "images/keyframes.csv"]:
+            image = self.latched(f"/mlic/{name}/projection", Image)
+            width, height = self.calibration["sensors"][name]["intrinsics"]["image_size"]
+            self.assertEqual((image.width, image.height), (2 * width, 3 * height), "two columns of three panels")
+            for file in [f"camera_info/{name}.yaml", f"images/{name}_tracks.png", f"images/{name}_projection.png",
+                         "images/keyframes.csv"]:
                 self.assertGreater(os.path.getsize(os.path.join(self.output, file)), 0, file)
+
+    def test_held_out_matches(self):
+        for name in self.rig["cameras"]:
+            held_out = self.calibration["sensors"][name]["held_out_matches"]
+            self.assertGreater(held_out["count"], 20)
+            self.assertLess(held_out["median"], 0.8, held_out)
 
     def test_trajectory(self):
         path = self.latched("/mlic/trajectory", Path)

@@ -95,7 +95,9 @@ void JointAdjustmentStage(const StageContext& context, const std::string& name, 
   refinement->AdjustJointly(
       last ? 0.1 : 1.0, [&](double fraction) { stage.Progress(fraction); }, line,
       [&] { Keep(*refinement, stage, file, context.store); });
-  if (last) refinement->MeasureCorrelation(line);
+  if (!last) return;
+  if (refinement->matched_map()) refinement->MeasureHeldOut(line);
+  refinement->MeasureCorrelation(line);
 }
 
 void CameraStages(const StageContext& context, const CameraInitialization& cameras,
@@ -111,13 +113,13 @@ void CameraStages(const StageContext& context, const CameraInitialization& camer
   JointAdjustmentStage(context, "joint calibration on the map", "joint_calibration", true, refinement);
 }
 
-// The LiDARs first, then the cameras on their trajectory, then all.
-void CalibrateFromLidars(const StageContext& context) {
 void ResultStage(const StageContext& context, const Refinement& refinement) {
   StageClock stage("result", context);
   AssembleResult(context.rig, context.dataset, refinement, context.result);
 }
 
+// The LiDARs first, then the cameras on their trajectory, then all.
+void CalibrateFromLidars(const StageContext& context) {
   const auto odometry = OdometryStage(context);
   Initialization start = InitializationStage(context, nullptr, [&] {
     return Initialize(context.rig, context.dataset, odometry, context.cancellation);

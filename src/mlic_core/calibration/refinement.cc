@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "mlic_core/calibration/held_out_matches.h"
 #include "mlic_core/calibration/intrinsics_observability.h"
 #include "mlic_core/calibration/result_assembly.h"
 #include "mlic_core/calibration/snapshot.h"
@@ -102,7 +103,7 @@ void Refinement::AssociateLandmarks(const Progress& progress, const Line& line) 
   if (!match_map_) return;
   MapMatchingOptions options;
   options.noise_scale = match_noise_;
-  const MapMatches matches =
+  MapMatches matches =
       MatchCamerasToMap(dataset_, tracks_, state_, sigmas_, cameras_found_, options, progress, cancellation_);
   for (std::size_t c = 0; c < rig_.cameras.size(); ++c) {
     if (!cameras_found_[c]) continue;
@@ -112,7 +113,9 @@ void Refinement::AssociateLandmarks(const Progress& progress, const Line& line) 
                   matches.nid[c]);
     line(text);
   }
+  held_out_.clear();
   for (std::size_t d = 0; d < problem_.landmarks.size(); ++d) {
+    held_out_.push_back(TakeHeldOutMatches(&matches.landmarks[d]));
     Append(matches.landmarks[d], &problem_.landmarks[d]);
   }
 }
@@ -256,7 +259,8 @@ RefinementProgress Refinement::Checkpoint() const {
           problem_.landmarks,
           rounds_,
           many_points_,
-          {}};
+          {},
+          held_out_};
 }
 
 void Refinement::Restore(const RefinementProgress& progress) {
@@ -270,6 +274,20 @@ void Refinement::Restore(const RefinementProgress& progress) {
   problem_.landmarks = progress.landmarks;
   rounds_ = progress.rounds;
   many_points_ = progress.many_points;
+  held_out_ = progress.held_out;
+}
+
+void Refinement::MeasureHeldOut(const Line& line) {
+  held_out_errors_ = EvaluateHeldOutMatches(held_out_, state_);
+  for (std::size_t c = 0; c < held_out_errors_.size(); ++c) {
+    const HeldOutMatches& error = held_out_errors_[c];
+    if (error.count == 0) continue;
+    char text[200];
+    std::snprintf(text, sizeof(text),
+                  "%s: %zu matches held out of the solve are off by %.2f px in the median, %.2f px rms",
+                  rig_.cameras[c].name.c_str(), error.count, error.median, error.rms);
+    line(text);
+  }
 }
 
 void Refinement::MeasureCorrelation(const Line& line) {

@@ -42,6 +42,9 @@ class Refinement {
   // From here on AdjustJointly also matches the cameras' photos to the LiDAR map (SPEC stages 7 and 8).
   void MatchMap();
 
+  // How well the map fits the photos where no solve looked; tells `line` of each camera.
+  void MeasureHeldOut(const Line& line);
+
   // Of the points, once the calibration stands still: sigmas grow by it.
   void MeasureCorrelation(const Line& line);
 
@@ -58,6 +61,8 @@ class Refinement {
   bool converged() const { return converged_; }
   const std::vector<bool>& cameras_found() const { return cameras_found_; }
   bool matched_map() const { return match_map_; }
+  // Of each camera, from MeasureHeldOut; empty before.
+  const std::vector<HeldOutMatches>& held_out_errors() const { return held_out_errors_; }
   // The cameras when MatchMap was called.
   const std::vector<CameraCalibration>& cameras_before_map() const { return cameras_before_map_; }
 
@@ -93,10 +98,12 @@ class Refinement {
   std::vector<bool> cameras_found_;
   bool match_map_ = false;
   std::vector<CameraCalibration> cameras_before_map_;
-  std::vector<double> match_noise_;  // of each camera: of the sigmas that matches claim
-  std::vector<PoseSigma> sigmas_;    // of each camera against the base LiDAR, of the last solve
-  int rounds_ = 0;                   // of the joint adjustment, done
-  bool many_points_ = false;         // the map has settled: all points take part
+  std::vector<double> match_noise_;    // of each camera: of the sigmas that matches claim
+  std::vector<LandmarkSet> held_out_;  // of each drive: matches that no solve uses
+  std::vector<HeldOutMatches> held_out_errors_;
+  std::vector<PoseSigma> sigmas_;  // of each camera against the base LiDAR, of the last solve
+  int rounds_ = 0;                 // of the joint adjustment, done
+  bool many_points_ = false;       // the map has settled: all points take part
   SolveSummary last_solve_;
   double correlation_ = 1.0;  // of the points, measured once the calibration stands still
   bool converged_ = false;

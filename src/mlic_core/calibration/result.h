@@ -31,6 +31,13 @@ struct UnobservableDirection {
   double sigma = 0.0;
 };
 
+// Lengths of the reprojection errors of places of the LiDAR map in photos of a camera that no solve used, px.
+struct HeldOutMatches {
+  std::size_t count = 0;
+  double median = 0.0;
+  double rms = 0.0;
+};
+
 struct SensorResult {
   enum class Type { kLidar, kCamera };
   std::string name;
@@ -48,6 +55,7 @@ struct SensorResult {
   std::vector<bool> intrinsics_held;              // each parameter that the data do not show; empty: none
   std::optional<double> rolling_shutter_readout;  // s
   std::optional<double> readout_sigma;            // s
+  std::optional<HeldOutMatches> held_out;         // of a camera that was matched to the map
 };
 
 // T_a_b: points of sensor b into sensor a; time_offset of sigma: of the difference of the two offsets.
@@ -74,6 +82,7 @@ struct MapPoint {
 struct StageSummary {
   std::string name;
   double seconds = 0.0;
+  double processor_seconds = 0.0;  // of all threads together
   std::vector<std::string> lines;  // what was found, in plain words with numbers
 };
 
@@ -82,7 +91,6 @@ struct ResidualField {
   int columns = 0;
   int rows = 0;
   std::vector<Eigen::Vector2f> mean;  // px, projected minus seen; row by row
-  double processor_seconds = 0.0;  // of all threads together
   std::vector<int> counts;
 };
 

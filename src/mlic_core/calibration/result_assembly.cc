@@ -184,8 +184,11 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Refinement& re
   for (std::size_t s = 0; s < sensors.size(); ++s) {
     if (!shown[s]) continue;
     result->sensors.push_back(MakeSensor(sensors[s], analysis, s));
-    if (s >= lidars)
-      AddIntrinsics(state.cameras[s - lidars], analysis.cameras[s - lidars], &result->sensors.back());
+    if (s < lidars) continue;
+    const std::size_t c = s - lidars;
+    AddIntrinsics(state.cameras[c], analysis.cameras[c], &result->sensors.back());
+    const std::vector<HeldOutMatches>& held_out = refinement.held_out_errors();
+    if (c < held_out.size() && held_out[c].count > 0) result->sensors.back().held_out = held_out[c];
   }
   result->initial_sensors = InitialSensors(rig, refinement.initial(), shown);
   result->pairs = MakePairs(sensors, shown, analysis);

@@ -25,6 +25,7 @@ struct RefinementProgress {
   int rounds = 0;                                 // of the joint adjustment, done
   bool many_points = false;                       // the map has settled: all points take part
   std::vector<std::string> lines;                 // what the stage has said so far
+  std::vector<LandmarkSet> held_out;              // of each drive: matches that no solve used
 };
 
 // Where finished stages of a run are kept, so that a killed run goes on where it was. Load returns false when

@@ -107,6 +107,12 @@ std::string SensorText(const SensorResult& sensor) {
     text += "    rolling_shutter_readout: " + FixedNumber(*sensor.rolling_shutter_readout, 9) + "\n";
   }
   if (sensor.readout_sigma) text += "    readout_sigma: " + ShortNumber(*sensor.readout_sigma, 12) + "\n";
+  if (sensor.held_out) {
+    text += "    held_out_matches: {count: " + std::to_string(sensor.held_out->count) +
+            ", median: " + FixedNumber(sensor.held_out->median, 4) +
+            ", rms: " + FixedNumber(sensor.held_out->rms, 4) +
+            "}  # px, with the LiDAR map, used by no solve\n";
+  }
   return text;
 }
 
@@ -210,6 +216,11 @@ SensorResult ReadSensor(const YamlReader& node) {
     sensor.rolling_shutter_readout = node.Get("rolling_shutter_readout").Number();
   }
   if (node.Has("readout_sigma")) sensor.readout_sigma = node.Get("readout_sigma").Number();
+  if (node.Has("held_out_matches")) {
+    const YamlReader held_out = node.Get("held_out_matches");
+    const auto number = [&](const char* key) { return held_out.Get(key, "give a number").Number(); };
+    sensor.held_out = {static_cast<std::size_t>(number("count")), number("median"), number("rms")};
+  }
   return sensor;
 }
 

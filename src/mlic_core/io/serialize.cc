@@ -16,6 +16,8 @@ template <>
 struct IsFlat<MapPoint> : std::true_type {};
 template <>
 struct IsFlat<UnobservableDirection> : std::true_type {};
+template <>
+struct IsFlat<HeldOutMatches> : std::true_type {};
 
 auto Members(LidarScan& scan) { return std::tie(scan.time, scan.points); }
 auto Members(LidarRecording& recording) {
@@ -29,7 +31,7 @@ auto Members(SensorResult& sensor) {
   return std::tie(sensor.name, sensor.type, sensor.frame_id, sensor.topic, sensor.calibration, sensor.sigma,
                   sensor.translation_observable, sensor.rotation_observable, sensor.time_offset_observable,
                   sensor.unobservable, sensor.intrinsics, sensor.intrinsics_sigma, sensor.intrinsics_held,
-                  sensor.rolling_shutter_readout, sensor.readout_sigma);
+                  sensor.rolling_shutter_readout, sensor.readout_sigma, sensor.held_out);
 }
 
 auto Members(PairResult& pair) { return std::tie(pair.a, pair.b, pair.T_a_b, pair.sigma); }
