@@ -55,7 +55,9 @@ TEST(JoinMatches, RandomMatchesGiveConsistentTracks) {
   std::set<std::pair<int, int>> used;
   for (const FeatureTrack& track : tracks) {
     for (std::size_t i = 0; i < track.size(); ++i) {
-      if (i > 0) EXPECT_LT(track[i - 1].keyframe, track[i].keyframe);
+      if (i > 0) {
+        EXPECT_LT(track[i - 1].keyframe, track[i].keyframe);
+      }
       EXPECT_TRUE(used.emplace(track[i].keyframe, track[i].feature).second);
     }
   }
