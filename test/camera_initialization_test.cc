@@ -1,4 +1,5 @@
 #include "mlic_core/calibration/camera_initialization.h"
+#include "mlic_core/calibration/intrinsics_observability.h"
 
 #include <gtest/gtest.h>
 
