@@ -1,8 +1,8 @@
 #include "mlic_core/calibration/camera_initialization.h"
-#include "mlic_core/calibration/intrinsics_observability.h"
 
 #include <gtest/gtest.h>
 
+#include "mlic_core/calibration/intrinsics_observability.h"
 #include "synthetic_tracks.h"
 #include "true_spline.h"
 
