@@ -121,6 +121,36 @@ TEST(Scanner, NoiseFreePointsLieOnTheHall) {
   EXPECT_GT(returns, 1000);
 }
 
+// Every other material's contrast turns over, what the beams hit stays.
+TEST(Scanner, HalfOfTheInfraredCanBeInverted) {
+  const Vector3d p(0.31, 0.17, 1.2), up = Vector3d::UnitZ();
+  int inverted = 0;
+  for (const Material material : {Material::kHallFloor, Material::kWood, Material::kDoor, Material::kMetal}) {
+    const float related = NearInfraredOf(material, p, up, 0, InfraredLook::kRelated);
+    const float other = NearInfraredOf(material, p, up, 0, InfraredLook::kInvertedHalf);
+    if (other == related) continue;
+    EXPECT_FLOAT_EQ(other, 1.0f - related);
+    ++inverted;
+  }
+  EXPECT_EQ(inverted, 2);
+  const auto trajectory = MakeTrajectory(Scenario::kHandheld, 3, 10.0, {});
+  LidarModel model;
+  model.azimuth_steps = 40;
+  const std::vector<Firing> firings = MakeScanPattern(model, 0);
+  const auto related = CastScan(*MakeHall(), *trajectory, {}, model, firings, 1.0, false, Random(1));
+  const auto mixed = CastScan(*MakeHall(InfraredLook::kInvertedHalf), *trajectory, {}, model, firings, 1.0,
+                              false, Random(1));
+  int differ = 0, returned = 0;
+  for (std::size_t i = 0; i < related.size(); ++i) {
+    if (!related[i].returned) continue;
+    ++returned;
+    EXPECT_EQ(related[i].position, mixed[i].position);
+    differ += std::abs(related[i].intensity - mixed[i].intensity) > 1.0f;
+  }
+  EXPECT_GT(differ, returned / 5);
+  EXPECT_LT(differ, 4 * returned / 5);
+}
+
 TEST(Scanner, RangeNoiseHasTheStatedSigma) {
   const World world = WallWorld();
   const auto trajectory = Parked();

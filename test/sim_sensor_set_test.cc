@@ -46,6 +46,14 @@ TEST(SensorSet, ReadsItsKeys) {
       1e-12);
 }
 
+TEST(SensorSet, SaysHowTheInfraredLooks) {
+  EXPECT_EQ(LoadSensorSet(Write(kGood)).infrared, InfraredLook::kRelated);
+  const std::string inverted = "world: {infrared: inverted_half}\n";
+  EXPECT_EQ(LoadSensorSet(Write(inverted + kGood)).infrared, InfraredLook::kInvertedHalf);
+  EXPECT_NE(ErrorOf("world: {infrared: odd}\n" + std::string(kGood)).find(":1: 'world.infrared' is 'odd'"),
+            std::string::npos);
+}
+
 TEST(SensorSet, ErrorsNameLineAndKey) {
   EXPECT_NE(ErrorOf(std::string(kGood) + "    colour: red\n").find(":10: unknown key 'colour'"),
             std::string::npos);

@@ -77,13 +77,13 @@ void AddMiddle(const Random& random, Mesh& mesh) {
 
 }  // namespace
 
-std::unique_ptr<World> MakeHall() {
+std::unique_ptr<World> MakeHall(InfraredLook infrared) {
   Mesh mesh;
   const Random random(20240502);
   AddRoom(mesh);
   AddEdges(random, mesh);
   AddMiddle(random, mesh);
-  return std::make_unique<World>(std::move(mesh));
+  return std::make_unique<World>(std::move(mesh), infrared);
 }
 
 }  // namespace mlic::sim

@@ -33,9 +33,9 @@ class RenderedImages : public ImageSource {
 
 }  // namespace
 
-std::unique_ptr<World> MakeWorld(Scenario scenario) {
-  if (scenario == Scenario::kHandheld) return MakeHall();
-  return MakeYard(scenario == Scenario::kPlanar || scenario == Scenario::kCircle);
+std::unique_ptr<World> MakeWorld(Scenario scenario, InfraredLook infrared) {
+  if (scenario == Scenario::kHandheld) return MakeHall(infrared);
+  return MakeYard(scenario == Scenario::kPlanar || scenario == Scenario::kCircle, infrared);
 }
 
 std::unique_ptr<Trajectory> MakeTrajectory(const SensorSet& sensors, const SimulationOptions& options) {
@@ -44,7 +44,7 @@ std::unique_ptr<Trajectory> MakeTrajectory(const SensorSet& sensors, const Simul
 
 ImageStage::ImageStage(const SensorSet& sensors, const SimulationOptions& options)
     : options_(options),
-      world_(MakeWorld(options.scenario)),
+      world_(MakeWorld(options.scenario, sensors.infrared)),
       trajectory_(MakeTrajectory(sensors, options)),
       cameras_(sensors.cameras) {
   if (cameras_.empty()) return;

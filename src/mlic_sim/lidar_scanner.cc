@@ -21,9 +21,10 @@ struct Echo {
   double cos_incidence = 0.0;
 };
 
-Echo EchoOf(const RayHit& hit, const Vector3d& direction) {
-  const Reflectance reflectance = ReflectanceOf(hit.material, hit.position, hit.normal, hit.object);
-  return {hit.range, reflectance.near_infrared, std::abs(hit.normal.dot(direction))};
+Echo EchoOf(const World& world, const RayHit& hit, const Vector3d& direction) {
+  const float near_infrared =
+      NearInfraredOf(hit.material, hit.position, hit.normal, hit.object, world.infrared());
+  return {hit.range, near_infrared, std::abs(hit.normal.dot(direction))};
 }
 
 // A direction within the beam's cone: the beam's light is not all on its axis.
@@ -35,11 +36,11 @@ Vector3d WithinBeam(const Vector3d& direction, double divergence, Random& random
 
 // The echo of the whole beam: the axis' own, blended with that of another part of the beam where the two
 // differ.
-Echo BlendEdge(const Echo& axis, const std::optional<RayHit>& other_hit, const Vector3d& other_direction,
-               Random& random) {
+Echo BlendEdge(const World& world, const Echo& axis, const std::optional<RayHit>& other_hit,
+               const Vector3d& other_direction, Random& random) {
   const double share = random.Uniform();
   if (!other_hit || std::abs(other_hit->range - axis.range) < kEdgeStep) return axis;
-  const Echo other = EchoOf(*other_hit, other_direction);
+  const Echo other = EchoOf(world, *other_hit, other_direction);
   if (std::abs(other.range - axis.range) > kPulseLength) return share < 0.5 ? axis : other;
   return {axis.range + share * (other.range - axis.range),
           axis.near_infrared + share * (other.near_infrared - axis.near_infrared),
@@ -88,10 +89,11 @@ std::vector<SimulatedPoint> CastScan(const World& world, const Trajectory& traje
     const double range_draw = random.Normal(), speckle_draw = random.Normal();
     const std::optional<RayHit> hit = world.Cast(origin, direction, model.max_range);
     if (!hit || hit->range < model.min_range) continue;
-    Echo echo = EchoOf(*hit, direction);
+    Echo echo = EchoOf(world, *hit, direction);
     if (with_noise) {
       if (divergence > 0.0) {
-        echo = BlendEdge(echo, world.Cast(origin, other_direction, model.max_range), other_direction, random);
+        echo = BlendEdge(world, echo, world.Cast(origin, other_direction, model.max_range), other_direction,
+                         random);
       }
       if (detection_draw > DetectionProbability(model, echo) || dropout_draw < model.random_dropouts)
         continue;

@@ -240,4 +240,12 @@ Reflectance ReflectanceOf(Material material, const Vector3d& p, const Vector3d& 
   return {};
 }
 
+float NearInfraredOf(Material material, const Vector3d& p, const Vector3d& normal, std::uint32_t object,
+                     InfraredLook look) {
+  const float related = ReflectanceOf(material, p, normal, object).near_infrared;
+  const bool inverted =
+      look == InfraredLook::kInvertedHalf && (static_cast<std::uint32_t>(material) + object) % 2 == 1;
+  return inverted ? std::clamp(1.0f - related, 0.02f, 0.97f) : related;
+}
+
 }  // namespace mlic::sim

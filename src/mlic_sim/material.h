@@ -37,9 +37,19 @@ struct Reflectance {
   float near_infrared = 0.5f;
 };
 
+// How a world's near infrared goes with its visible light.
+enum class InfraredLook : std::uint8_t {
+  kRelated,      // what is bright to the eye is mostly bright to a LiDAR
+  kInvertedHalf  // on every other object and material it is the other way round: 1 - reflectance
+};
+
 // p: place in the map frame, m; normal: unit, either sign; object: tells objects of one material apart (the
 // colour of a car or a poster). A pure function.
 Reflectance ReflectanceOf(Material material, const Eigen::Vector3d& p, const Eigen::Vector3d& normal,
                           std::uint32_t object);
+
+// What the LiDARs see of it in a world of the given look.
+float NearInfraredOf(Material material, const Eigen::Vector3d& p, const Eigen::Vector3d& normal,
+                     std::uint32_t object, InfraredLook look);
 
 }  // namespace mlic::sim

@@ -232,8 +232,15 @@ SensorSet LoadSensorSet(const std::filesystem::path& path) {
                      ": not valid YAML: " + error.msg);
   }
   const Section root(path.string(), "file", file);
-  root.OnlyKeys({"imu", "lidars", "cameras"});
+  root.OnlyKeys({"imu", "lidars", "cameras", "world"});
   SensorSet set;
+  if (root.Has("world")) {
+    const Section world = Section(path.string(), "world", root.Need("world"));
+    world.OnlyKeys({"infrared"});
+    world.ReadName("infrared",
+                   {{"related", InfraredLook::kRelated}, {"inverted_half", InfraredLook::kInvertedHalf}},
+                   set.infrared);
+  }
   set.imu = ReadImu(Section(path.string(), "imu", root.Need("imu")));
   std::map<std::string, std::string> name_of_topic;
   const auto read_all = [&](const std::string& kind, const auto& read, auto& sensors) {

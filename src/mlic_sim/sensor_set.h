@@ -7,6 +7,7 @@
 #include "mlic_core/sensors/rig.h"
 #include "mlic_sim/camera_sensor.h"
 #include "mlic_sim/lidar_model.h"
+#include "mlic_sim/material.h"
 
 namespace mlic::sim {
 
@@ -45,8 +46,9 @@ struct SimulatedLidar {
   double phase = 0.0;         // start of the first scan after the drive's begin, s, IMU clock
 };
 
-// The sensors of a simulated rig with their true calibration.
+// The sensors of a simulated rig with their true calibration, and what is special about the world for them.
 struct SensorSet {
+  InfraredLook infrared = InfraredLook::kRelated;
   SimulatedImu imu;
   std::vector<SimulatedLidar> lidars;
   std::vector<SimulatedCamera> cameras;

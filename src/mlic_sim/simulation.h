@@ -58,7 +58,7 @@ class DriveSink {
 };
 
 // The world and the motion of a scenario.
-std::unique_ptr<World> MakeWorld(Scenario scenario);
+std::unique_ptr<World> MakeWorld(Scenario scenario, InfraredLook infrared = InfraredLook::kRelated);
 std::unique_ptr<Trajectory> MakeTrajectory(const SensorSet& sensors, const SimulationOptions& options);
 
 // Simulates a drive. Scans and images are made in parallel, a second of the drive at a time, so memory stays

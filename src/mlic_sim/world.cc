@@ -48,7 +48,8 @@ struct World::Embree {
   }
 };
 
-World::World(Mesh mesh) : mesh_(std::move(mesh)), embree_(std::make_unique<Embree>(mesh_)) {}
+World::World(Mesh mesh, InfraredLook infrared)
+    : mesh_(std::move(mesh)), infrared_(infrared), embree_(std::make_unique<Embree>(mesh_)) {}
 World::~World() = default;
 
 std::optional<RayHit> World::Cast(const Vector3d& origin, const Vector3d& direction, double max_range) const {

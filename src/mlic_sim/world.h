@@ -33,7 +33,7 @@ struct RayPacket {
 // A world that can be ray-cast (Embree). Thread-safe once built.
 class World {
  public:
-  explicit World(Mesh mesh);
+  explicit World(Mesh mesh, InfraredLook infrared = InfraredLook::kRelated);
   ~World();
   World(const World&) = delete;
   World& operator=(const World&) = delete;
@@ -50,19 +50,21 @@ class World {
   bool IsOccluded(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float max_range) const;
 
   const Mesh& mesh() const { return mesh_; }
+  InfraredLook infrared() const { return infrared_; }
 
  private:
   struct Embree;
   Mesh mesh_;
+  InfraredLook infrared_;
   std::unique_ptr<Embree> embree_;
 };
 
 // A yard of about 80 x 60 m: buildings, parked cars, poles, trees, kerbs, markings. The ground is slightly
 // uneven (UnevenGroundHeight) or perfectly flat.
-std::unique_ptr<World> MakeYard(bool flat_ground);
+std::unique_ptr<World> MakeYard(bool flat_ground, InfraredLook infrared = InfraredLook::kRelated);
 
 // A hall of 24 x 16 x 6 m with pillars, shelves, tables, boxes and tilted boards; the middle (|x| < 7.5 m,
 // |y| < 4 m) holds nothing higher than 0.8 m.
-std::unique_ptr<World> MakeHall();
+std::unique_ptr<World> MakeHall(InfraredLook infrared = InfraredLook::kRelated);
 
 }  // namespace mlic::sim

@@ -86,7 +86,7 @@ void AddParkedCars(const Random& random, bool flat_ground, Mesh& mesh) {
 
 }  // namespace
 
-std::unique_ptr<World> MakeYard(bool flat_ground) {
+std::unique_ptr<World> MakeYard(bool flat_ground, InfraredLook infrared) {
   Mesh mesh;
   if (flat_ground) {
     mesh.AddQuad({-41, -31, 0}, {41, -31, 0}, {41, 31, 0}, {-41, 31, 0}, Material::kYardGround);
@@ -98,7 +98,7 @@ std::unique_ptr<World> MakeYard(bool flat_ground) {
   AddPavements(mesh);
   AddStreetFurniture(random, mesh);
   AddParkedCars(random, flat_ground, mesh);
-  return std::make_unique<World>(std::move(mesh));
+  return std::make_unique<World>(std::move(mesh), infrared);
 }
 
 }  // namespace mlic::sim
