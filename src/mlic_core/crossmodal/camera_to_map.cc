@@ -22,10 +22,11 @@ ViewPose PoseOf(const PhotoOnMap& photo, const RigidTransform& T_body_camera) {
           photo.rolling};
 }
 
-// Renders and matches all photos, each by itself.
+// Renders and matches all photos, each by itself. structures: of the photos.
 Round MatchAll(const ViewRenderer& renderer, const CameraIntrinsics& intrinsics,
-               const std::vector<PhotoOnMap>& photos, const RigidTransform& T_body_camera,
-               const CameraUncertainty& uncertainty, const CameraToMapOptions& options) {
+               const std::vector<PhotoOnMap>& photos, const std::vector<StructurePyramid>& structures,
+               const RigidTransform& T_body_camera, const CameraUncertainty& uncertainty,
+               const CameraToMapOptions& options) {
   Round round;
   round.matches.resize(photos.size());
   std::vector<double> nids(photos.size());
@@ -34,8 +35,7 @@ Round MatchAll(const ViewRenderer& renderer, const CameraIntrinsics& intrinsics,
     const ViewPose pose = PoseOf(photo, T_body_camera);
     const RenderedView view = renderer.Render(pose);
     nids[i] = ViewNid(view.intensity, photo.gray, photo.mask, options.nid);
-    round.matches[i] =
-        MatchView(view, intrinsics, pose, photo.gray, photo.mask, uncertainty, options.matching);
+    round.matches[i] = MatchView(view, intrinsics, pose, structures[i], uncertainty, options.matching);
   });
   round.nid = 0.0;
   for (std::size_t i = 0; i < photos.size(); ++i) {
@@ -75,11 +75,15 @@ std::optional<CameraToMapResult> AlignCameraToMap(const IntensityMap& map, const
                                                   const CameraUncertainty& uncertainty,
                                                   const CameraToMapOptions& options) {
   const ViewRenderer renderer(map, intrinsics, options.render);
+  std::vector<StructurePyramid> structures(photos.size());
+  ParallelFor(photos.size(), [&](std::size_t i) {
+    structures[i] = PhotoStructure(photos[i].gray, photos[i].mask, options.matching.structure);
+  });
   CameraToMapResult result;
   result.T_body_camera = T_body_camera;
   CameraUncertainty current = uncertainty;
   for (int i = 0; i < options.most_rounds && !result.settled; ++i) {
-    Round round = MatchAll(renderer, intrinsics, photos, result.T_body_camera, current, options);
+    Round round = MatchAll(renderer, intrinsics, photos, structures, result.T_body_camera, current, options);
     if (i == 0) result.nid_before = round.nid;
     const RigidTransform before = result.T_body_camera.Inverse();
     const auto pose = EstimatePose(round.sightings, intrinsics, options.pose, &before);

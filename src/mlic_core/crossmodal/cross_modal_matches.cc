@@ -10,6 +10,11 @@ namespace {
 // Bearings of every so many pixels, interpolated between: good to 1e-4 rad, enough to tell steps of depth.
 constexpr int kBearingStep = 8;
 
+// px (of the level matched at) between the map's points at which the variance of a match is twice that of a
+// dense map: the rendering then shows blobs of single points in place of the photo's texture. Measured on
+// simulated cars: 0.8 of the claimed variance at 1 to 3 px, 1.4 at 5, 2.4 at 8.
+constexpr double kCoarseSpacing = 6.0;
+
 // Row by row, NaN where the camera sees nothing; one column and row beyond the image.
 std::vector<Eigen::Vector3f> CoarseBearings(const CameraIntrinsics& intrinsics) {
   std::vector<Eigen::Vector3f> out;
@@ -21,6 +26,21 @@ std::vector<Eigen::Vector3f> CoarseBearings(const CameraIntrinsics& intrinsics) 
     }
   }
   return out;
+}
+
+// How much larger the variance of a match is where the map is coarse. spacing: m, between its points, by the
+// size of a pixel of the level matched at.
+double Coarseness(const CameraIntrinsics& intrinsics, const Eigen::Vector2d& pixel, double depth,
+                  double spacing) {
+  Eigen::Vector3d bearing;
+  Eigen::Vector2d back;
+  CameraPointJacobian J;
+  if (!(depth > 0.0) || !Unproject(intrinsics, pixel, &bearing) ||
+      !Project(intrinsics, depth * bearing, &back, &J)) {
+    return 1.0;
+  }
+  const double spacings = std::sqrt(0.5) * J.norm() * spacing / kCoarseSpacing;
+  return 1.0 + spacings * spacings;
 }
 
 }  // namespace
@@ -111,11 +131,13 @@ std::vector<MapMatch> MatchView(const RenderedView& view, const CameraIntrinsics
   for (const StructureMatch& found : MatchStructure(rendering, photo, predicted, match_options, counts)) {
     MapMatch match;
     if (!SurfaceAt(view, intrinsics, pose, found.rendered, &match.point)) continue;
-    match.map_point = view.point.at<std::int32_t>(static_cast<int>(found.rendered.y()),
-                                                  static_cast<int>(found.rendered.x()));
+    const int row = static_cast<int>(found.rendered.y()), column = static_cast<int>(found.rendered.x());
+    match.map_point = view.point.at<std::int32_t>(row, column);
     match.rendered = found.rendered;
     match.pixel = found.rendered + found.displacement;
-    match.covariance = found.covariance;
+    const double spacing = view.spacing.at<float>(row, column) / (1 << match_options.finest_level);
+    match.covariance =
+        found.covariance * Coarseness(intrinsics, found.rendered, view.depth.at<float>(row, column), spacing);
     match.score = found.score;
     match.peak_ratio = found.peak_ratio;
     if (match.map_point >= 0) matches.push_back(match);

@@ -104,6 +104,7 @@ class HoleFiller {
     At<float>(view_->depth, pixel) = depth / weights;
     At<cv::Vec3f>(view_->normal, pixel) = At<cv::Vec3f>(view_->normal, closest->pixel);
     At<std::int32_t>(view_->point, pixel) = At<std::int32_t>(seen_, closest->pixel);
+    At<float>(view_->spacing, pixel) = At<float>(view_->spacing, closest->pixel);
   }
 
   const IntensityMap& map_;

@@ -189,6 +189,7 @@ RenderedView ViewRenderer::Implementation::Finish(const Drawing& drawing) const 
   view.depth = cv::Mat::zeros(size, CV_32F);
   view.normal = cv::Mat::zeros(size, CV_32FC3);
   view.point = cv::Mat(size, CV_32S, cv::Scalar(-1));
+  view.spacing = cv::Mat::zeros(size, CV_32F);
   for (int row = 0; row < size.height; ++row) {
     for (int column = 0; column < size.width; ++column) {
       const SplatCanvas::Pixel& pixel = drawing.canvas.pixel(column, row);
@@ -198,6 +199,7 @@ RenderedView ViewRenderer::Implementation::Finish(const Drawing& drawing) const 
       const Eigen::Vector3f& n = map.points[pixel.best].normal;
       view.normal.at<cv::Vec3f>(row, column) = cv::Vec3f(n.x(), n.y(), n.z());
       view.point.at<std::int32_t>(row, column) = pixel.best;
+      view.spacing.at<float>(row, column) = map.points[pixel.best].spacing;
     }
   }
   return view;

@@ -30,6 +30,7 @@ struct RenderedView {
   cv::Mat depth;      // CV_32F, distance along the ray (not z), m; 0 where nothing is seen
   cv::Mat normal;     // CV_32FC3, unit, map frame, towards the camera; zero where there is no plane
   cv::Mat point;      // CV_32S, index in the map's points of the one nearest to the pixel; -1 for none
+  cv::Mat spacing;    // CV_32F, m, between the map's points there; 0 where nothing is seen
 
   bool IsSeen(int column, int row) const { return point.at<std::int32_t>(row, column) >= 0; }
 };
