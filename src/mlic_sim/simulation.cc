@@ -209,12 +209,6 @@ std::vector<SensorCalibration> TrueCalibrations(const SensorSet& sensors) {
   return calibrations;
 }
 
-std::vector<SensorCalibration> TrueCameraCalibrations(const SensorSet& sensors) {
-  std::vector<SensorCalibration> calibrations;
-  for (const SimulatedCamera& camera : sensors.cameras) calibrations.push_back(camera.calibration);
-  return calibrations;
-}
-
 Rig RigFromSensorSet(const SensorSet& sensors, const GuessOptions& options) {
   Rig rig;
   rig.imu.topic = sensors.imu.topic;

@@ -73,9 +73,8 @@ void Simulate(const SensorSet& sensors, const SimulationOptions& options, DriveS
 Drive SimulateDrive(const SensorSet& sensors, const SimulationOptions& options,
                     const std::function<void(LidarScan&)>& on_scan = nullptr);
 
-// The truth in the core's terms: of the LiDARs, and of the cameras.
+// The truth of the LiDARs in the core's terms.
 std::vector<SensorCalibration> TrueCalibrations(const SensorSet& sensors);
-std::vector<SensorCalibration> TrueCameraCalibrations(const SensorSet& sensors);
 
 struct GuessOptions {
   bool with_guess = true;

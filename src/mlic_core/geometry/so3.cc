@@ -60,22 +60,6 @@ Eigen::Vector3d Log(const Eigen::Quaterniond& q) {
 
 Eigen::Vector3d Log(const Eigen::Matrix3d& R) { return Log(Eigen::Quaterniond(R)); }
 
-Eigen::Matrix3d RightJacobian(const Eigen::Vector3d& v) {
-  const double squared = v.squaredNorm();
-  double a, b;
-  if (squared < kSmallSquaredAngle) {
-    a = 0.5 - squared / 24.0 + squared * squared / 720.0;
-    b = 1.0 / 6.0 - squared / 120.0 + squared * squared / 5040.0;
-  } else {
-    const double angle = std::sqrt(squared);
-    const double half = std::sin(0.5 * angle);
-    a = 2.0 * half * half / squared;
-    b = (angle - std::sin(angle)) / (squared * angle);
-  }
-  const Eigen::Matrix3d hat = Hat(v);
-  return Eigen::Matrix3d::Identity() - a * hat + b * hat * hat;
-}
-
 Eigen::Matrix3d RightJacobianInverse(const Eigen::Vector3d& v) {
   const double squared = v.squaredNorm();
   double b;

@@ -18,8 +18,7 @@ Eigen::Matrix3d ExpMatrix(const Eigen::Vector3d& v);
 Eigen::Vector3d Log(const Eigen::Quaterniond& q);
 Eigen::Vector3d Log(const Eigen::Matrix3d& R);
 
-// Exp(v + e) = Exp(v) * Exp(RightJacobian(v) * e) to first order in e; the left one is its transpose.
-Eigen::Matrix3d RightJacobian(const Eigen::Vector3d& v);
+// The inverse of J in Exp(v + e) = Exp(v) * Exp(J * e), to first order in e; the left one's is its transpose.
 Eigen::Matrix3d RightJacobianInverse(const Eigen::Vector3d& v);
 
 // Fixed-axis roll, pitch, yaw as in URDF: R = Rz(yaw) * Ry(pitch) * Rx(roll). Radians.
