@@ -201,5 +201,44 @@ TEST(TrackRefinement, IsFarBetterThanTheFeaturesAndSaysHowGood) {
   }
 }
 
+// A second view of two surfaces in stripes: every other one moved by `step` more than its neighbours.
+Eigen::Vector2d OfStripes(const Eigen::Vector2d& p, double step) {
+  constexpr double kWidth = 24.0;  // px
+  const bool behind = static_cast<int>(std::floor(p.x() / kWidth)) % 2 != 0;
+  return p + Eigen::Vector2d(3.3 + (behind ? step : 0.0), 0.4);
+}
+
+// Patches over a step of depth fit well enough, at a place that is neither surface's: their sigma has to say
+// so.
+TEST(TrackRefinement, DoubtsPatchesOfTwoSurfaces) {
+  const auto matcher = MakeClassicalMatcher();
+  const auto whitened = [&](double step) {
+    const auto first = Render(1, Homography::Identity(), 1.0);
+    const auto second = RenderTexture(
+        SyntheticTexture(7), 480, 360, [&](const Eigen::Vector2d& p) { return OfStripes(p, step); }, 1.0, 2);
+    const std::vector<FeatureSet> features = {matcher->Detect(first, cv::Mat()),
+                                              matcher->Detect(second, cv::Mat())};
+    const auto joined = JoinMatches({features[0].Count(), features[1].Count()},
+                                    {{0, 1, matcher->Match(features[0], features[1], nullptr)}});
+    const MemoryImages images({first, second});
+    const TrackSet raw = TracksOfFeatures({{0, 0, 0.0}, {0, 1, 0.1}}, features, joined);
+    double sum = 0.0;
+    int count = 0;
+    for (const Track& track : RefineTracks(raw, joined, features, {&images}, {}).tracks) {
+      const auto &a = track.observations[0], &b = track.observations[1];
+      const Eigen::Vector2d error = OfStripes(b.pixel.cast<double>(), step) - a.pixel.cast<double>();
+      if (error.norm() > 3.0) continue;
+      sum += std::min(16.0, error.squaredNorm() / 2 / (a.sigma * a.sigma + b.sigma * b.sigma));
+      ++count;
+    }
+    EXPECT_GT(count, 100);
+    return std::sqrt(sum / count);
+  };
+  const double flat = whitened(0.0), steps = whitened(0.8);
+  std::printf("one surface %.2f sigma, two %.2f\n", flat, steps);
+  EXPECT_LT(flat, 1.0);
+  EXPECT_LT(steps, 1.45);  // 1.54 without a look at the parts of patches
+}
+
 }  // namespace
 }  // namespace mlic

@@ -159,7 +159,7 @@ void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start,
     problem.camera_guesses.push_back(camera.fixed ? std::nullopt : camera.guess);
   }
   LandmarkOptions options;
-  options.noise_scale.assign(cameras, 1.0);
+  options.noise.assign(cameras, LandmarkNoise());
   std::vector<HeldCameraParameters> held;
   const Layout layout(*state, false);
   constexpr int kPlanned = static_cast<int>(std::size(kRounds));
@@ -189,14 +189,14 @@ void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start,
     if (summary.information.size() == 0) break;
     for (std::size_t d = 0; d < summary.points.size(); ++d) problem.landmarks[d].points = summary.points[d];
     // The least sigma of planned rounds is not the tracks' own.
-    if (!planned) options.noise_scale = MeasureLandmarkNoise(problem.landmarks, *state, options);
+    if (!planned) options.noise = MeasureLandmarkNoise(problem.landmarks, *state, options);
     result->information = summary.information;
     if (planned) continue;
     if (ChangeInSigmas(before, *state, layout, problem.camera_held, summary.information) < kStandsStill)
       break;
   }
   result->held = problem.camera_held;
-  result->noise_scale = options.noise_scale;
+  result->noise = options.noise;
   result->landmarks = std::move(problem.landmarks);
 }
 
@@ -251,7 +251,7 @@ void JudgeCameras(const Rig& rig, CameraInitialization* judged) {
     }
     const SensorCalibration& sensor = result.cameras[c].sensor;
     std::snprintf(line, sizeof(line), "%s: %zu sights, %.2f of the expected noise, offset %.2f ms",
-                  rig.cameras[c].name.c_str(), counts[c], result.noise_scale[c], 1e3 * sensor.time_offset);
+                  rig.cameras[c].name.c_str(), counts[c], result.noise[c].spread, 1e3 * sensor.time_offset);
     result.notes.push_back(line);
   }
 }

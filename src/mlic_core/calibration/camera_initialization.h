@@ -25,7 +25,7 @@ std::vector<CameraStart> StartFromRig(const Rig& rig, const Dataset& dataset);
 struct CameraInitialization {
   std::vector<CameraCalibration> cameras;
   std::vector<HeldCameraParameters> held;  // fixed cameras, and intrinsics that the data do not determine
-  std::vector<double> noise_scale;         // of each camera, for LandmarkOptions
+  std::vector<LandmarkNoise> noise;        // of each camera, for LandmarkOptions
   std::vector<bool> found;                 // cameras that can take part in the joint solve
   std::vector<LandmarkSet> landmarks;      // of each drive, at the cameras found
   Eigen::MatrixXd information;             // of the calibration of a state with these cameras and no LiDARs

@@ -35,6 +35,17 @@ std::optional<BearingObservation> Sight(const LandmarkObservation& o, const Came
   return BearingObservation{T_map_camera.translation, T_map_camera.rotation * bearing, o.sigma / scale};
 }
 
+// Sights of a landmark that count as known before it is seen, in degrees of freedom: few sights say little
+// about its noise.
+constexpr double kPriorFreedom = 4.0;
+
+// By how much a landmark's noise differs from what its sights claim, given their whitened errors: the scale
+// that makes normal errors Student's t with kPriorFreedom (Lange, Little and Taylor, JASA 1989).
+double OwnNoise(const TriangulatedPoint& point) {
+  const double freedom = std::max(1, 2 * point.inliers - 3);
+  return std::sqrt((kPriorFreedom + freedom * point.rms * point.rms) / (kPriorFreedom + freedom));
+}
+
 struct Landmark {
   PointLandmark point;
   std::vector<LandmarkObservation> observations;
@@ -46,8 +57,8 @@ Landmark Triangulate(const TrackSet& tracks, const Track& track, const Calibrati
   std::vector<BearingObservation> sights;
   for (const TrackObservation& seen : track.observations) {
     const Keyframe& keyframe = tracks.keyframes[seen.keyframe];
-    const double scale = options.noise_scale.empty() ? 1.0 : options.noise_scale[keyframe.camera];
-    const double sigma = std::max(options.least_sigma, scale * seen.sigma);
+    const double spread = options.noise.empty() ? 1.0 : options.noise[keyframe.camera].spread;
+    const double sigma = std::max(options.least_sigma, spread * seen.sigma);
     const LandmarkObservation o{keyframe.camera, static_cast<float>(sigma), keyframe.time,
                                 seen.pixel.cast<double>()};
     const auto sight = Sight(o, state.cameras[o.camera], state.drives[drive].trajectory);
@@ -68,6 +79,10 @@ Landmark Triangulate(const TrackSet& tracks, const Track& track, const Calibrati
   }
   landmark.observations = std::move(agreeing);
   if (!point) return landmark;
+  const double own = options.noise_of_each ? OwnNoise(*point) : 1.0;
+  for (LandmarkObservation& o : landmark.observations) {
+    o.sigma *= static_cast<float>(own * (options.noise.empty() ? 1.0 : options.noise[o.camera].dependence));
+  }
   landmark.point.position = point->position;
   landmark.point.anchor /= static_cast<double>(landmark.observations.size());
   return landmark;

@@ -113,6 +113,7 @@ std::vector<TrackSet> SharedTrackStage(const StageContext& context, const Calibr
   TrackingOptions options;
   options.largest_epipolar_error = 2.0;
   options.prediction_error = 0.02;
+  options.selection.most_in_keyframe = 450;  // most do not survive their refinement
   std::vector<CameraIntrinsics> intrinsics;
   for (const CameraCalibration& camera : state.cameras) intrinsics.push_back(camera.intrinsics);
   const auto tracks = ForEveryDrive<TrackSet>(context, "shared_tracks", &stage, [&](std::size_t d) {

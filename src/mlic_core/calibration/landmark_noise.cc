@@ -40,15 +40,15 @@ void Collect(const LandmarkSet& set, const std::vector<Eigen::Vector2d>& residua
   }
 }
 
-// By how much the noise of the mean of many exceeds a standard normal's: the spread without the outliers, and
-// the correlation of neighbouring sights of a landmark (first-order autoregressive), which share what their
-// patch has in common.
-double EffectiveNoise(const std::vector<Whitened>& residuals) {
+// The spread of the many is their median's. By how much the noise of their mean exceeds it: what the spread
+// without the outliers adds, and the correlation of neighbouring sights of a landmark (first-order
+// autoregressive), which share what their patch has in common.
+LandmarkNoise NoiseOf(const std::vector<Whitened>& residuals) {
   std::vector<double> norms;
   for (const Whitened& w : residuals) norms.push_back(w.value.norm() / w.spread);
   const auto middle = norms.begin() + static_cast<std::ptrdiff_t>(norms.size() / 2);
   std::nth_element(norms.begin(), middle, norms.end());
-  const double limit = kLargestNorm * *middle / kMedianOfNorm;
+  const double spread = *middle / kMedianOfNorm, limit = kLargestNorm * spread;
   double squares = 0.0, freedom = 1e-12;
   for (const Whitened& w : residuals) {
     if (w.value.norm() > limit * w.spread) continue;
@@ -64,25 +64,27 @@ double EffectiveNoise(const std::vector<Whitened>& residuals) {
   }
   const double correlation =
       variance > 0.0 ? std::clamp(product / (pairs * variance), 0.0, kMostCorrelated) : 0.0;
-  return std::sqrt(variance * (1.0 + correlation) / (1.0 - correlation));
+  const double noise = std::sqrt(variance * (1.0 + correlation) / (1.0 - correlation));
+  return {spread, spread > 0.0 ? std::max(1.0, noise / spread) : 1.0};
 }
 
 }  // namespace
 
-std::vector<double> MeasureLandmarkNoise(const std::vector<LandmarkSet>& landmarks,
-                                         const CalibrationState& state, const LandmarkOptions& made_with,
-                                         double least) {
+std::vector<LandmarkNoise> MeasureLandmarkNoise(const std::vector<LandmarkSet>& landmarks,
+                                                const CalibrationState& state,
+                                                const LandmarkOptions& made_with, double least) {
   std::vector<std::vector<Whitened>> residuals(state.cameras.size());
   for (std::size_t d = 0; d < landmarks.size(); ++d) {
     Collect(landmarks[d], LandmarkResiduals(landmarks[d], state, d), &residuals);
   }
-  std::vector<double> scale(state.cameras.size(), least);
-  for (std::size_t c = 0; c < scale.size(); ++c) {
+  std::vector<LandmarkNoise> noise(state.cameras.size(), {least, 1.0});
+  for (std::size_t c = 0; c < noise.size(); ++c) {
     if (residuals[c].empty()) continue;
-    const double made = made_with.noise_scale.empty() ? 1.0 : made_with.noise_scale[c];
-    scale[c] = std::max(least, made * EffectiveNoise(residuals[c]));
+    const LandmarkNoise made = made_with.noise.empty() ? LandmarkNoise() : made_with.noise[c];
+    noise[c] = NoiseOf(residuals[c]);
+    noise[c].spread = std::max(least, made.spread * made.dependence * noise[c].spread);
   }
-  return scale;
+  return noise;
 }
 
 }  // namespace mlic

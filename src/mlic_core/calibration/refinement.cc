@@ -136,7 +136,8 @@ void Refinement::AddCameras(const CameraInitialization& cameras, const std::vect
   state_.cameras = initial_.cameras = cameras.cameras;
   cameras_found_ = cameras.found;
   tracks_ = WithoutLostCameras(tracks, cameras.found);
-  landmark_options_.noise_scale = cameras.noise_scale;
+  landmark_options_.noise = cameras.noise;
+  landmark_options_.noise_of_each = true;
   problem_.camera_held = cameras.held;
   for (std::size_t c = 0; c < rig_.cameras.size(); ++c) {
     const CameraConfig& config = rig_.cameras[c];
@@ -218,7 +219,7 @@ void Refinement::AdjustJointly(double until, const Progress& progress, const Lin
     last_solve_ = Solve(round == 0 || many ? 2 : 1);
     noise_ = MeasurePlaneNoise(problem_.planes, state_, noise_);
     if (!tracks_.empty()) {
-      landmark_options_.noise_scale = MeasureLandmarkNoise(problem_.landmarks, state_, landmark_options_);
+      landmark_options_.noise = MeasureLandmarkNoise(problem_.landmarks, state_, landmark_options_);
       if (match_map_ && round < kLandmarkRounds) {
         const std::vector<double> noise = MeasureMatchNoise(problem_.landmarks, state_);
         for (std::size_t c = 0; c < noise.size(); ++c)
@@ -252,7 +253,7 @@ RefinementProgress Refinement::Checkpoint() const {
   return {state_,
           problem_.imu_sigma,
           noise_,
-          landmark_options_.noise_scale,
+          landmark_options_.noise,
           problem_.camera_held,
           sigmas_,
           match_noise_,
@@ -267,7 +268,7 @@ void Refinement::Restore(const RefinementProgress& progress) {
   state_ = progress.state;
   problem_.imu_sigma = progress.imu_sigma;
   noise_ = progress.noise;
-  landmark_options_.noise_scale = progress.landmark_noise;
+  landmark_options_.noise = progress.landmark_noise;
   problem_.camera_held = progress.camera_held;
   sigmas_ = progress.sigmas;
   match_noise_ = progress.match_noise;

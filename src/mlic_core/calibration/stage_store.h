@@ -17,7 +17,7 @@ struct RefinementProgress {
   CalibrationState state;
   std::vector<ImuSigma> imu_sigma;                // of each drive, as measured last
   std::vector<PlaneNoise> noise;                  // of each LiDAR, likewise
-  std::vector<double> landmark_noise;             // of each camera, likewise
+  std::vector<LandmarkNoise> landmark_noise;      // of each camera, likewise
   std::vector<HeldCameraParameters> camera_held;  // of each camera
   std::vector<PoseSigma> sigmas;                  // of each camera against the base LiDAR
   std::vector<double> match_noise;                // of each camera

@@ -12,6 +12,7 @@ constexpr int kTranslationIterations = 4;
 constexpr int kIterations = 20;
 constexpr float kConverged = 0.003f;  // px
 constexpr float kLargestStep = 2.0f;  // px
+constexpr int kParts = 4;             // of a template in each direction, for its sigma
 
 cv::Mat HalfSize(const cv::Mat& image) {
   cv::Mat half(image.rows / 2, image.cols / 2, CV_8UC1);
@@ -146,6 +147,23 @@ bool PatchTemplate::Sample(const Patch& other, const Eigen::Matrix2f& affine, co
   return true;
 }
 
+float PatchTemplate::VarianceOfParts(const Eigen::VectorXf& residual, const Eigen::Matrix2f& affine) const {
+  const int side = 2 * radius_ + 1;
+  std::array<Eigen::Matrix<float, 6, 1>, kParts * kParts> gradients;
+  gradients.fill(Eigen::Matrix<float, 6, 1>::Zero());
+  for (int row = 0, k = 0; row < side; ++row) {
+    for (int column = 0; column < side; ++column, ++k) {
+      gradients[row * kParts / side * kParts + column * kParts / side] +=
+          residual[k] * jacobian_.row(k).transpose();
+    }
+  }
+  const Eigen::Matrix<float, 2, 6> to_pixel = affine * inverse_.topRows<2>();
+  float variance = 0.0f;
+  for (const Eigen::Matrix<float, 6, 1>& gradient : gradients)
+    variance += (to_pixel * gradient).squaredNorm();
+  return 0.5f * variance;
+}
+
 std::optional<PatchAlignment> PatchTemplate::Align(const Patch& other, const Eigen::Matrix2f& first) const {
   Eigen::Matrix2f affine = first;
   Eigen::Vector2f centre = other.feature - affine * offset_;
@@ -174,7 +192,7 @@ std::optional<PatchAlignment> PatchTemplate::Align(const Patch& other, const Eig
   residual = values - values_;
   const float variance = residual.squaredNorm() / (static_cast<float>(residual.size()) - 8.0f);
   const Eigen::Matrix2f covariance = variance * affine * inverse_.topLeftCorner<2, 2>() * affine.transpose();
-  result.sigma = std::sqrt(0.5f * covariance.trace());
+  result.sigma = std::sqrt(std::max(0.5f * covariance.trace(), VarianceOfParts(residual, affine)));
   result.pixel = centre + affine * offset_;
   result.affine = affine;
   return result;

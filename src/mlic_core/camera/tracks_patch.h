@@ -21,7 +21,7 @@ inline Eigen::Vector2f FromLevel(const Eigen::Vector2f& pixel, int level) {
 // The surroundings of a feature, cut out of one level of the pyramid. Coordinates below are relative to
 // `corner`.
 struct Patch {
-  static constexpr int kHalf = 16;
+  static constexpr int kHalf = 20;  // a template of radius 7 twice as large, turned a little, and shifted
   static constexpr int kSide = 2 * kHalf + 1;
   int level = 0;
   Eigen::Vector2i corner = Eigen::Vector2i::Zero();  // px of the level, of values[0]
@@ -55,6 +55,11 @@ class PatchTemplate {
   std::optional<PatchAlignment> Align(const Patch& other, const Eigen::Matrix2f& affine) const;
 
  private:
+  // Variance of each coordinate (px^2) by what each part of the template pulls at: where a patch shows more
+  // than one surface, or a shadow moves over it, residuals of neighbouring pixels go together, and the sum of
+  // squares alone looks too good (Liang and Zeger, Biometrika 1986, with the parts as clusters).
+  float VarianceOfParts(const Eigen::VectorXf& residual, const Eigen::Matrix2f& affine) const;
+
   // Samples `other` at the warped template, with the mean and the length of the template's values.
   bool Sample(const Patch& other, const Eigen::Matrix2f& affine, const Eigen::Vector2f& centre,
               Eigen::VectorXf* values, float* correlation) const;

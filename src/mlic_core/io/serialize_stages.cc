@@ -11,6 +11,8 @@ template <>
 struct IsFlat<ImuSigma> : std::true_type {};
 template <>
 struct IsFlat<PlaneNoise> : std::true_type {};
+template <>
+struct IsFlat<LandmarkNoise> : std::true_type {};
 
 // Splines are their knots and control points; the rest follows from these.
 template <typename Spline>
@@ -107,7 +109,7 @@ auto Members(Track& track) { return std::tie(track.observations); }
 auto Members(TrackSet& tracks) { return std::tie(tracks.keyframes, tracks.tracks); }
 
 auto Members(CameraInitialization& cameras) {
-  return std::tie(cameras.cameras, cameras.held, cameras.noise_scale, cameras.found, cameras.problems,
+  return std::tie(cameras.cameras, cameras.held, cameras.noise, cameras.found, cameras.problems,
                   cameras.notes);
 }
 
