@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "synthetic_tracks.h"
+#include "true_spline.h"
 
 namespace mlic {
 namespace {
@@ -25,7 +26,7 @@ Case MakeCase(double times) {
   const double duration = 10.0;
   const auto trajectory = sim::MakeTrajectory(sim::Scenario::kHandheld, 3, duration, RigidTransform());
   DriveState drive;
-  drive.trajectory = SplineOf(*trajectory, duration);
+  drive.trajectory = TrueSpline(*trajectory, duration, kSyntheticKnots);
   c.state.drives.push_back(drive);
   CameraCalibration camera;
   camera.sensor = {{FromRollPitchYaw(kDegree * Eigen::Vector3d(-91.0, 1.0, -89.0)), {0.06, 0.11, -0.01}},

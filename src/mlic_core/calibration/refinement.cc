@@ -136,7 +136,10 @@ void Refinement::AddCameras(const CameraInitialization& cameras, const std::vect
   state_.cameras = initial_.cameras = cameras.cameras;
   cameras_found_ = cameras.found;
   tracks_ = WithoutLostCameras(tracks, cameras.found);
-  landmark_options_.noise = cameras.noise;
+  // The cameras are not yet as right as single sights are sharp: the first round judges less strictly.
+  for (const LandmarkNoise& noise : cameras.noise) {
+    landmark_options_.noise.push_back({noise.spread * noise.dependence, 1.0});
+  }
   landmark_options_.noise_of_each = true;
   problem_.camera_held = cameras.held;
   for (std::size_t c = 0; c < rig_.cameras.size(); ++c) {
