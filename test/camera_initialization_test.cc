@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "mlic_core/calibration/intrinsics_observability.h"
+#include "mlic_core/calibration/observability_limits.h"
 #include "synthetic_tracks.h"
 #include "true_spline.h"
 
@@ -189,10 +190,40 @@ TEST(CameraInitialization, HoldsTangentialTermsThatPatternsOfErrorsCanFake) {
   const std::vector<bool> none(9, false);
   std::vector<bool> both = none;
   both[6] = both[7] = true;
-  EXPECT_EQ(HeldWith(1e-5, 900.0)[0].intrinsics, none);
-  EXPECT_EQ(HeldWith(1e-4, 600.0)[0].intrinsics, both);
+  EXPECT_EQ(HeldWith(1e-5, 1800.0)[0].intrinsics, none);
+  EXPECT_EQ(HeldWith(1e-4, 1200.0)[0].intrinsics, both);
   // Four times as many sights halve the sigma and tell no more.
-  EXPECT_EQ(HeldWith(5e-5, 1200.0)[0].intrinsics, both);
+  EXPECT_EQ(HeldWith(5e-5, 2400.0)[0].intrinsics, both);
+}
+
+// Against the covariance of parameters that are considered: A^-1 + A^-1 B Q B^T A^-1.
+TEST(CameraInitialization, DoubtsTangentialTermsThatItHolds) {
+  CalibrationState state;
+  state.cameras = {Camera(PlumbBob(), {-90.0, 0.0, 0.0}, {0.0, 0.5, 0.2}, 0.01)};
+  const Layout layout(state, false);
+  const Eigen::VectorXd limits = CalibrationLimits(state, layout);
+  const int count = layout.calibration, p1 = layout.Intrinsics(0) + 6;
+  Random random(5);
+  Eigen::MatrixXd rows(3 * count, count);
+  for (int i = 0; i < rows.size(); ++i) rows.data()[i] = random.Normal();
+  rows = rows * limits.cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd information = rows.transpose() * rows;
+  std::vector<HeldCameraParameters> held(1);
+  held[0].intrinsics.assign(9, false);
+  held[0].intrinsics[6] = held[0].intrinsics[7] = true;
+  const Eigen::MatrixXd known = InformationWithHeld(information, state, layout, held);
+  const Eigen::MatrixXd inverse = InverseInLimits(known, limits);
+  Eigen::MatrixXd coupling = information.middleCols<2>(p1);
+  coupling.middleRows<2>(p1).setZero();
+  Eigen::MatrixXd expected = inverse + 1e-6 * inverse * coupling * coupling.transpose() * inverse;
+  const Eigen::MatrixXd covariance =
+      InverseInLimits(WithDoubtOfTangentialTerms(information, state, layout, held, known), limits);
+  EXPECT_NEAR(std::sqrt(covariance(p1, p1)), 1e-3, 1e-6);
+  for (int i = 0; i < count; ++i) {
+    if (i == p1 || i == p1 + 1) continue;
+    EXPECT_NEAR(covariance(i, i) / expected(i, i), 1.0, 1e-4) << i;
+  }
+  EXPECT_GT(expected(0, 0), 1.01 * inverse(0, 0));
 }
 
 TEST(CameraInitialization, PatternSensitivityIsThatOfIndependentSights) {

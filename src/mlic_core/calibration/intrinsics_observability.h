@@ -35,6 +35,15 @@ std::vector<HeldCameraParameters> HoldUndeterminedIntrinsics(const Eigen::Matrix
 Eigen::MatrixXd InformationWithHeld(const Eigen::MatrixXd& information, const CalibrationState& state,
                                     const Layout& layout, const std::vector<HeldCameraParameters>& held);
 
+// What InformationWithHeld gave (`known`, priors may have been added) with tangential terms that are held
+// doubted by their usual size, 1e-3: the covariance of all else then is A^-1 + A^-1 B Q B^T A^-1, as of
+// parameters that are considered but not estimated (Schmidt), with A the information of what is estimated, B
+// how `information` couples it to the doubted and Q their variance.
+Eigen::MatrixXd WithDoubtOfTangentialTerms(const Eigen::MatrixXd& information, const CalibrationState& state,
+                                           const Layout& layout,
+                                           const std::vector<HeldCameraParameters>& held,
+                                           const Eigen::MatrixXd& known);
+
 // Steps of all calibration parameters that count as large (rotation, translation, offset: the limits of
 // observability; intrinsics: 1 px in the mean over the image; others: 1): scales for inverting information.
 Eigen::VectorXd CalibrationLimits(const CalibrationState& state, const Layout& layout);

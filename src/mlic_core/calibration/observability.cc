@@ -100,8 +100,10 @@ ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const Cali
     held.push_back(camera.rotation && camera.translation && camera.time_offset);
   }
   held.resize(layout.sensors, false);
+  const Eigen::MatrixXd known =
+      InformationWithHeld(information, state, layout, problem.camera_held) + (prior - guess);
   ObservabilityAnalysis analysis =
-      AnalyzeSensors(InformationWithHeld(information, state, layout, problem.camera_held) + (prior - guess),
+      AnalyzeSensors(WithDoubtOfTangentialTerms(information, state, layout, problem.camera_held, known),
                      guess, guesses, held, CalibrationLimits(state, layout));
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
     ObservabilityAnalysis::Intrinsics camera;
