@@ -52,6 +52,11 @@ bool AtRest(const std::vector<ImuSample>& samples, std::size_t begin, std::size_
          rate.mean.norm() < 0.05 && std::abs(force.mean.norm() - 9.81) < 0.5;
 }
 
+// Densities that no IMU on a vehicle undercuts (navigation grade: 1e-6 rad/s/sqrt(Hz), 1e-5 m/s^2/sqrt(Hz)).
+// Exact or filtered data would give the IMU such weight that the joint solve runs out of digits.
+constexpr double kBestGyroscope = 2e-6;
+constexpr double kBestAccelerometer = 2e-5;
+
 }  // namespace
 
 double ImuRate(const std::vector<ImuSample>& samples) {
@@ -61,8 +66,8 @@ double ImuRate(const std::vector<ImuSample>& samples) {
 ImuNoise EstimateImuNoise(const std::vector<ImuSample>& samples) {
   const std::vector<ImuSample> ordered = OrderedFiniteSamples(samples);
   const double root_period = std::sqrt(MedianPeriod(ordered));
-  return {SampleSigma(ordered, &ImuSample::angular_velocity) * root_period,
-          SampleSigma(ordered, &ImuSample::specific_force) * root_period};
+  return {std::max(kBestGyroscope, SampleSigma(ordered, &ImuSample::angular_velocity) * root_period),
+          std::max(kBestAccelerometer, SampleSigma(ordered, &ImuSample::specific_force) * root_period)};
 }
 
 std::vector<TimeInterval> StaticIntervals(const std::vector<ImuSample>& samples, const ImuNoise& noise,

@@ -16,7 +16,7 @@ double ImuRate(const std::vector<ImuSample>& samples);
 // rate hardly shows: of white noise with sigma s they have the variance 20 s^2, and the density is s /
 // sqrt(rate). Robust, so that shocks do not count; the largest of the three axes. Vibration counts as noise,
 // which is what a trajectory that cannot follow it must see; a sensor's own low-pass filter makes the result
-// too small.
+// too small, but never less than 2e-6 rad/s/sqrt(Hz) and 2e-5 m/s^2/sqrt(Hz).
 ImuNoise EstimateImuNoise(const std::vector<ImuSample>& samples);
 
 // Where the IMU (on its own clock) is at rest for at least `shortest` seconds, by the spread of rates and
