@@ -125,6 +125,19 @@ TEST(LidarOdometry, TheGyroscopeMakesItMorePrecise) {
   EXPECT_LT(with.translation, 0.006);
 }
 
+// An IMU that starts late, and one that was lost for a while.
+TEST(LidarOdometry, GoesOnWithoutTheGyroscopeWhereItIsMissing) {
+  const SimulatedRecording data = Record("handheld.yaml", sim::Scenario::kHandheld, 6.0, 0);
+  const RotationBetween rotation_between = [&](double from, double to) -> std::optional<Eigen::Quaterniond> {
+    if (from < 2.0 || (from < 4.0 && to > 3.5)) return std::nullopt;
+    return data.truth(from).rotation.conjugate() * data.truth(to).rotation;
+  };
+  const Errors errors = ErrorsOver(data, RunOn(data.recording, rotation_between));
+  EXPECT_LT(errors.translation, 0.01);
+  EXPECT_LT(errors.rotation, 0.15 * kDegree);
+  EXPECT_GT(errors.least_inlier_share, 0.8);
+}
+
 TEST(LidarOdometry, FollowsASolidStateLidarOnACar) {
   const SimulatedRecording data = Record("paper_rig_lidars.yaml", sim::Scenario::kFigureEight, 10.0, 1);
   const Errors errors = ErrorsOver(data, RunOn(data.recording));

@@ -34,6 +34,26 @@ bool IsUsable(const AngularRateAlignment& alignment) {
   return alignment.valid && alignment.time_offset_sigma < 0.05 && alignment.inlier_share > 0.3;
 }
 
+// Whether it is the motion or the LiDARs, the gyroscope tells.
+std::string WhyNoneAgrees(const Dataset& dataset) {
+  constexpr double kTurning = 0.1;  // rad/s, root mean square
+  double turning = 0.0;
+  for (const Drive& drive : dataset.drives) {
+    turning = std::max(turning, MeasureExcitation(drive.imu).principal_rms[2]);
+  }
+  const std::string what = "no LiDAR's rotation agrees with the gyroscope's: ";
+  if (turning < kTurning) {
+    return what +
+           "the drive turns too little, or too evenly, to show time offset and rotation; record a drive with "
+           "turns "
+           "(figure-eights; by hand: about all axes)";
+  }
+  return what +
+         "it turns enough, but the LiDARs' scans cannot be followed (they see too little structure, such as "
+         "a floor alone, or come from another drive) or lie more than 1 s off; record among walls and "
+         "objects";
+}
+
 // First guess of the trajectory's control points from poses at their times.
 SplitSpline SplineThrough(const std::vector<TimedPose>& poses, const UniformKnots& rotation_knots,
                           const UniformKnots& position_knots) {
@@ -152,8 +172,10 @@ DriveOdometry RunDriveOdometry(const Rig& rig, const Drive& drive, const Cancell
     const Eigen::Quaterniond R_lidar_imu = alignment.R_imu_lidar.conjugate();
     const Eigen::Quaterniond R_imu_lidar = alignment.R_imu_lidar;
     const double offset = alignment.time_offset;
-    const RotationBetween rotation_between = [&](double from, double to) {
-      return Eigen::Quaterniond(R_lidar_imu * gyro.RotationBetween(from + offset, to + offset) * R_imu_lidar);
+    const RotationBetween rotation_between = [&](double from,
+                                                 double to) -> std::optional<Eigen::Quaterniond> {
+      if (!gyro.Covers(from + offset, to + offset)) return std::nullopt;
+      return R_lidar_imu * gyro.RotationBetween(from + offset, to + offset) * R_imu_lidar;
     };
     result.lidars[l] =
         RunOdometry(drive.lidars[l], rotation_between, cancellation, [&](double f) { report(f, 0.5); });
@@ -187,10 +209,7 @@ Initialization Initialize(const Rig& rig, const Dataset& dataset, const std::vec
     }
   }
   if (best >= 1e9) {
-    result.problems.push_back(
-        "no LiDAR's rotation agrees with the gyroscope's: the drive turns too little to show time offset and "
-        "rotation; "
-        "record a drive with turns (figure-eights; by hand: about all axes)");
+    result.problems.push_back(WhyNoneAgrees(dataset));
     return result;
   }
   const std::size_t base = result.base_lidar;

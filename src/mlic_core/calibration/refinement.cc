@@ -296,6 +296,10 @@ void Refinement::MeasureHeldOut(const Line& line) {
 
 void Refinement::MeasureCorrelation(const Line& line) {
   correlation_ = CorrelationFactor(problem_.planes, state_);
+  stamp_errors_ = MeasureStampErrors(problem_, state_);
+  for (std::size_t l = 0; l < state_.lidars.size(); ++l) {
+    correlation_ = std::max(correlation_, stamp_errors_[l].excess);
+  }
   char text[120];
   std::snprintf(text, sizeof(text), "points share errors: sigmas grow by a factor of %.2f",
                 std::sqrt(correlation_));

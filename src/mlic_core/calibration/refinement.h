@@ -13,6 +13,7 @@
 #include "mlic_core/calibration/observability.h"
 #include "mlic_core/calibration/observer.h"
 #include "mlic_core/calibration/stage_store.h"
+#include "mlic_core/calibration/stamp_errors.h"
 
 namespace mlic {
 
@@ -45,7 +46,7 @@ class Refinement {
   // How well the map fits the photos where no solve looked; tells `line` of each camera.
   void MeasureHeldOut(const Line& line);
 
-  // Of the points, once the calibration stands still: sigmas grow by it.
+  // Of the points, and of the times of LiDARs' scans, once the calibration stands still: sigmas grow by it.
   void MeasureCorrelation(const Line& line);
 
   // What to keep between rounds, and how to go on from it.
@@ -63,6 +64,8 @@ class Refinement {
   bool matched_map() const { return match_map_; }
   // Of each camera, from MeasureHeldOut; empty before.
   const std::vector<HeldOutMatches>& held_out_errors() const { return held_out_errors_; }
+  // Of each LiDAR, then of each camera, from MeasureCorrelation; empty before.
+  const std::vector<StampErrors>& stamp_errors() const { return stamp_errors_; }
   // The cameras when MatchMap was called.
   const std::vector<CameraCalibration>& cameras_before_map() const { return cameras_before_map_; }
 
@@ -106,6 +109,7 @@ class Refinement {
   bool many_points_ = false;       // the map has settled: all points take part
   SolveSummary last_solve_;
   double correlation_ = 1.0;  // of the points, measured once the calibration stands still
+  std::vector<StampErrors> stamp_errors_;
   bool converged_ = false;
 };
 

@@ -2,6 +2,8 @@
 
 #include <sys/resource.h>
 
+#include <cstdio>
+
 #include "mlic_core/calibration/camera_views.h"
 #include "mlic_core/calibration/map_projections.h"
 #include "mlic_core/calibration/observability_limits.h"
@@ -119,6 +121,30 @@ void WarnOfUnmatched(const Rig& rig, const Refinement& refinement, CalibrationRe
   }
 }
 
+// Of sensors whose scans do not keep one time offset to the IMU.
+void WarnOfStamps(const std::vector<Sensor>& sensors, const std::vector<StampErrors>& errors,
+                  std::vector<std::string>* warnings) {
+  constexpr double kNotable = 4.0;  // of variances: sigmas are doubled
+  for (std::size_t s = 0; s < errors.size(); ++s) {
+    if (errors[s].excess < kNotable) continue;
+    if (errors[s].wanders) {
+      warnings->push_back(
+          sensors[s].name +
+          ": its clock does not keep step with the IMU's, it drifts or jumps within the drive; "
+          "no time offset is right for all of it: synchronise the clocks, or cut the drive by "
+          "--start and --duration");
+    } else {
+      char text[200];
+      std::snprintf(
+          text, sizeof(text),
+          ": its stamps jitter by %.1f ms from message to message against the IMU's; let the device "
+          "stamp them, not the host on arrival",
+          1e3 * errors[s].jitter);
+      warnings->push_back(sensors[s].name + text);
+    }
+  }
+}
+
 // Every pair whose sensors are shown, and those that their own data tie to each other.
 std::vector<PairResult> MakePairs(const std::vector<Sensor>& sensors, const std::vector<bool>& shown,
                                   const ObservabilityAnalysis& analysis) {
@@ -179,6 +205,7 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Refinement& re
     result->warnings.push_back(
         "the calibration still moved by more than a tenth of its sigma in the last round");
   }
+  WarnOfStamps(sensors, refinement.stamp_errors(), &result->warnings);
   if (refinement.matched_map()) WarnOfUnmatched(rig, refinement, result);
   result->trusted = result->reasons.empty();
   for (std::size_t s = 0; s < sensors.size(); ++s) {

@@ -24,7 +24,7 @@ ScanMotion::ScanMotion(const RotationBetween& rotation_between, double middle, d
     : half_span_(std::max(half_span, kShortestHalfSpan)),
       entries_per_second_((kEntries - 1) / (2.0 * half_span_)) {
   for (int i = 0; i < kEntries; ++i) {
-    rotations_[i] = rotation_between(middle, middle + TimeOf(i)).toRotationMatrix();
+    rotations_[i] = rotation_between(middle, middle + TimeOf(i)).value().toRotationMatrix();
   }
   FillDifferences();
 }

@@ -22,7 +22,7 @@ struct Twist {
 // below 1e-4 rad at 500 deg/s.
 class ScanMotion {
  public:
-  // half_span: the largest |s|.
+  // half_span: the largest |s|. rotation_between must know the rotations of all of the scan.
   ScanMotion(const Twist& twist, const Eigen::Vector3d& angular_acceleration, double half_span);
   ScanMotion(const RotationBetween& rotation_between, double middle, double half_span);
 

@@ -82,7 +82,7 @@ class Odometry {
     OdometryPose pose;
     pose.time = scan.middle;
     std::optional<ScanMotion> rotation;
-    if (rotation_between_) rotation.emplace(rotation_between_, scan.middle, scan.half_span);
+    if (KnowsRotation(scan)) rotation.emplace(rotation_between_, scan.middle, scan.half_span);
     if (scans_ == 0) {
       pose.inlier_share = scan.points.empty() ? 0.0 : 1.0;
       ScanMotion motion =
@@ -106,13 +106,22 @@ class Odometry {
   }
 
  private:
+  // Of the whole scan and since the one before.
+  bool KnowsRotation(const PreparedScan& scan) const {
+    if (!rotation_between_) return false;
+    constexpr double kSlack = 1e-3;  // s
+    const double begin = scan.middle - scan.half_span - kSlack;
+    const double end = scan.middle + scan.half_span + kSlack;
+    return rotation_between_(scans_ == 0 ? begin : std::min(begin, last_middle_), end).has_value();
+  }
+
   MotionPrior Predict(const PreparedScan& scan, const ScanMotion* rotation) const {
     MotionPrior prior;
     prior.previous = state_.pose;
     prior.interval = std::max(1e-3, scan.middle - last_middle_);
     prior.rotation = rotation;
     const Eigen::Quaterniond turned = rotation != nullptr
-                                          ? rotation_between_(last_middle_, scan.middle)
+                                          ? rotation_between_(last_middle_, scan.middle).value()
                                           : ExpQuaternion(prior.interval * state_.twist.angular);
     prior.predicted.pose.rotation = (state_.pose.rotation * turned).normalized();
     prior.predicted.pose.translation =

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "mlic_core/common/progress.h"
@@ -21,8 +22,9 @@ struct OdometryPose {
 };
 
 // Rotation of the LiDAR between two times of its own clock, R_lidar(from)_lidar(to); when given, it replaces
-// the constant-velocity assumption for rotation in de-skew and prediction.
-using RotationBetween = std::function<Eigen::Quaterniond(double from, double to)>;
+// the constant-velocity assumption for rotation in de-skew and prediction. Nothing where the gyroscope did
+// not measure all the time between them: scans there go without.
+using RotationBetween = std::function<std::optional<Eigen::Quaterniond>(double from, double to)>;
 
 struct OdometryResult {
   std::vector<OdometryPose> poses;  // one for each scan, in order; the first is the identity
