@@ -37,7 +37,7 @@ std::optional<BearingObservation> Sight(const LandmarkObservation& o, const Came
 
 // Sights of a landmark that count as known before it is seen, in degrees of freedom: few sights say little
 // about its noise.
-constexpr double kPriorFreedom = 4.0;
+constexpr double kPriorFreedom = 1.0;
 
 // By how much a landmark's noise differs from what its sights claim, given their whitened errors: the scale
 // that makes normal errors Student's t with kPriorFreedom (Lange, Little and Taylor, JASA 1989).

@@ -40,15 +40,16 @@ void HoldCamera(const HeldCameraParameters& held, const Layout& layout, std::siz
   }
 }
 
-// The problem with point landmarks that tie control points over no more than kLongestTie; planes come so from
-// AssociatePlanes. While the trajectory is held they tie nothing, and stay whole: then origins stays empty.
+// The problem with point landmarks that tie control points over no more than kLongestPointTie; planes come
+// cut from AssociatePlanes. While the trajectory is held they tie nothing, and stay whole: then origins stays
+// empty.
 JointProblem WithShortTies(const JointProblem& given, const CalibrationState& state,
                            std::vector<std::vector<std::size_t>>* origins) {
   JointProblem problem = given;
   if (problem.hold_trajectory) return problem;
   origins->resize(problem.landmarks.size());
   for (std::size_t d = 0; d < problem.landmarks.size(); ++d) {
-    problem.landmarks[d] = SplitPoints(given.landmarks[d], state, kLongestTie, &(*origins)[d]);
+    problem.landmarks[d] = SplitPoints(given.landmarks[d], state, kLongestPointTie, &(*origins)[d]);
   }
   return problem;
 }

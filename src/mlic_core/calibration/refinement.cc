@@ -221,9 +221,10 @@ void Refinement::AdjustJointly(double until, const Progress& progress, const Lin
     // One step is enough while the association still changes.
     last_solve_ = Solve(round == 0 || many ? 2 : 1);
     noise_ = MeasurePlaneNoise(problem_.planes, state_, noise_);
-    if (!tracks_.empty()) {
+    // Landmarks that are kept were made with an earlier noise.
+    if (!tracks_.empty() && round < kLandmarkRounds) {
       landmark_options_.noise = MeasureLandmarkNoise(problem_.landmarks, state_, landmark_options_);
-      if (match_map_ && round < kLandmarkRounds) {
+      if (match_map_) {
         const std::vector<double> noise = MeasureMatchNoise(problem_.landmarks, state_);
         for (std::size_t c = 0; c < noise.size(); ++c)
           match_noise_[c] = std::max(kLeastMatchNoise, match_noise_[c] * noise[c]);

@@ -7,9 +7,10 @@
 
 namespace mlic {
 
-// Seconds over which one landmark ties control points. Sigmas are 1 to 5 percent larger than without this
-// limit.
+// Seconds over which one plane ties control points. Sigmas are 1 to 5 percent larger than without this limit.
 constexpr double kLongestTie = 20.0;
+// The same of points that cameras see: with fewer sights each, they lose more by being cut.
+constexpr double kLongestPointTie = 30.0;
 
 // A landmark ties all control points of the times at which it is seen to each other, so that a few walls seen
 // again and again over a long drive would make the normal equations dense: cubic in the drive's length. Here
