@@ -100,7 +100,7 @@ std::vector<TrackSet> TrackStage(const StageContext& context, const std::vector<
     const auto pairs = ChoosePairs(cameras, features[d].keyframes, {}, options);
     const auto matches =
         MatchPairs(cameras, features[d], pairs, {}, Matcher(context.options), options, watch);
-    return TracksFromMatches(cameras, features[d], matches, options, watch);
+    return TracksFromMatches(cameras, features[d], matches, {}, options, watch);
   });
   CountTracks(context, tracks, &stage);
   return tracks;
@@ -128,7 +128,7 @@ std::vector<TrackSet> SharedTrackStage(const StageContext& context, const Calibr
     const auto pairs = ChoosePairs(cameras, features[d].keyframes, pose, options);
     const auto matches =
         MatchPairs(cameras, features[d], pairs, pose, Matcher(context.options), options, watch);
-    return TracksFromMatches(cameras, features[d], matches, options, watch);
+    return TracksFromMatches(cameras, features[d], matches, pose, options, watch);
   });
   CountTracks(context, tracks, &stage);
   return tracks;

@@ -203,8 +203,8 @@ std::vector<PairMatches> MatchPairs(const std::vector<TrackedCamera>& cameras, c
 }
 
 TrackSet TracksFromMatches(const std::vector<TrackedCamera>& cameras, const ImageFeatures& features,
-                           const std::vector<PairMatches>& matches, const TrackingOptions& options,
-                           const Watch& watch) {
+                           const std::vector<PairMatches>& matches, const CameraPose& predicted_pose,
+                           const TrackingOptions& options, const Watch& watch) {
   std::vector<std::size_t> counts;
   std::vector<std::pair<int, int>> sizes;
   for (std::size_t k = 0; k < features.keyframes.size(); ++k) {
@@ -223,8 +223,9 @@ TrackSet TracksFromMatches(const std::vector<TrackedCamera>& cameras, const Imag
   }
   std::vector<const ImageSource*> images;
   for (const TrackedCamera& camera : cameras) images.push_back(camera.recording->images.get());
-  return RefineTracks(selected, selected_features, features.features, images, options.refinement,
-                      watch.cancellation);
+  const auto views = PredictViews(cameras, features.keyframes, predicted_pose);
+  return RefineTracks(selected, selected_features, features.features, images, views ? &*views : nullptr,
+                      options.refinement, watch.cancellation);
 }
 
 TrackSet FindTracks(const std::vector<TrackedCamera>& cameras, const VehiclePose& vehicle_pose,
@@ -233,7 +234,7 @@ TrackSet FindTracks(const std::vector<TrackedCamera>& cameras, const VehiclePose
   const ImageFeatures features = ExtractFeatures(cameras, vehicle_pose, matcher, options, watch);
   const auto pairs = ChoosePairs(cameras, features.keyframes, predicted_pose, options);
   const auto matches = MatchPairs(cameras, features, pairs, predicted_pose, matcher, options, watch);
-  return TracksFromMatches(cameras, features, matches, options, watch);
+  return TracksFromMatches(cameras, features, matches, predicted_pose, options, watch);
 }
 
 }  // namespace mlic

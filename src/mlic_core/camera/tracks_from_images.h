@@ -77,8 +77,8 @@ std::vector<PairMatches> MatchPairs(const std::vector<TrackedCamera>& cameras, c
 
 // From matches to refined and selected tracks.
 TrackSet TracksFromMatches(const std::vector<TrackedCamera>& cameras, const ImageFeatures& features,
-                           const std::vector<PairMatches>& matches, const TrackingOptions& options,
-                           const Watch& watch);
+                           const std::vector<PairMatches>& matches, const CameraPose& predicted_pose,
+                           const TrackingOptions& options, const Watch& watch);
 
 // All of the above. vehicle_pose and predicted_pose may be empty.
 TrackSet FindTracks(const std::vector<TrackedCamera>& cameras, const VehiclePose& vehicle_pose,

@@ -14,6 +14,11 @@ constexpr float kConverged = 0.003f;  // px
 constexpr float kLargestStep = 2.0f;  // px
 constexpr int kParts = 4;             // of a template in each direction, for its sigma
 
+Eigen::Vector2f Bent(const PatchBend& bend, const Eigen::Vector2f& point) {
+  const float u = point.x(), v = point.y();
+  return point + bend * Eigen::Vector3f(u * u, u * v, v * v);
+}
+
 cv::Mat HalfSize(const cv::Mat& image) {
   cv::Mat half(image.rows / 2, image.cols / 2, CV_8UC1);
   for (int y = 0; y < half.rows; ++y) {
@@ -112,12 +117,15 @@ std::optional<PatchTemplate> PatchTemplate::Make(const Patch& patch, int radius)
   return result;
 }
 
-bool PatchTemplate::Sample(const Patch& other, const Eigen::Matrix2f& affine, const Eigen::Vector2f& centre,
-                           Eigen::VectorXf* values, float* correlation) const {
+bool PatchTemplate::Sample(const Patch& other, const Eigen::Matrix2f& affine, const PatchBend& bend,
+                           const Eigen::Vector2f& centre, Eigen::VectorXf* values, float* correlation) const {
   const int side = 2 * radius_ + 1;
+  const float radius = static_cast<float>(radius_);
   // The corners of the warped template bound it; cubic interpolation reaches one further down, two further
   // up.
-  const Eigen::Vector2f reach = affine.cwiseAbs() * Eigen::Vector2f::Constant(static_cast<float>(radius_));
+  const Eigen::Vector2f reach =
+      affine.cwiseAbs() *
+      (Eigen::Vector2f::Constant(radius) + bend.cwiseAbs() * Eigen::Vector3f::Constant(radius * radius));
   const Eigen::Vector2f lower = centre - reach, upper = centre + reach;
   if (!(lower.x() >= other.first.x() + 1 && lower.y() >= other.first.y() + 1 &&
         upper.x() < other.last.x() - 2 && upper.y() < other.last.y() - 2)) {
@@ -125,9 +133,10 @@ bool PatchTemplate::Sample(const Patch& other, const Eigen::Matrix2f& affine, co
   }
   for (int row = 0, k = 0; row < side; ++row) {
     for (int column = 0; column < side; ++column, ++k) {
-      const float u = static_cast<float>(column - radius_), v = static_cast<float>(row - radius_);
-      const float x = affine(0, 0) * u + affine(0, 1) * v + centre.x();
-      const float y = affine(1, 0) * u + affine(1, 1) * v + centre.y();
+      const Eigen::Vector2f bent =
+          Bent(bend, {static_cast<float>(column - radius_), static_cast<float>(row - radius_)});
+      const float x = affine(0, 0) * bent.x() + affine(0, 1) * bent.y() + centre.x();
+      const float y = affine(1, 0) * bent.x() + affine(1, 1) * bent.y() + centre.y();
       const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
       const auto wx = CubicWeights(x - x0), wy = CubicWeights(y - y0);
       const std::uint8_t* p = &other.values[(y0 - 1) * Patch::kSide + x0 - 1];
@@ -161,17 +170,22 @@ float PatchTemplate::VarianceOfParts(const Eigen::VectorXf& residual, const Eige
   float variance = 0.0f;
   for (const Eigen::Matrix<float, 6, 1>& gradient : gradients)
     variance += (to_pixel * gradient).squaredNorm();
-  return 0.5f * variance;
+  // The fit takes up six of the parts.
+  constexpr float kLeft = 1.0f - 6.0f / (kParts * kParts);
+  return 0.5f * variance / kLeft;
 }
 
-std::optional<PatchAlignment> PatchTemplate::Align(const Patch& other, const Eigen::Matrix2f& first) const {
+std::optional<PatchAlignment> PatchTemplate::Align(const Patch& other, const Eigen::Vector2f& pixel,
+                                                   const Eigen::Matrix2f& first,
+                                                   const PatchBend& bend) const {
+  const Eigen::Vector2f feature = Bent(bend, offset_);
   Eigen::Matrix2f affine = first;
-  Eigen::Vector2f centre = other.feature - affine * offset_;
+  Eigen::Vector2f centre = pixel - affine * feature;
   Eigen::VectorXf values(values_.size()), residual;
   PatchAlignment result;
   bool converged = false;
   for (int i = 0; i < kIterations && !converged; ++i) {
-    if (!Sample(other, affine, centre, &values, &result.correlation)) return std::nullopt;
+    if (!Sample(other, affine, bend, centre, &values, &result.correlation)) return std::nullopt;
     residual = values - values_;
     const Eigen::Matrix<float, 6, 1> gradient = jacobian_.transpose() * residual;
     if (i < kTranslationIterations) {
@@ -188,12 +202,12 @@ std::optional<PatchAlignment> PatchTemplate::Align(const Patch& other, const Eig
     centre -= affine * step.head<2>();
     converged = step.head<2>().norm() < kConverged;
   }
-  if (!converged || !Sample(other, affine, centre, &values, &result.correlation)) return std::nullopt;
+  if (!converged || !Sample(other, affine, bend, centre, &values, &result.correlation)) return std::nullopt;
   residual = values - values_;
   const float variance = residual.squaredNorm() / (static_cast<float>(residual.size()) - 8.0f);
   const Eigen::Matrix2f covariance = variance * affine * inverse_.topLeftCorner<2, 2>() * affine.transpose();
   result.sigma = std::sqrt(std::max(0.5f * covariance.trace(), VarianceOfParts(residual, affine)));
-  result.pixel = centre + affine * offset_;
+  result.pixel = centre + affine * feature;
   result.affine = affine;
   return result;
 }

@@ -21,7 +21,7 @@ inline Eigen::Vector2f FromLevel(const Eigen::Vector2f& pixel, int level) {
 // The surroundings of a feature, cut out of one level of the pyramid. Coordinates below are relative to
 // `corner`.
 struct Patch {
-  static constexpr int kHalf = 20;  // a template of radius 7 twice as large, turned a little, and shifted
+  static constexpr int kHalf = 28;  // a template of radius 7 twice as large, turned a little, and shifted
   static constexpr int kSide = 2 * kHalf + 1;
   int level = 0;
   Eigen::Vector2i corner = Eigen::Vector2i::Zero();  // px of the level, of values[0]
@@ -36,7 +36,10 @@ struct Patch {
 int LevelOfScale(double scale, int levels);
 Patch CutPatch(const std::vector<cv::Mat>& pyramid, const Eigen::Vector2f& pixel, int level);
 
-// Where the middle of a template, offset by `point`, is in another patch.
+// What a warp has beyond its affine part: (u, v) of the template becomes (u, v) + bend (u^2, u v, v^2) first.
+using PatchBend = Eigen::Matrix<float, 2, 3>;
+
+// Where the feature of a template is in another patch.
 struct PatchAlignment {
   Eigen::Vector2f pixel;   // in the patch, relative to its corner
   Eigen::Matrix2f affine;  // of the template's coordinates into the patch's
@@ -50,9 +53,11 @@ class PatchTemplate {
   // Nothing where the patch leaves the image or has no structure in some direction.
   static std::optional<PatchTemplate> Make(const Patch& patch, int radius);
 
-  // Starts with the feature of `other` and the given affine part. Nothing where it leaves the image or
-  // diverges.
-  std::optional<PatchAlignment> Align(const Patch& other, const Eigen::Matrix2f& affine) const;
+  // Starts with the template's feature at `pixel` (of `other`, relative to its corner) and the given affine
+  // part; the bend stays as it is. Nothing where it leaves the image or diverges.
+  std::optional<PatchAlignment> Align(const Patch& other, const Eigen::Vector2f& pixel,
+                                      const Eigen::Matrix2f& affine,
+                                      const PatchBend& bend = PatchBend::Zero()) const;
 
  private:
   // Variance of each coordinate (px^2) by what each part of the template pulls at: where a patch shows more
@@ -61,8 +66,8 @@ class PatchTemplate {
   float VarianceOfParts(const Eigen::VectorXf& residual, const Eigen::Matrix2f& affine) const;
 
   // Samples `other` at the warped template, with the mean and the length of the template's values.
-  bool Sample(const Patch& other, const Eigen::Matrix2f& affine, const Eigen::Vector2f& centre,
-              Eigen::VectorXf* values, float* correlation) const;
+  bool Sample(const Patch& other, const Eigen::Matrix2f& affine, const PatchBend& bend,
+              const Eigen::Vector2f& centre, Eigen::VectorXf* values, float* correlation) const;
 
   int radius_ = 0;
   Eigen::Vector2f offset_;    // of the feature from the template's middle

@@ -6,6 +6,8 @@
 
 #include "mlic_core/camera/image_quality.h"
 #include "mlic_core/camera/tracks_patch.h"
+#include "mlic_core/camera/tracks_surface.h"
+#include "mlic_core/camera/triangulation.h"
 #include "mlic_core/common/error.h"
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/parallel.h"
@@ -29,8 +31,13 @@ Eigen::Matrix2f WarpOfFeatures(const FeatureSet& a, int feature_a, int level_a, 
 class Refinement {
  public:
   Refinement(const TrackSet& tracks, const std::vector<FeatureTrack>& feature_tracks,
-             const std::vector<FeatureSet>& features, const TrackRefinementOptions& options)
-      : tracks_(tracks), feature_tracks_(feature_tracks), features_(features), options_(options) {
+             const std::vector<FeatureSet>& features, const std::vector<PredictedView>* views,
+             const TrackRefinementOptions& options)
+      : tracks_(tracks),
+        feature_tracks_(feature_tracks),
+        features_(features),
+        views_(views),
+        options_(options) {
     patches_.resize(tracks.tracks.size());
     of_keyframe_.resize(tracks.keyframes.size());
     for (std::size_t t = 0; t < tracks.tracks.size(); ++t) {
@@ -61,6 +68,12 @@ class Refinement {
     // The middle of the track differs least from its ends.
     const std::size_t reference = observations.size() / 2;
     const auto fixed = PatchTemplate::Make(patches_[t][reference], options_.radius);
+    std::vector<std::optional<PatchAlignment>> alignments(observations.size());
+    for (std::size_t i = 0; i < observations.size() && fixed; ++i) {
+      if (i == reference) continue;
+      alignments[i] = fixed->Align(patches_[t][i], patches_[t][i].feature, Warp(t, reference, i));
+    }
+    if (fixed && views_ != nullptr) Bend(t, reference, *fixed, &alignments);
     std::vector<float> sigmas;
     std::size_t place_of_reference = 0;
     for (std::size_t i = 0; i < observations.size(); ++i) {
@@ -70,7 +83,7 @@ class Refinement {
         continue;
       }
       TrackObservation observation = observations[i];
-      if (!fixed || !AlignOne(t, reference, i, *fixed, &observation)) continue;
+      if (!alignments[i] || !Accept(t, reference, i, *alignments[i], &observation)) continue;
       sigmas.push_back(observation.sigma);
       refined.observations.push_back(observation);
     }
@@ -81,20 +94,76 @@ class Refinement {
   }
 
  private:
-  bool AlignOne(std::size_t t, std::size_t reference, std::size_t i, const PatchTemplate& fixed,
-                TrackObservation* observation) const {
+  // The affine part that the features' own scales and angles give.
+  Eigen::Matrix2f Warp(std::size_t t, std::size_t reference, std::size_t i) const {
     const FeatureReference &a = feature_tracks_[t][reference], &b = feature_tracks_[t][i];
+    return WarpOfFeatures(features_[a.keyframe], a.feature, patches_[t][reference].level,
+                          features_[b.keyframe], b.feature, patches_[t][i].level);
+  }
+
+  const PredictedView& View(std::size_t t, std::size_t i) const {
+    return (*views_)[tracks_.tracks[t].observations[i].keyframe];
+  }
+  Eigen::Vector2d Pixel(std::size_t t, std::size_t i, const Eigen::Vector2f& in_patch) const {
     const Patch& patch = patches_[t][i];
-    const Eigen::Matrix2f warp =
-        WarpOfFeatures(features_[a.keyframe], a.feature, patches_[t][reference].level, features_[b.keyframe],
-                       b.feature, patch.level);
-    const auto aligned = fixed.Align(patch, warp);
-    if (!aligned || aligned->correlation < options_.least_correlation) return false;
-    if ((aligned->pixel - patch.feature).norm() > options_.largest_shift) return false;
-    const Eigen::Matrix2f deformation = warp.inverse() * aligned->affine - Eigen::Matrix2f::Identity();
+    return FromLevel(in_patch + patch.corner.cast<float>(), patch.level).cast<double>();
+  }
+
+  // Aligns again with the bend that the piece of surface has in each view, where it can be told.
+  void Bend(std::size_t t, std::size_t reference, const PatchTemplate& fixed,
+            std::vector<std::optional<PatchAlignment>>* alignments) const {
+    const auto middle = Eigen::Vector2f::Constant(static_cast<float>(Patch::kHalf));
+    const auto point = Triangulate(t, reference, *alignments);
+    if (!point) return;
+    auto piece = SurfacePiece::Make(View(t, reference), Pixel(t, reference, middle), *point);
+    if (!piece) return;
+    const int level = patches_[t][reference].level;
+    for (std::size_t i = 0; i < alignments->size(); ++i) {
+      const auto& aligned = (*alignments)[i];
+      if (!aligned || aligned->correlation < options_.least_correlation) continue;
+      // A place told to sigma by pixels up to the radius away tells the affine part by so much.
+      const double sigma = std::hypot(0.02, aligned->sigma / (0.5 * options_.radius));
+      const double zoom = std::ldexp(1.0, patches_[t][i].level - level);
+      piece->AddWarp(View(t, i), zoom * aligned->affine.cast<double>(), sigma);
+    }
+    piece->EstimateSlant();
+    for (std::size_t i = 0; i < alignments->size(); ++i) {
+      auto& aligned = (*alignments)[i];
+      if (!aligned) continue;
+      const auto bend = piece->BendInto(View(t, i), level, options_.radius);
+      if (bend) aligned = fixed.Align(patches_[t][i], aligned->pixel, aligned->affine, *bend);
+    }
+  }
+
+  std::optional<Eigen::Vector3d> Triangulate(
+      std::size_t t, std::size_t reference,
+      const std::vector<std::optional<PatchAlignment>>& alignments) const {
+    std::vector<BearingObservation> sights;
+    for (std::size_t i = 0; i < alignments.size(); ++i) {
+      if (i != reference && !alignments[i]) continue;
+      const PredictedView& view = View(t, i);
+      const Eigen::Vector2f in_patch = i == reference ? patches_[t][i].feature : alignments[i]->pixel;
+      BearingObservation sight;
+      if (!Unproject(*view.intrinsics, Pixel(t, i, in_patch), &sight.direction)) continue;
+      sight.centre = view.T_map_camera.translation;
+      sight.direction = view.T_map_camera.rotation * sight.direction;
+      sight.sigma = options_.prediction_error;
+      sights.push_back(sight);
+    }
+    const auto point = TriangulatePoint(sights);
+    return point ? std::optional<Eigen::Vector3d>(point->position) : std::nullopt;
+  }
+
+  bool Accept(std::size_t t, std::size_t reference, std::size_t i, const PatchAlignment& aligned,
+              TrackObservation* observation) const {
+    const Patch& patch = patches_[t][i];
+    const Eigen::Matrix2f warp = Warp(t, reference, i);
+    if (aligned.correlation < options_.least_correlation) return false;
+    if ((aligned.pixel - patch.feature).norm() > options_.largest_shift) return false;
+    const Eigen::Matrix2f deformation = warp.inverse() * aligned.affine - Eigen::Matrix2f::Identity();
     if (deformation.norm() > options_.largest_deformation) return false;
-    observation->pixel = FromLevel(aligned->pixel + patch.corner.cast<float>(), patch.level);
-    const double fit = options_.sigma_inflation * aligned->sigma * M_SQRT1_2;
+    observation->pixel = FromLevel(aligned.pixel + patch.corner.cast<float>(), patch.level);
+    const double fit = options_.sigma_inflation * aligned.sigma * M_SQRT1_2;
     observation->sigma = static_cast<float>(std::hypot(options_.sigma_floor, fit) * (1 << patch.level));
     return true;
   }
@@ -102,6 +171,7 @@ class Refinement {
   const TrackSet& tracks_;
   const std::vector<FeatureTrack>& feature_tracks_;
   const std::vector<FeatureSet>& features_;
+  const std::vector<PredictedView>* views_;  // of each keyframe; null: not predicted
   const TrackRefinementOptions& options_;
   std::vector<std::vector<Patch>> patches_;                                    // of each observation
   std::vector<std::vector<std::pair<std::size_t, std::size_t>>> of_keyframe_;  // track and observation
@@ -111,9 +181,12 @@ class Refinement {
 
 TrackSet RefineTracks(const TrackSet& tracks, const std::vector<FeatureTrack>& feature_tracks,
                       const std::vector<FeatureSet>& features, const std::vector<const ImageSource*>& images,
-                      const TrackRefinementOptions& options, const CancellationToken* cancellation) {
+                      const std::vector<PredictedView>* views, const TrackRefinementOptions& options,
+                      const CancellationToken* cancellation) {
   Check(tracks.tracks.size() == feature_tracks.size(), "RefineTracks: one feature track for each track");
-  Refinement refinement(tracks, feature_tracks, features, options);
+  Check(views == nullptr || views->size() == tracks.keyframes.size(),
+        "RefineTracks: one view for each keyframe");
+  Refinement refinement(tracks, feature_tracks, features, views, options);
   ParallelFor(tracks.keyframes.size(), [&](std::size_t k) {
     if (!refinement.Uses(k)) return;
     if (cancellation != nullptr) cancellation->ThrowIfCancelled();

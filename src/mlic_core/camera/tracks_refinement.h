@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "mlic_core/camera/features.h"
+#include "mlic_core/camera/image_pairs.h"
 #include "mlic_core/camera/tracks.h"
 #include "mlic_core/common/progress.h"
 #include "mlic_core/sensors/images.h"
@@ -15,7 +16,7 @@ namespace mlic {
 // and offset. The reference's own error is no error of the track: it only says which point of the surface is
 // meant.
 struct TrackRefinementOptions {
-  int radius = 7;              // px of the patch, in the pyramid's level that fits the feature's scale
+  int radius = 9;              // px of the patch, in the pyramid's level that fits the feature's scale
   double largest_shift = 3.0;  // px of that level, from the feature
   double least_correlation = 0.85;
   double largest_deformation =
@@ -24,13 +25,16 @@ struct TrackRefinementOptions {
   // difference of two images goes to each.
   double sigma_floor = 0.04;
   double sigma_inflation = 2.0;
+  double prediction_error = 3e-3;  // rad, of bearings by predicted views
 };
 
 // images: of each camera. feature_tracks[i] are the features of tracks.tracks[i]'s observations. Images are
 // read one at a time for each thread; of each only the patches are kept. Observations that do not fit are
-// dropped, and then tracks with fewer than two left.
+// dropped, and then tracks with fewer than two left. views: predicted, of each keyframe; where given, patches
+// are bent as perspective and lenses bend them.
 TrackSet RefineTracks(const TrackSet& tracks, const std::vector<FeatureTrack>& feature_tracks,
                       const std::vector<FeatureSet>& features, const std::vector<const ImageSource*>& images,
-                      const TrackRefinementOptions& options, const CancellationToken* cancellation = nullptr);
+                      const std::vector<PredictedView>* views, const TrackRefinementOptions& options,
+                      const CancellationToken* cancellation = nullptr);
 
 }  // namespace mlic
