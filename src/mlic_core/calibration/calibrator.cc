@@ -100,12 +100,22 @@ void JointAdjustmentStage(const StageContext& context, const std::string& name, 
   refinement->MeasureCorrelation(line);
 }
 
-void CameraStages(const StageContext& context, const CameraInitialization& cameras,
-                  const std::vector<ImageFeatures>& features, Refinement* refinement) {
+void AddReasons(const CameraInitialization& cameras, CalibrationResult* result) {
+  result->reasons.insert(result->reasons.end(), cameras.problems.begin(), cameras.problems.end());
+}
+
+void CameraStages(const StageContext& context, const std::vector<CameraStart>& intrinsics,
+                  CameraInitialization cameras, const std::vector<ImageFeatures>& features,
+                  Refinement* refinement) {
   CalibrationState state = refinement->state();
   state.cameras = cameras.cameras;
-  refinement->AddCameras(cameras, SharedTrackStage(context, state, features));
+  const auto tracks = SharedTrackStage(context, state, features);
   const bool map = !context.rig.lidars.empty();
+  if (map) {
+    SharedCameraStage(context, intrinsics, tracks, state, &cameras);
+    AddReasons(cameras, context.result);
+  }
+  refinement->AddCameras(cameras, tracks);
   JointAdjustmentStage(context, "joint adjustment with cameras", "joint_adjustment_cameras", !map,
                        refinement);
   if (!map) return;
@@ -142,8 +152,8 @@ void CalibrateFromLidars(const StageContext& context) {
     ColmapStage(context, tracks, &intrinsics);
     const CameraInitialization found =
         CameraInitializationStage(context, intrinsics, tracks, refinement.state());
-    result->reasons.insert(result->reasons.end(), found.problems.begin(), found.problems.end());
-    CameraStages(context, found, features, &refinement);
+    AddReasons(found, result);
+    CameraStages(context, intrinsics, found, features, &refinement);
   }
   ResultStage(context, refinement);
 }
@@ -164,7 +174,7 @@ void CalibrateFromCameras(const StageContext& context) {
   if (start.state.drives.size() < context.dataset.drives.size()) return FinishRefused(result);
   Refinement refinement(context.rig, context.dataset, std::move(start), context.cancellation,
                         context.observer);
-  CameraStages(context, cameras, features, &refinement);
+  CameraStages(context, intrinsics, std::move(cameras), features, &refinement);
   ResultStage(context, refinement);
 }
 

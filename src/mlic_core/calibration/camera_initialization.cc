@@ -233,6 +233,20 @@ CameraInitialization InitializeCameras(const Rig& rig, const std::vector<CameraS
   return result;
 }
 
+void AdjustCamerasFurther(const Rig& rig, const std::vector<CameraStart>& start,
+                          const std::vector<TrackSet>& tracks, const CalibrationState& given,
+                          const CancellationToken& cancellation, CameraInitialization* cameras) {
+  CalibrationState state;
+  state.drives = given.drives;
+  state.cameras = cameras->cameras;
+  JointProblem problem;
+  problem.hold_trajectory = true;
+  const AdjustmentRounds rounds{static_cast<int>(std::size(kRounds)), AdjustmentRounds().end};
+  AdjustCameras(rig, start, tracks, std::move(problem), cancellation, &state, cameras, rounds);
+  cameras->cameras = state.cameras;
+  JudgeCameras(rig, cameras);
+}
+
 void JudgeCameras(const Rig& rig, CameraInitialization* judged) {
   CameraInitialization& result = *judged;
   const std::size_t cameras = rig.cameras.size();

@@ -40,6 +40,11 @@ CameraInitialization InitializeCameras(const Rig& rig, const std::vector<CameraS
                                        const std::vector<TrackSet>& tracks, const CalibrationState& state,
                                        const CancellationToken& cancellation);
 
+// Goes on from cameras so found, with other tracks.
+void AdjustCamerasFurther(const Rig& rig, const std::vector<CameraStart>& start,
+                          const std::vector<TrackSet>& tracks, const CalibrationState& state,
+                          const CancellationToken& cancellation, CameraInitialization* cameras);
+
 // The parts of it, which a rig without LiDARs uses as well (visual_initialization.h).
 
 // A camera before anything is estimated: from the rig file and its start.

@@ -151,4 +151,21 @@ CameraInitialization CameraInitializationStage(const StageContext& context,
   return cameras;
 }
 
+void SharedCameraStage(const StageContext& context, const std::vector<CameraStart>& start,
+                       const std::vector<TrackSet>& shared_tracks, const CalibrationState& state,
+                       CameraInitialization* found) {
+  constexpr const char* kName = "cameras_shared";
+  StageClock stage("cameras on shared tracks", context);
+  if (context.store.Load(kName, found)) {
+    stage.TakeOver({});
+  } else {
+    found->notes.clear();
+    found->problems.clear();
+    AdjustCamerasFurther(context.rig, start, shared_tracks, state, context.cancellation, found);
+    context.store.Save(kName, *found);
+  }
+  for (const std::string& note : found->notes) stage.Line(note);
+  for (const std::string& problem : found->problems) stage.Line(problem);
+}
+
 }  // namespace mlic

@@ -34,4 +34,10 @@ CameraInitialization CameraInitializationStage(const StageContext& context,
                                                const std::vector<TrackSet>& tracks,
                                                const CalibrationState& state);
 
+// The cameras found again on the same trajectories, with the tracks across cameras and time: the joint
+// adjustment judges each sight by cameras that agree with all of them. Says so in `found`.
+void SharedCameraStage(const StageContext& context, const std::vector<CameraStart>& start,
+                       const std::vector<TrackSet>& shared_tracks, const CalibrationState& state,
+                       CameraInitialization* found);
+
 }  // namespace mlic
