@@ -3,6 +3,7 @@
 
 #include <fstream>
 
+#include "mlic_core/common/random.h"
 #include "mlic_ros/bag_loader.h"
 #include "ros_test_bags.h"
 
@@ -212,11 +213,84 @@ TEST_F(BagLoader, ClockJumpIsReported) {
     if (i >= 200) imu.header.stamp += ros::Duration(5.0);
     return true;
   };
-  WriteAndLoad();
+  const Drive drive = WriteAndLoad().drives[0];
   EXPECT_TRUE(Reported(report_.warnings, "topic /imu: 1 clock jump(s)"));
+  EXPECT_EQ(drive.imu.size(), 200u);  // no offset would be right for both parts
   recipe_.on_imu = nullptr;
   WriteAndLoad();
   EXPECT_TRUE(report_.warnings.empty());
+}
+
+TEST_F(BagLoader, OnlyTheLongestPartBetweenJumpsOfALidarsClockIsUsed) {
+  recipe_.on_cloud = [](int i, sensor_msgs::PointCloud2& cloud) {
+    if (i >= 12) cloud.header.stamp -= ros::Duration(0.5);
+    return true;
+  };
+  const Drive drive = WriteAndLoad().drives[0];
+  EXPECT_TRUE(Reported(report_.warnings, "topic /points: 1 clock jump(s)"));
+  EXPECT_TRUE(Reported(report_.warnings, "only the longest part between jumps"));
+  ASSERT_EQ(drive.lidars[0].scans.size(), 18u);
+  EXPECT_NEAR(drive.lidars[0].scans.front().time, 0.7, 1e-6);
+}
+
+TEST_F(BagLoader, LateMessagesAreNoClockJump) {
+  recipe_.with_lidar = false;
+  recipe_.write_more = [](rosbag::Bag& bag) {
+    TestBag recipe;
+    for (int i = 0; i < 30; ++i) {
+      const TimeNs start = kBagStart + TimeNs{i} * 100'000'000;
+      // Twice for half a second nothing is written, then all at once.
+      const int written = i >= 10 && i < 15 ? 15 : i >= 20 && i < 25 ? 25 : i;
+      bag.write("/points", RosTimeAt(TimeFrom(kBagStart, 0.1 * written + 0.1)), MakeTestCloud(recipe, start));
+    }
+  };
+  const Drive drive = WriteAndLoad().drives[0];
+  EXPECT_TRUE(report_.warnings.empty()) << report_.warnings.front();
+  EXPECT_EQ(drive.lidars[0].scans.size(), 30u);
+}
+
+TEST_F(BagLoader, PiecesOfScansAreJoined) {
+  recipe_.with_lidar = false;
+  recipe_.write_more = [](rosbag::Bag& bag) {
+    for (int i = 0; i < 300; ++i) {
+      LivoxMessage piece = MakeTestLivox(kBagStart + TimeNs{i} * 10'000'000);
+      for (LivoxPoint& point : piece.points) point.offset_time /= 10;
+      if (i != 155) bag.write("/points", RosTimeAt(kBagStart + TimeNs{i + 1} * 10'000'000), piece);
+    }
+  };
+  const LidarRecording lidar = WriteAndLoad().drives[0].lidars[0];
+  EXPECT_TRUE(Reported(report_.lines, "10 messages each are taken as one scan of 0.1 s"));
+  EXPECT_NEAR(lidar.scan_period, 0.1, 1e-9);
+  ASSERT_EQ(lidar.scans.size(), 30u);
+  for (std::size_t s = 0; s < lidar.scans.size(); ++s) {
+    const LidarScan& scan = lidar.scans[s];
+    EXPECT_NEAR(scan.time, 0.1 * static_cast<double>(s), 1e-6);
+    EXPECT_GT(scan.points.size(), 9000u);
+    EXPECT_GT(scan.points.back().time, 0.0995f);
+    EXPECT_LT(scan.points.back().time, 0.1f);
+    EXPECT_TRUE(std::is_sorted(scan.points.begin(), scan.points.end(),
+                               [](const auto& a, const auto& b) { return a.time < b.time; }));
+  }
+}
+
+TEST_F(BagLoader, FrozenAndSaturatedImuReadingsAreLeftOut) {
+  Random random(4);
+  sensor_msgs::Imu last;
+  recipe_.on_imu = [&](int i, sensor_msgs::Imu& imu) {
+    imu.angular_velocity.x = std::min(0.5, std::sin(0.05 * i) + 0.001 * random.Normal());
+    imu.linear_acceleration.y = 0.01 * random.Normal();
+    if (i >= 250 && i < 270) {  // a hang of 0.2 s
+      imu.angular_velocity = last.angular_velocity;
+      imu.linear_acceleration = last.linear_acceleration;
+    }
+    last = imu;
+    return true;
+  };
+  const Drive drive = WriteAndLoad().drives[0];
+  EXPECT_TRUE(Reported(report_.warnings, "20 IMU samples repeat the one before exactly"));
+  EXPECT_TRUE(Reported(report_.warnings, "IMU samples are at the end of the sensor's range"));
+  EXPECT_GT(drive.imu.size(), 160u);
+  for (const ImuSample& sample : drive.imu) EXPECT_LT(sample.angular_velocity.x(), 0.5);
 }
 
 TEST_F(BagLoader, ChangeOfScanPeriodIsReported) {

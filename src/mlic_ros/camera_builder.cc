@@ -73,13 +73,11 @@ CameraRecording BuildCamera(std::vector<ReadImage> images, const ImageFormat& fo
   const std::size_t all = images.size();
   const ImageProblems problems = DropBadImages(images, format);
   CheckImages(problems, all, format);
-  std::vector<MessageTimes> times;
+  const StampReport stamps = KeepSteadyPart(images, [](const ReadImage& image) {
+    return MessageTimes{image.header.stamp, image.header.record_time};
+  });
   std::vector<BagImages::Entry> entries;
-  for (const ReadImage& image : images) {
-    times.push_back({image.header.stamp, image.header.record_time});
-    entries.push_back({image.header.stamp, image.place});
-  }
-  const StampReport stamps = CheckStamps(times);
+  for (const ReadImage& image : images) entries.push_back({image.header.stamp, image.place});
   std::stable_sort(entries.begin(), entries.end(),
                    [](const auto& a, const auto& b) { return a.stamp < b.stamp; });
   entries.erase(std::unique(entries.begin(), entries.end(),

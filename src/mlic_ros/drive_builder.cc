@@ -5,6 +5,7 @@
 
 #include "mlic_core/common/error.h"
 #include "mlic_core/lidar/own_body.h"
+#include "mlic_core/lidar/scan_joining.h"
 #include "mlic_ros/camera_builder.h"
 #include "mlic_ros/drive_notes.h"
 
@@ -15,9 +16,9 @@ constexpr double kMostBadTimes = 0.2;  // share of a topic's scans
 
 std::vector<ImuSample> BuildImu(std::vector<StampedImu> samples, const std::string& topic, TimeNs& epoch,
                                 DriveNotes& notes) {
-  std::vector<MessageTimes> times;
-  for (const StampedImu& sample : samples) times.push_back({sample.stamp, sample.record});
-  const StampReport report = CheckStamps(times);
+  const StampReport report = KeepSteadyPart(samples, [](const StampedImu& sample) {
+    return MessageTimes{sample.stamp, sample.record};
+  });
   const ImuCounts counts = CleanImu(samples, topic);
   if (samples.size() < 2 || report.period <= 0.0) {
     throw InputError("topic " + topic +
@@ -31,10 +32,21 @@ std::vector<ImuSample> BuildImu(std::vector<StampedImu> samples, const std::stri
   }
   notes.lines.push_back("topic " + topic + ": " + std::to_string(imu.size()) + " IMU samples at " +
                         Number(1.0 / report.period) + " Hz over " + Number(imu.back().time) + " s" +
-                        CountText(counts.not_finite, "not finite (dropped)") + StampText(report));
+                        CountText(counts.not_finite, "not finite (dropped)") +
+                        CountText(counts.frozen, "frozen (dropped)") +
+                        CountText(counts.saturated, "saturated (dropped)") + StampText(report));
   if (counts.not_finite > 0) {
     notes.warnings.push_back("topic " + topic + ": " + std::to_string(counts.not_finite) +
                              " IMU samples hold NaN or infinite values; dropped");
+  }
+  if (counts.frozen > 0) {
+    notes.warnings.push_back("topic " + topic + ": " + std::to_string(counts.frozen) +
+                             " IMU samples repeat the one before exactly, for a tenth of a second or longer; "
+                             "dropped as not measured");
+  }
+  if (counts.saturated > 0) {
+    notes.warnings.push_back("topic " + topic + ": " + std::to_string(counts.saturated) +
+                             " IMU samples are at the end of the sensor's range; dropped, set a wider range");
   }
   if (report.longest_gap > 10.0 * report.period) {
     notes.warnings.push_back("topic " + topic + ": a gap of " + Number(report.longest_gap) +
@@ -101,10 +113,9 @@ LidarRecording BuildLidar(std::vector<ReadScan> scans, const LidarFormat& format
   scans.erase(std::remove_if(scans.begin(), scans.end(),
                              [](const ReadScan& scan) { return scan.problem != ReadScan::Problem::kNone; }),
               scans.end());
-  std::vector<MessageTimes> times;
-  for (const ReadScan& scan : scans) times.push_back({scan.stamp, scan.record_time});
-  const StampReport stamps = CheckStamps(times);
-
+  const StampReport stamps = KeepSteadyPart(scans, [](const ReadScan& scan) {
+    return MessageTimes{scan.stamp, scan.record_time};
+  });
   std::stable_sort(scans.begin(), scans.end(),
                    [](const ReadScan& a, const ReadScan& b) { return a.stamp < b.stamp; });
   scans.erase(std::unique(scans.begin(), scans.end(),
@@ -120,6 +131,11 @@ LidarRecording BuildLidar(std::vector<ReadScan> scans, const LidarFormat& format
     recording.scans.push_back(std::move(scan.scan));
   }
   NoteLidar(format, recording, problems, points, stamps, notes);
+  const std::size_t pieces = JoinShortScans(&recording);
+  if (pieces > 1) {
+    notes.lines.push_back("topic " + format.topic + ": " + std::to_string(pieces) +
+                          " messages each are taken as one scan of " + Number(recording.scan_period) + " s");
+  }
   const std::size_t own = RemoveOwnBody(&recording);
   if (own > 0) {
     notes.lines.push_back("topic " + format.topic + ": " + std::to_string(own) +

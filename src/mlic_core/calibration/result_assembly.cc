@@ -2,6 +2,7 @@
 
 #include <sys/resource.h>
 
+#include <cmath>
 #include <cstdio>
 
 #include "mlic_core/calibration/camera_views.h"
@@ -121,6 +122,21 @@ void WarnOfUnmatched(const Rig& rig, const Refinement& refinement, CalibrationRe
   }
 }
 
+// Points without times got theirs from the azimuth, so that their scans' offset to the stamps is known to
+// where in the turn the driver cuts: good to some degrees.
+void DoubtTimesFromAzimuth(const Dataset& dataset, ObservabilityAnalysis* analysis) {
+  constexpr double kDoubt = 0.02;  // of a turn, 7 deg
+  for (std::size_t l = 0; l < dataset.drives[0].lidars.size(); ++l) {
+    const LidarRecording& lidar = dataset.drives[0].lidars[l];
+    if (!lidar.point_times_from_azimuth) continue;
+    const int at = 7 * static_cast<int>(l) + 6;
+    const double doubt = kDoubt * lidar.scan_period;
+    analysis->covariance(at, at) += doubt * doubt;
+    analysis->data_covariance(at, at) += doubt * doubt;
+    analysis->sigmas[l].time_offset = std::sqrt(analysis->covariance(at, at));
+  }
+}
+
 // Of sensors whose scans do not keep one time offset to the IMU.
 void WarnOfStamps(const std::vector<Sensor>& sensors, const std::vector<StampErrors>& errors,
                   std::vector<std::string>* warnings) {
@@ -186,7 +202,8 @@ void FinishRefused(CalibrationResult* result) {
 void AssembleResult(const Rig& rig, const Dataset& dataset, const Refinement& refinement,
                     CalibrationResult* result) {
   const CalibrationState& state = refinement.state();
-  const ObservabilityAnalysis analysis = refinement.Analyze();
+  ObservabilityAnalysis analysis = refinement.Analyze();
+  DoubtTimesFromAzimuth(dataset, &analysis);
   const std::vector<Sensor> sensors = AllSensors(rig, state);
   const std::size_t lidars = state.lidars.size();
   const std::vector<bool>& found = refinement.cameras_found();

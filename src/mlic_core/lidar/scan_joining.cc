@@ -1,0 +1,38 @@
+#include "mlic_core/lidar/scan_joining.h"
+
+#include <cmath>
+#include <utility>
+
+#include "mlic_core/lidar/scan_filter.h"
+
+namespace mlic {
+
+std::size_t JoinShortScans(LidarRecording* recording) {
+  constexpr double kUsual = 0.1;  // s, of a scan
+  if (recording->scan_period <= 0.0) return 1;
+  const double pieces = std::round(kUsual / recording->scan_period);
+  if (pieces < 2.0) return 1;
+  const double length = pieces * recording->scan_period;
+  std::vector<LidarScan> joined;
+  for (LidarScan& piece : recording->scans) {
+    if (joined.empty() || piece.time > joined.back().time + length - 0.5 * recording->scan_period) {
+      joined.push_back(std::move(piece));
+      continue;
+    }
+    LidarScan& scan = joined.back();
+    const float later = static_cast<float>(piece.time - scan.time);
+    for (LidarPoint& point : piece.points) {
+      point.time += later;
+      scan.points.push_back(point);
+    }
+  }
+  for (LidarScan& scan : joined) {
+    FilterScan(scan);
+    scan.points.shrink_to_fit();
+  }
+  recording->scans = std::move(joined);
+  recording->scan_period = length;
+  return static_cast<std::size_t>(pieces);
+}
+
+}  // namespace mlic
