@@ -208,6 +208,14 @@ TEST_F(BagLoader, OddMessagesAreHandledAndCounted) {
   }
 }
 
+TEST_F(BagLoader, TopicsGoWithOrWithoutTheirSlash) {
+  rig_.imu.topic = "imu";
+  rig_.lidars[0].topic = "points";
+  const Drive drive = WriteAndLoad().drives[0];
+  EXPECT_EQ(drive.imu.size(), 300u);
+  EXPECT_EQ(drive.lidars[0].scans.size(), 30u);
+}
+
 TEST_F(BagLoader, ClockJumpIsReported) {
   recipe_.on_imu = [](int i, sensor_msgs::Imu& imu) {
     if (i >= 200) imu.header.stamp += ros::Duration(5.0);

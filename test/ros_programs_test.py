@@ -48,6 +48,7 @@ class Programs(unittest.TestCase):
         self.expect_error(self.run_program("calibrate"), "calibrate", "required")
         self.expect_error(self.run_program("calibrate", "--frobnicate"), "calibrate")
         self.expect_error(self.run_program("inspect_bag"), "inspect_bag")
+        self.expect_error(self.run_program("simulate", "--sensors", "none.yaml"), "simulate: --output is required")
         self.assertEqual(self.run_program("calibrate", "--help").returncode, 0)
 
     def test_missing_files(self):

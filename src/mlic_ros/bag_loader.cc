@@ -32,6 +32,19 @@ constexpr Kind kLidar{IsLidarType,
                       "sensor_msgs/PointCloud2, livox_ros_driver/CustomMsg or livox_ros_driver2/CustomMsg"};
 constexpr Kind kCamera{IsImageType, "sensor_msgs/Image or sensor_msgs/CompressedImage"};
 
+// ROS resolves names to absolute ones, people and some recorders leave the slash out: both are one topic.
+std::string NameInBag(const BagSet& bags, const std::string& topic) {
+  const std::string other = !topic.empty() && topic.front() == '/' ? topic.substr(1) : "/" + topic;
+  return bags.topics().count(topic) == 0 && bags.topics().count(other) > 0 ? other : topic;
+}
+
+Rig WithTopicsOfBag(Rig rig, const BagSet& bags) {
+  rig.imu.topic = NameInBag(bags, rig.imu.topic);
+  for (LidarConfig& lidar : rig.lidars) lidar.topic = NameInBag(bags, lidar.topic);
+  for (CameraConfig& camera : rig.cameras) camera.topic = NameInBag(bags, camera.topic);
+  return rig;
+}
+
 void CheckTopic(const BagSet& bags, const std::string& sensor, const std::string& topic, const Kind& kind) {
   const auto found = bags.topics().find(topic);
   if (found == bags.topics().end()) {
@@ -185,12 +198,13 @@ std::vector<cv::Mat> LoadMasks(const Rig& rig, const std::vector<ImageFormat>& f
 
 }  // namespace
 
-Dataset LoadDataset(const Rig& rig, const std::vector<std::filesystem::path>& paths,
+Dataset LoadDataset(const Rig& rig_file, const std::vector<std::filesystem::path>& paths,
                     const LoadOptions& options, LoadReport& report, const CancellationToken& cancellation,
                     ProgressSink& progress) {
   progress.OnProgress("loading", 0.0);
   const auto shared_bags = std::make_shared<const BagSet>(paths);
   const BagSet& bags = *shared_bags;
+  const Rig rig = WithTopicsOfBag(rig_file, bags);
   std::vector<std::string> topics{rig.imu.topic};
   CheckTopic(bags, "imu", rig.imu.topic, kImu);
   for (const LidarConfig& lidar : rig.lidars) {

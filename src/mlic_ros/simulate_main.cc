@@ -3,10 +3,8 @@
 
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
-#include <exception>
 #include <filesystem>
 #include <string>
 
@@ -15,6 +13,7 @@
 #include "mlic_core/io/result_file.h"
 #include "mlic_core/io/rig_file.h"
 #include "mlic_ros/drive_bag_writer.h"
+#include "mlic_ros/program.h"
 #include "mlic_sim/image_stage.h"
 #include "mlic_sim/imu_simulator.h"
 #include "mlic_sim/simulation.h"
@@ -161,28 +160,16 @@ void Run(const Arguments& arguments) {
 }  // namespace mlic
 
 int main(int argc, char** argv) {
-  CLI::App app("Simulates a drive with known truth");
+  CLI::App app("Simulates a drive with known truth", "simulate");
   mlic::Arguments arguments;
   mlic::AddOptions(app, arguments);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 1;
-  }
+  int status = 0;
+  if (!mlic::ParseArguments(app, argc, argv, status)) return status;
   for (int signal : {SIGINT, SIGTERM}) {
     std::signal(signal, [](int) { mlic::Cancellation().Cancel(); });
   }
-  try {
+  return mlic::RunProgram("simulate", [&] {
     mlic::Run(arguments);
     return 0;
-  } catch (const mlic::InputError& error) {
-    std::fprintf(stderr, "simulate: %s\n", error.what());
-    return 1;
-  } catch (const mlic::Cancelled&) {
-    std::fprintf(stderr, "simulate: interrupted, nothing was written\n");
-    return 130;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "simulate: failed inside: %s\n", error.what());
-    return 3;
-  }
+  });
 }

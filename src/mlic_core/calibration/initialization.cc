@@ -37,11 +37,14 @@ bool IsUsable(const AngularRateAlignment& alignment) {
 // Whether it is the motion or the LiDARs, the gyroscope tells.
 std::string WhyNoneAgrees(const Dataset& dataset) {
   constexpr double kTurning = 0.1;  // rad/s, root mean square
-  double turning = 0.0;
+  constexpr double kShort = 5.0;    // s
+  double turning = 0.0, longest = 0.0;
   for (const Drive& drive : dataset.drives) {
     turning = std::max(turning, MeasureExcitation(drive.imu).principal_rms[2]);
+    longest = std::max(longest, drive.imu.back().time - drive.imu.front().time);
   }
   const std::string what = "no LiDAR's rotation agrees with the gyroscope's: ";
+  if (longest < kShort) return what + "the drive lasts less than 5 s; record 30 s or more";
   if (turning < kTurning) {
     return what +
            "the drive turns too little, or too evenly, to show time offset and rotation; record a drive with "
