@@ -173,6 +173,26 @@ TEST(CameraInitialization, EveryFifthSightMayBeWrong) {
   EXPECT_LT(worst.pixels, 0.5);
 }
 
+TEST(CameraInitialization, ForgetsHowItFoundTheCamerasWithOtherTracks) {
+  SyntheticTracksOptions options;
+  options.noise = 0.1;
+  options.points = 3000;
+  Case c = MakeCase(AllModels(), options);
+  CameraInitialization found = c.Run();
+  const Errors at_first = Worst(c, found);
+  for (CameraCalibration& camera : found.cameras) {
+    Eigen::Quaterniond& rotation = camera.sensor.T_imu_sensor.rotation;
+    rotation = rotation * ExpQuaternion(Eigen::Vector3d(0.15, -0.1, 0.2) * kDegree);
+    camera.sensor.T_imu_sensor.translation.x() += 0.02;
+    camera.intrinsics.parameters[2] += 2.0;
+  }
+  AdjustCamerasFurther(c.rig, c.start, c.tracks, c.state, CancellationToken(), &found);
+  const Errors worst = Worst(c, found);
+  EXPECT_LT(worst.degrees, 2.0 * at_first.degrees);
+  EXPECT_LT(worst.metres, 2.0 * at_first.metres);
+  EXPECT_LT(worst.pixels, 2.0 * at_first.pixels);
+}
+
 // The information of one camera in which everything is known well, but for a sigma of p2.
 std::vector<HeldCameraParameters> HeldWith(double sigma, double sensitivity) {
   CalibrationState state;

@@ -241,7 +241,8 @@ void AdjustCamerasFurther(const Rig& rig, const std::vector<CameraStart>& start,
   state.cameras = cameras->cameras;
   JointProblem problem;
   problem.hold_trajectory = true;
-  const AdjustmentRounds rounds{static_cast<int>(std::size(kRounds)), AdjustmentRounds().end};
+  // The last of the planned rounds lets cameras as they were found agree with other tracks.
+  const AdjustmentRounds rounds{static_cast<int>(std::size(kRounds)) - 1, AdjustmentRounds().end};
   AdjustCameras(rig, start, tracks, std::move(problem), cancellation, &state, cameras, rounds);
   cameras->cameras = state.cameras;
   JudgeCameras(rig, cameras);
