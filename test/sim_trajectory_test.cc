@@ -1,16 +1,19 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <vector>
 
 #include "mlic_core/common/error.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_sim/imu_simulator.h"
 #include "mlic_sim/trajectory.h"
 
 namespace mlic::sim {
 namespace {
 
-constexpr Scenario kAll[] = {Scenario::kFigureEight, Scenario::kHandheld, Scenario::kStraight,
-                             Scenario::kStatic,      Scenario::kPlanar,   Scenario::kCircle};
+constexpr Scenario kAll[] = {Scenario::kFigureEight, Scenario::kHandheld, Scenario::kTiltedHandheld,
+                             Scenario::kStraight,    Scenario::kStatic,   Scenario::kPlanar,
+                             Scenario::kCircle};
 
 RigidTransform OddMount() { return {FromRollPitchYaw({0.3, -0.2, 1.1}), Eigen::Vector3d(0.4, -0.3, 1.2)}; }
 
@@ -98,6 +101,22 @@ TEST(Trajectory, HandheldTurnsAboutAllAxesAndStaysInTheFreeMiddle) {
       EXPECT_GT(state.T_map_imu.translation.z(), 0.9);
     }
     EXPECT_GT((square / count).cwiseSqrt().minCoeff(), 0.25);
+  }
+}
+
+TEST(Trajectory, TiltedWalkShowsGravityToAllAxesOfTheAccelerometer) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const auto walk = MakeTrajectory(Scenario::kTiltedHandheld, seed, 60.0, {});
+    std::vector<double> vertical;
+    for (double t = 0.0; t < 60.0; t += 0.05) {
+      const MotionState state = walk->StateAt(t);
+      const Eigen::Vector3d force =
+          state.T_map_imu.rotation.conjugate() * (state.acceleration - MapGravity());
+      vertical.push_back(force.z());
+      EXPECT_LT(std::acos(state.T_map_imu.rotation.toRotationMatrix()(2, 2)) * 180.0 / M_PI, 85.0);
+    }
+    const Eigen::Map<Eigen::VectorXd> z(vertical.data(), static_cast<Eigen::Index>(vertical.size()));
+    EXPECT_GT(std::sqrt((z.array() - z.mean()).square().mean()), 1.2);  // m/s^2; without tilts about 0.85
   }
 }
 

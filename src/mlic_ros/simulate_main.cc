@@ -43,7 +43,8 @@ CancellationToken& Cancellation() {
 void AddOptions(CLI::App& app, Arguments& a) {
   app.add_option("--sensors", a.sensors, "Sensors file, such as config/simulation/paper_rig.yaml")
       ->required();
-  app.add_option("--scenario", a.scenario, "figure_eight, handheld, straight, static, planar or circle");
+  app.add_option("--scenario", a.scenario,
+                 "figure_eight, handheld, handheld_tilted, straight, static, planar or circle");
   app.add_option("--duration", a.duration, "Length of the drive, s")->check(CLI::Range(0.5, 7200.0));
   app.add_option("--seed", a.seed, "Motion, noise and errors of the guess follow from it");
   app.add_option("--output", a.output, "DRIVE.bag; DRIVE_truth.yaml and DRIVE_rig.yaml are written beside it")

@@ -34,7 +34,7 @@ class RenderedImages : public ImageSource {
 }  // namespace
 
 std::unique_ptr<World> MakeWorld(Scenario scenario, InfraredLook infrared) {
-  if (scenario == Scenario::kHandheld) return MakeHall(infrared);
+  if (IsCarriedByHand(scenario)) return MakeHall(infrared);
   return MakeYard(scenario == Scenario::kPlanar || scenario == Scenario::kCircle, infrared);
 }
 
@@ -48,7 +48,7 @@ ImageStage::ImageStage(const SensorSet& sensors, const SimulationOptions& option
       trajectory_(MakeTrajectory(sensors, options)),
       cameras_(sensors.cameras) {
   if (cameras_.empty()) return;
-  const Lighting lighting = options.scenario == Scenario::kHandheld ? HallLighting() : YardLighting();
+  const Lighting lighting = IsCarriedByHand(options.scenario) ? HallLighting() : YardLighting();
   textures_ = std::make_unique<SurfaceTextures>(*world_, lighting);
   for (const SimulatedCamera& camera : cameras_) {
     renderers_.push_back(

@@ -96,10 +96,11 @@ class FigureEight {
   Wave hurry_, roll_, pitch_, bounce_;
 };
 
-// A walk through the hall at chest height while the rig is swung about all axes.
+// A walk through the hall at chest height while the rig is swung about all axes; with_tilts swings it far
+// enough to either side and up and down for gravity to show the accelerometer's axes one by one.
 class Handheld {
  public:
-  explicit Handheld(std::uint64_t seed) {
+  Handheld(std::uint64_t seed, bool with_tilts) {
     Random random(seed);
     x_.Add(random.Uniform(4.5, 5.8), random.Uniform(0.016, 0.022), RandomPhase(random));
     y_.Add(random.Uniform(1.8, 2.5), random.Uniform(0.03, 0.042), RandomPhase(random));
@@ -112,6 +113,10 @@ class Handheld {
     yaw_.center = RandomPhase(random);
     yaw_.Add(random.Uniform(70.0, 110.0) * kDegree, random.Uniform(0.05, 0.075), RandomPhase(random));
     AddSwing(random, yaw_);
+    if (with_tilts) {
+      AddTilt(random, roll_);
+      AddTilt(random, pitch_);
+    }
   }
 
   template <typename Scalar>
@@ -129,6 +134,9 @@ class Handheld {
     wave.Add(random.Uniform(11.0, 16.0) * kDegree, random.Uniform(0.2, 0.35), RandomPhase(random));
     wave.Add(random.Uniform(6.0, 10.0) * kDegree, random.Uniform(0.4, 0.6), RandomPhase(random));
     wave.Add(random.Uniform(3.0, 4.0) * kDegree, random.Uniform(0.65, 0.9), RandomPhase(random));
+  }
+  static void AddTilt(Random& random, Wave& wave) {
+    wave.Add(random.Uniform(28.0, 32.0) * kDegree, random.Uniform(0.1, 0.15), RandomPhase(random));
   }
 
   Wave x_, y_, z_, roll_, pitch_, yaw_;

@@ -74,6 +74,7 @@ std::unique_ptr<Trajectory> Make(Motion motion, const RigidTransform& T_body_imu
 
 constexpr std::pair<Scenario, const char*> kScenarios[] = {{Scenario::kFigureEight, "figure_eight"},
                                                            {Scenario::kHandheld, "handheld"},
+                                                           {Scenario::kTiltedHandheld, "handheld_tilted"},
                                                            {Scenario::kStraight, "straight"},
                                                            {Scenario::kStatic, "static"},
                                                            {Scenario::kPlanar, "planar"},
@@ -88,6 +89,10 @@ Scenario ScenarioFromName(const std::string& name) {
     known += (known.empty() ? "" : ", ") + std::string(scenario_name);
   }
   throw InputError("unknown scenario '" + name + "': expected one of " + known);
+}
+
+bool IsCarriedByHand(Scenario scenario) {
+  return scenario == Scenario::kHandheld || scenario == Scenario::kTiltedHandheld;
 }
 
 std::string ScenarioName(Scenario scenario) {
@@ -106,7 +111,9 @@ std::unique_ptr<Trajectory> MakeTrajectory(Scenario scenario, std::uint64_t seed
     case Scenario::kPlanar:
       return Make(FigureEight(own_seed, false), T_body_imu);
     case Scenario::kHandheld:
-      return Make(Handheld(own_seed), {T_body_imu.rotation, Eigen::Vector3d::Zero()});
+    case Scenario::kTiltedHandheld:
+      return Make(Handheld(own_seed, scenario == Scenario::kTiltedHandheld),
+                  {T_body_imu.rotation, Eigen::Vector3d::Zero()});
     case Scenario::kStraight:
       return Make(Straight(duration), T_body_imu);
     case Scenario::kStatic:

@@ -12,13 +12,17 @@ namespace mlic::sim {
 // How the rig is moved. Cars drive in the yard, with x of the body forward, y left, z up and the body's
 // origin on the ground; the hand-held rig is carried through the hall.
 enum class Scenario {
-  kFigureEight,  // a car, with suspension roll and pitch, on slightly uneven ground
-  kHandheld,     // all axes excited
-  kStraight,     // constant velocity
-  kStatic,       // parked
-  kPlanar,       // figure-eight without any roll, pitch or heave, on perfectly flat ground
-  kCircle        // constant rate, without any roll, pitch or heave
+  kFigureEight,     // a car, with suspension roll and pitch, on slightly uneven ground
+  kHandheld,        // all axes excited
+  kTiltedHandheld,  // the same, tilted by up to 60 deg besides: what an IMU's matrices need
+  kStraight,        // constant velocity
+  kStatic,          // parked
+  kPlanar,          // figure-eight without any roll, pitch or heave, on perfectly flat ground
+  kCircle           // constant rate, without any roll, pitch or heave
 };
+
+// Whether the scenario takes place in the hall; the others do in the yard.
+bool IsCarriedByHand(Scenario scenario);
 
 // Throws InputError for an unknown name.
 Scenario ScenarioFromName(const std::string& name);
@@ -41,7 +45,7 @@ class Trajectory {
 };
 
 // Phases, frequencies and amplitudes follow from the seed. duration (s) matters for the straight drive only,
-// which has to stay inside the yard. T_body_imu mounts the IMU on the vehicle; in the hand-held scenario the
+// which has to stay inside the yard. T_body_imu mounts the IMU on the vehicle; in the hand-held scenarios the
 // trajectory is the IMU's own, and only the rotation of T_body_imu counts.
 std::unique_ptr<Trajectory> MakeTrajectory(Scenario scenario, std::uint64_t seed, double duration,
                                            const RigidTransform& T_body_imu);

@@ -8,6 +8,9 @@
 namespace mlic {
 namespace {
 
+// A step that lowers the cost by less than this share of it is the last one.
+constexpr double kNegligibleDecrease = 1e-4;
+
 // Where the landmarks are, to go back to.
 struct LandmarkGeometry {
   std::vector<std::vector<MapPlane>> planes;
@@ -101,7 +104,8 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
     if (problem.hold_trajectory) moved.drives = state->drives;
     MoveLandmarks(ties, solution.delta, &problem);
     const double step = solution.delta.segment(layout.knots, 7 * layout.sensors).cwiseAbs().maxCoeff();
-    if (iteration + 1 == iterations) {
+    const bool settled = damping == 0.0 && solution.predicted_decrease < kNegligibleDecrease * sum.cost;
+    if (settled || iteration + 1 == iterations) {
       summary.last_cost = Cost({problem, moved, layout});
       summary.last_step = step;
       *state = std::move(moved);

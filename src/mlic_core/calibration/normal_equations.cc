@@ -90,13 +90,17 @@ NormalSolution SolveNormalEquations(const Accumulator& sum, const std::vector<La
         SolveCalibration(solution.information, corner.bottomLeftCorner(1, calibration).transpose(), prior,
                          prior_gradient, free_calibration, damping);
   };
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(knots + calibration);  // landmarks eliminated
   if (hold_knots) {
     EliminateLandmarksFromCorner(landmarks, &corner);
+    gradient.tail(calibration) = corner.bottomLeftCorner(1, calibration).transpose();
     solve_calibration();
   } else {
     // Control points first; the calibration is what is left over, so its information comes out by the way.
     EnvelopeMatrix A = KnotMatrix(sum, landmarks);
     EliminateLandmarks(landmarks, &A, &corner);
+    gradient.head(knots) = A.border.bottomRows<1>().transpose();
+    gradient.tail(calibration) = corner.bottomLeftCorner(1, calibration).transpose();
     for (int j = 0; j < knots; ++j) {
       A.Column(j)[j - EnvelopeMatrix::FirstRow(j)] += damping * sum.band(0, j);
     }
@@ -108,6 +112,7 @@ NormalSolution SolveNormalEquations(const Accumulator& sum, const std::vector<La
     A.SolveTransposed(&right);
     solution.delta.head(knots) = right;
   }
+  solution.predicted_decrease = -gradient.dot(solution.delta);
   solution.solved = solution.delta.allFinite();
   return solution;
 }

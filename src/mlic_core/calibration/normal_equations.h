@@ -49,7 +49,9 @@ struct LandmarkTies {
 
 struct NormalSolution {
   bool solved = false;
-  Eigen::VectorXd delta;        // control points, then calibration
+  Eigen::VectorXd delta;  // control points, then calibration
+  // By how much the step should lower the data's cost, landmarks being moved to their best before it.
+  double predicted_decrease = 0.0;
   Eigen::MatrixXd information;  // of the calibration, control points and landmarks left free
 };
 

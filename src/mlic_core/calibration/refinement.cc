@@ -18,7 +18,9 @@ namespace {
 constexpr std::size_t kFewPoints = 800;
 constexpr std::size_t kManyPoints = 2000;
 constexpr int kLeastRounds = 5;
-constexpr int kMostRounds = 10;
+constexpr int kMostRounds = 15;
+// Of Gauss-Newton in each round: a stretch of trajectory that starts beside the map comes back in several.
+constexpr int kMostIterations = 6;
 constexpr int kLeastRoundsWithCameras = 3;
 // Rounds that find landmarks and matches anew; later ones keep them, as which of them just agree and which
 // just do not would change for ever.
@@ -187,7 +189,7 @@ void Refinement::AdjustEachLidar(const Progress& progress, const Line& line) {
     problem_.hold_trajectory = lidar != base_lidar_;
     for (int round = 0; round < kRounds; ++round) {
       Associate(only, kFewPoints);
-      Solve(2);
+      Solve(kMostIterations);
       noise_ = MeasurePlaneNoise(problem_.planes, state_, noise_);
       progress((static_cast<double>(k) + (round + 1.0) / kRounds) / static_cast<double>(lidars));
     }
@@ -218,8 +220,7 @@ void Refinement::AdjustJointly(double until, const Progress& progress, const Lin
         rig_.imu.intrinsics == ImuIntrinsicsModel::kScaleMisalignment && (round >= 2 || many);
     Associate({}, many ? kManyPoints : kFewPoints);
     if (!tracks_.empty() && round < kLandmarkRounds) AssociateLandmarks(progress, line);
-    // One step is enough while the association still changes.
-    last_solve_ = Solve(round == 0 || many ? 2 : 1);
+    last_solve_ = Solve(kMostIterations);
     noise_ = MeasurePlaneNoise(problem_.planes, state_, noise_);
     // Landmarks that are kept were made with an earlier noise.
     if (!tracks_.empty() && round < kLandmarkRounds) {
