@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "mlic_core/calibration/camera_views.h"
+#include "mlic_core/calibration/imu_disagreement.h"
 #include "mlic_core/calibration/map_projections.h"
 #include "mlic_core/calibration/observability_limits.h"
 #include "mlic_core/calibration/refinement.h"
@@ -161,6 +162,24 @@ void WarnOfStamps(const std::vector<Sensor>& sensors, const std::vector<StampErr
   }
 }
 
+// Where the IMU contradicts the trajectory something is lost, and sigmas say nothing.
+void JudgeImuAgreement(const Dataset& dataset, const Refinement& refinement, CalibrationResult* result) {
+  // White noise gives at most 3 in an hour; a bias that wanders some more.
+  constexpr double kNotable = 8.0, kTooMuch = 20.0;
+  const std::optional<ImuDisagreement> found =
+      FindImuDisagreement(dataset, refinement.state(), refinement.problem().imu_sigma, kNotable);
+  if (!found) return;
+  char text[320];
+  std::snprintf(
+      text, sizeof(text),
+      "drive %zu, %.0f to %.0f s: the %s contradicts the trajectory by %.2g %s (%.0f times its noise): "
+      "LiDARs or cameras lost their way there, or the IMU errs; leave the stretch out by --start and "
+      "--duration",
+      found->drive + 1, found->begin, found->end, found->of_gyroscope ? "gyroscope" : "accelerometer",
+      found->mean, found->of_gyroscope ? "rad/s" : "m/s^2", found->ratio);
+  (found->ratio > kTooMuch ? result->reasons : result->warnings).push_back(text);
+}
+
 // Every pair whose sensors are shown, and those that their own data tie to each other.
 std::vector<PairResult> MakePairs(const std::vector<Sensor>& sensors, const std::vector<bool>& shown,
                                   const ObservabilityAnalysis& analysis) {
@@ -222,6 +241,7 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Refinement& re
     result->warnings.push_back(
         "the calibration still moved by more than a tenth of its sigma in the last round");
   }
+  JudgeImuAgreement(dataset, refinement, result);
   WarnOfStamps(sensors, refinement.stamp_errors(), &result->warnings);
   if (refinement.matched_map()) WarnOfUnmatched(rig, refinement, result);
   result->trusted = result->reasons.empty();
