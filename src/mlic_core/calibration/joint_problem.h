@@ -119,8 +119,8 @@ struct SolveSummary {
 };
 
 // Gauss-Newton with Marquardt damping on steps that do not lower the cost: at most so many iterations, and no
-// more once a step lowers the cost by next to nothing. The result does not depend on the number of threads but
-// for the rounding of the dense factorisation.
+// more once a step lowers the cost by next to nothing. The result does not depend on the number of threads
+// but for the rounding of the dense factorisation.
 SolveSummary SolveJointProblem(const JointProblem& problem, int iterations,
                                const CancellationToken& cancellation, CalibrationState* state);
 
