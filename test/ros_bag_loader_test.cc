@@ -1,10 +1,12 @@
 #include <gtest/gtest.h>
+#include <sensor_msgs/Image.h>
 #include <unistd.h>
 
 #include <fstream>
 
 #include "mlic_core/common/random.h"
 #include "mlic_ros/bag_loader.h"
+#include "mlic_ros/rig_draft.h"
 #include "ros_test_bags.h"
 
 namespace mlic {
@@ -206,6 +208,37 @@ TEST_F(BagLoader, OddMessagesAreHandledAndCounted) {
   for (const LidarScan& scan : lidar.scans) {
     for (const LidarPoint& point : scan.points) EXPECT_NEAR(point.position.head<2>().norm(), 20.0, 1e-3);
   }
+}
+
+TEST_F(BagLoader, ADraftHoldsWhatCanBeCalibratedUnderFramesOfItsOwn) {
+  recipe_.write_more = [](rosbag::Bag& bag) {
+    for (int i = 0; i < 30; ++i) {
+      const TimeNs start = kBagStart + TimeNs{i} * 100'000'000;
+      const ros::Time record = RosTimeAt(start + 100'000'000);
+      sensor_msgs::PointCloud2 cloud = MakeTestCloud(TestBag(), start);
+      bag.write("/2nd/points", record, cloud);  // of the same frame; a name must begin with a letter
+      if (i == 5) bag.write("/map", record, cloud);
+      cloud.fields.erase(cloud.fields.begin());  // a radar has no x
+      bag.write("/radar/points", record, cloud);
+      sensor_msgs::Image depth;
+      depth.header = cloud.header;
+      depth.encoding = "32FC1";
+      bag.write("/camera/depth", record, depth);
+    }
+  };
+  WriteTestBag(recipe_);
+  std::vector<std::string> notes;
+  Rig rig = DraftRig(BagSet({recipe_.path}), notes);
+  MakeFramesUnique(&rig, &notes);
+  EXPECT_TRUE(Reported(notes, "topic /map: left out"));
+  EXPECT_TRUE(Reported(notes, "topic /radar/points: left out, not usable"));
+  EXPECT_TRUE(Reported(notes, "topic /camera/depth: left out, images of depth"));
+  EXPECT_TRUE(rig.cameras.empty());
+  ASSERT_EQ(rig.lidars.size(), 2u);
+  EXPECT_EQ(rig.lidars[0].name, "sensor_2nd");
+  EXPECT_EQ(rig.lidars[0].frame_id, "lidar_frame");
+  EXPECT_EQ(rig.lidars[1].topic, "/points");
+  EXPECT_EQ(rig.lidars[1].frame_id, rig.lidars[1].name);
 }
 
 TEST_F(BagLoader, TopicsGoWithOrWithoutTheirSlash) {

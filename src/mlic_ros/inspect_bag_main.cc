@@ -101,7 +101,8 @@ int Inspect(const std::filesystem::path& file, const std::filesystem::path& rig_
   }
   if (rig_file.empty()) return kTrusted;
   std::vector<std::string> notes;
-  const Rig rig = DraftRig(bags, notes);
+  Rig rig = DraftRig(bags, notes);
+  MakeFramesUnique(&rig, &notes);
   WriteRigFile(rig_file, rig);
   std::printf("\nwrote %s: %zu LiDAR(s), %zu camera(s); check names, topics and guesses\n", rig_file.c_str(),
               rig.lidars.size(), rig.cameras.size());

@@ -12,6 +12,7 @@
 #include "mlic_core/common/error.h"
 #include "mlic_ros/cloud_decoder.h"
 #include "mlic_ros/message_reader.h"
+#include "mlic_ros/scan_reader.h"
 #include "mlic_ros/static_transforms.h"
 
 namespace mlic {
@@ -59,6 +60,7 @@ std::string NameFromTopic(const std::string& topic, std::set<std::string>& taken
   for (char& c : name) {
     if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
   }
+  if (name.empty() || std::isalpha(static_cast<unsigned char>(name.front())) == 0) name = "sensor_" + name;
   std::string unique = name;
   for (int number = 2; !taken.insert(unique).second; ++number) unique = name + "_" + std::to_string(number);
   return unique;
@@ -86,7 +88,8 @@ ImuConfig DraftImu(const BagSet& bags, std::vector<std::string>& notes) {
 // From /tf_static, with the default sigmas.
 std::optional<ExtrinsicGuess> DraftGuess(const StaticTransforms& transforms, const std::string& imu,
                                          const std::string& sensor, std::vector<std::string>& notes) {
-  if (imu.empty() || sensor.empty()) return std::nullopt;
+  // Drivers that all write one frame say nothing of where their sensors are.
+  if (imu.empty() || sensor.empty() || sensor == imu) return std::nullopt;
   const auto pose = transforms.Find(imu, sensor);
   if (!pose) {
     if (!transforms.empty())
@@ -153,6 +156,33 @@ CameraConfig DraftCamera(const BagSet& bags, const std::string& topic, const std
   return camera;
 }
 
+// Why a topic of a sensor's type is none: maps that are published as clouds, images of depth. Empty: it is
+// one.
+std::string WhyNoSensor(const BagSet& bags, const TopicEntry& entry) {
+  constexpr double kSlowest = 1.0;    // Hz
+  constexpr std::size_t kProbe = 10;  // messages
+  const double seconds = SecondsSince(bags.interval().begin, bags.interval().end);
+  if (static_cast<double>(entry.second.messages) < kSlowest * seconds)
+    return "less than one message a second";
+  const std::string& topic = entry.first;
+  if (IsLidarType(entry.second.type)) {
+    try {
+      FindLidarFormat(ReadFirst(bags, topic, bags.interval(), kProbe), topic);
+    } catch (const InputError& error) {
+      return std::string("not usable: ") + error.what();
+    }
+    return "";
+  }
+  const std::string depth = "/compressedDepth";
+  bool is_depth = topic.size() > depth.size() &&
+                  topic.compare(topic.size() - depth.size(), std::string::npos, depth) == 0;
+  if (entry.second.type == "sensor_msgs/Image") {
+    const auto message = FirstMessage<sensor_msgs::Image>(bags, topic);
+    is_depth = message != nullptr && (message->encoding == "16UC1" || message->encoding == "32FC1");
+  }
+  return is_depth ? "images of depth" : "";
+}
+
 }  // namespace
 
 Rig DraftRig(const BagSet& bags, std::vector<std::string>& notes) {
@@ -162,12 +192,18 @@ Rig DraftRig(const BagSet& bags, std::vector<std::string>& notes) {
   std::set<std::string> names, camera_places;
   for (const TopicEntry& entry : bags.topics()) {
     const auto& [topic, content] = entry;
-    if (IsLidarType(content.type)) {
+    const bool image = content.type == "sensor_msgs/Image" || content.type == "sensor_msgs/CompressedImage";
+    if (!image && !IsLidarType(content.type)) continue;
+    const std::string why_not = WhyNoSensor(bags, entry);
+    if (!why_not.empty()) {
+      notes.push_back("topic " + topic + ": left out, " + why_not);
+      continue;
+    }
+    if (!image) {
       LidarConfig lidar = DraftLidar(bags, topic, names);
       lidar.guess = DraftGuess(transforms, rig.imu.frame_id, lidar.frame_id, notes);
       rig.lidars.push_back(lidar);
     }
-    const bool image = content.type == "sensor_msgs/Image" || content.type == "sensor_msgs/CompressedImage";
     if (image && !camera_places.insert(CameraNamespace(topic)).second) {
       notes.push_back("topic " + topic + ": left out, its camera has another image topic");
     } else if (image) {
@@ -181,6 +217,18 @@ Rig DraftRig(const BagSet& bags, std::vector<std::string>& notes) {
                      ": neither LiDAR nor camera topics; the topics are: " + bags.ListTopics());
   }
   return rig;
+}
+
+void MakeFramesUnique(Rig* rig, std::vector<std::string>* notes) {
+  std::set<std::string> taken{rig->imu.frame_id};
+  const auto check = [&](auto& sensor) {
+    if (sensor.frame_id.empty() || taken.insert(sensor.frame_id).second) return;
+    notes->push_back("topic " + sensor.topic + ": its frame " + sensor.frame_id +
+                     " is another sensor's as well; it gets the frame " + sensor.name);
+    sensor.frame_id = sensor.name;
+  };
+  for (LidarConfig& lidar : rig->lidars) check(lidar);
+  for (CameraConfig& camera : rig->cameras) check(camera);
 }
 
 }  // namespace mlic

@@ -13,4 +13,8 @@ namespace mlic {
 // each. Throws InputError when the bag has no IMU, or neither LiDAR nor camera.
 Rig DraftRig(const BagSet& bags, std::vector<std::string>& notes);
 
+// Gives sensors whose messages have another sensor's frame one of their own, so that the rig file can be
+// used.
+void MakeFramesUnique(Rig* rig, std::vector<std::string>* notes);
+
 }  // namespace mlic

@@ -34,6 +34,19 @@ bool IsUsable(const AngularRateAlignment& alignment) {
   return alignment.valid && alignment.time_offset_sigma < 0.05 && alignment.inlier_share > 0.3;
 }
 
+// With the guess; where nothing fits it, as where a transform was given the wrong way round, and the motion
+// shows all of the rotation without it, the guess is dropped.
+AngularRateAlignment Align(const Drive& drive, const OdometryResult& odometry,
+                           std::optional<RotationGuess>* guess) {
+  const std::vector<TimedPose> poses = TimedPoses(odometry);
+  const AngularRateAlignment alignment = AlignAngularRates(drive.imu, poses, *guess);
+  if (!*guess || IsUsable(alignment)) return alignment;
+  const AngularRateAlignment without = AlignAngularRates(drive.imu, poses, std::nullopt);
+  if (!IsUsable(without) || without.rotation_directions_shown < 3) return alignment;
+  guess->reset();
+  return without;
+}
+
 // Whether it is the motion or the LiDARs, the gyroscope tells.
 std::string WhyNoneAgrees(const Dataset& dataset) {
   constexpr double kTurning = 0.1;  // rad/s, root mean square
@@ -167,9 +180,9 @@ DriveOdometry RunDriveOdometry(const Rig& rig, const Drive& drive, const Cancell
       on_progress(sum / static_cast<double>(count));
     };
     result.lidars[l] = RunOdometry(drive.lidars[l], nullptr, cancellation, [&](double f) { report(f, 0.0); });
-    const auto guess = GuessOfRotation(rig.lidars[l]);
+    auto guess = GuessOfRotation(rig.lidars[l]);
     AngularRateAlignment& alignment = result.alignments[l];
-    alignment = AlignAngularRates(drive.imu, TimedPoses(result.lidars[l]), guess);
+    alignment = Align(drive, result.lidars[l], &guess);
     if (!IsUsable(alignment) || alignment.rotation_directions_shown < 2) return;
     const GyroIntegration gyro(drive.imu, alignment.gyroscope_bias);
     const Eigen::Quaterniond R_lidar_imu = alignment.R_imu_lidar.conjugate();
@@ -182,7 +195,7 @@ DriveOdometry RunDriveOdometry(const Rig& rig, const Drive& drive, const Cancell
     };
     result.lidars[l] =
         RunOdometry(drive.lidars[l], rotation_between, cancellation, [&](double f) { report(f, 0.5); });
-    alignment = AlignAngularRates(drive.imu, TimedPoses(result.lidars[l]), guess);
+    alignment = Align(drive, result.lidars[l], &guess);
   });
   return result;
 }

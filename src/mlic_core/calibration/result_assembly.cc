@@ -2,6 +2,7 @@
 
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -12,6 +13,7 @@
 #include "mlic_core/calibration/refinement.h"
 #include "mlic_core/calibration/residual_summary.h"
 #include "mlic_core/calibration/snapshot.h"
+#include "mlic_core/geometry/so3.h"
 
 namespace mlic {
 namespace {
@@ -138,6 +140,27 @@ void DoubtTimesFromAzimuth(const Dataset& dataset, ObservabilityAnalysis* analys
   }
 }
 
+// Of results that lie far from what was given.
+template <typename Config>
+void WarnOfGuess(const Config& config, const SensorResult& sensor, std::vector<std::string>* warnings) {
+  constexpr double kFar = 4.0;  // sigmas of the guess
+  if (!config.guess || config.fixed) return;
+  const RigidTransform& given = config.guess->T_imu_sensor;
+  const RigidTransform& found = sensor.calibration.T_imu_sensor;
+  const Eigen::Vector3d turn = Log(Eigen::Quaterniond(found.rotation * given.rotation.conjugate()));
+  const Eigen::Vector3d shift = found.translation - given.translation;
+  const double far = std::max(turn.cwiseQuotient(config.guess->sigma_rotation).cwiseAbs().maxCoeff(),
+                              shift.cwiseQuotient(config.guess->sigma_translation).cwiseAbs().maxCoeff());
+  if (far < kFar) return;
+  char text[200];
+  std::snprintf(
+      text, sizeof(text),
+      ": %.1f deg and %.2f m from the given T_imu_sensor, %.0f of its sigmas; is it the transform of "
+      "points from the sensor to the IMU?",
+      turn.norm() * 180.0 / M_PI, shift.norm(), far);
+  warnings->push_back(sensor.name + text);
+}
+
 // Of sensors whose scans do not keep one time offset to the IMU.
 void WarnOfStamps(const std::vector<Sensor>& sensors, const std::vector<StampErrors>& errors,
                   std::vector<std::string>* warnings) {
@@ -248,8 +271,12 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Refinement& re
   for (std::size_t s = 0; s < sensors.size(); ++s) {
     if (!shown[s]) continue;
     result->sensors.push_back(MakeSensor(sensors[s], analysis, s));
-    if (s < lidars) continue;
+    if (s < lidars) {
+      WarnOfGuess(rig.lidars[s], result->sensors.back(), &result->warnings);
+      continue;
+    }
     const std::size_t c = s - lidars;
+    WarnOfGuess(rig.cameras[c], result->sensors.back(), &result->warnings);
     AddIntrinsics(state.cameras[c], analysis.cameras[c], &result->sensors.back());
     const std::vector<HeldOutMatches>& held_out = refinement.held_out_errors();
     if (c < held_out.size() && held_out[c].count > 0) result->sensors.back().held_out = held_out[c];
