@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "mlic_core/calibration/guess_check.h"
 #include "mlic_core/geometry/so3.h"
 #include "simulated_input.h"
 
@@ -42,6 +43,25 @@ TEST(Initialization, SaysWhetherTheMotionOrTheLidarIsAtFault) {
   EXPECT_NE(problem().find("the drive turns too little"), std::string::npos) << problem();
   drive.imu.resize(drive.imu.size() / 2);
   EXPECT_NE(problem().find("the drive lasts less than 5 s"), std::string::npos) << problem();
+}
+
+TEST(GuessCheck, JudgesByTheSigmasOfTheGuess) {
+  LidarConfig config;
+  config.name = "front";
+  EXPECT_TRUE(IsLostFromGuess(config, RigidTransform()));
+  EXPECT_NE(WhyLeftOut(config).find("front: "), std::string::npos);
+  config.guess = ExtrinsicGuess();
+  config.guess->sigma_translation = Eigen::Vector3d(0.1, 0.1, 0.3);
+  const auto moved = [](const Eigen::Vector3d& degrees, const Eigen::Vector3d& translation) {
+    return RigidTransform{FromRollPitchYaw(degrees * kDegree), translation};
+  };
+  EXPECT_FALSE(IsLostFromGuess(config, moved({4.81, 0.0, 0.0}, {0.1, -0.1, 0.5})));
+  EXPECT_TRUE(IsLostFromGuess(config, moved({0.0, 0.0, 0.0}, {0.3, 0.0, 0.0})));
+  EXPECT_TRUE(IsLostFromGuess(config, moved({0.0, -12.0, 0.0}, {0.0, 0.0, 0.0})));
+  EXPECT_EQ(DescribeIfFarFromGuess(*config.guess, moved({0.0, 15.0, 0.0}, {0.3, 0.0, 0.0})), "");
+  EXPECT_NE(DescribeIfFarFromGuess(*config.guess, moved({0.0, 25.0, 0.0}, {0.3, 0.4, 0.0}))
+                .find("25.0 deg and 0.50 m"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -71,15 +71,16 @@ void Keep(const Refinement& refinement, const StageClock& stage, const std::stri
 void LidarAdjustmentStage(const StageContext& context, Refinement* refinement) {
   constexpr const char* kName = "lidar_adjustment";
   StageClock stage("plane adjustment of each LiDAR", context);
+  const auto line = [&](const std::string& text) { stage.Line(text); };
   RefinementProgress kept;
   if (context.store.Load(kName, &kept)) {
     refinement->Restore(kept);
     stage.TakeOver(kept.lines);
-    return;
+  } else {
+    refinement->AdjustEachLidar([&](double fraction) { stage.Progress(fraction); }, line);
+    Keep(*refinement, stage, kName, context.store);
   }
-  refinement->AdjustEachLidar([&](double fraction) { stage.Progress(fraction); },
-                              [&](const std::string& line) { stage.Line(line); });
-  Keep(*refinement, stage, kName, context.store);
+  refinement->LeaveOutLostLidars(line);
 }
 
 // last: no other adjustment follows, so that it goes on until the calibration stands still.

@@ -34,13 +34,22 @@ bool IsUsable(const AngularRateAlignment& alignment) {
   return alignment.valid && alignment.time_offset_sigma < 0.05 && alignment.inlier_share > 0.3;
 }
 
-// With the guess; where nothing fits it, as where a transform was given the wrong way round, and the motion
-// shows all of the rotation without it, the guess is dropped.
+// With the guess; where nothing fits it, the guess is worse than it claims and counts for little. Where it is
+// worse still, as a transform that was given the wrong way round, and the motion shows all of the rotation,
+// it is dropped.
 AngularRateAlignment Align(const Drive& drive, const OdometryResult& odometry,
                            std::optional<RotationGuess>* guess) {
+  constexpr double kVague = 30.0 * M_PI / 180.0;
   const std::vector<TimedPose> poses = TimedPoses(odometry);
   const AngularRateAlignment alignment = AlignAngularRates(drive.imu, poses, *guess);
   if (!*guess || IsUsable(alignment)) return alignment;
+  RotationGuess vague = **guess;
+  vague.sigma = vague.sigma.cwiseMax(kVague);
+  const AngularRateAlignment nearly = AlignAngularRates(drive.imu, poses, vague);
+  if (IsUsable(nearly)) {
+    *guess = vague;
+    return nearly;
+  }
   const AngularRateAlignment without = AlignAngularRates(drive.imu, poses, std::nullopt);
   if (!IsUsable(without) || without.rotation_directions_shown < 3) return alignment;
   guess->reset();
@@ -231,6 +240,7 @@ Initialization Initialize(const Rig& rig, const Dataset& dataset, const std::vec
   const std::size_t base = result.base_lidar;
   result.notes.push_back("base LiDAR: " + rig.lidars[base].name);
   result.state.lidars.resize(lidars);
+  result.unaligned.assign(lidars, false);
   RigidTransform T_imu_base;
   std::optional<LeverArmGuess> lever_guess;
   if (rig.lidars[base].guess) {
@@ -259,6 +269,7 @@ Initialization Initialize(const Rig& rig, const Dataset& dataset, const std::vec
           ": its odometry does not agree with the gyroscope's rotation (field of view blocked, "
           "too little structure, or another vehicle's topic)");
       if (rig.lidars[l].guess) calibration.T_imu_sensor = rig.lidars[l].guess->T_imu_sensor;
+      result.unaligned[l] = true;
       continue;
     }
     calibration.time_offset = alignment.time_offset;

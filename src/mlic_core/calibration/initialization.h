@@ -21,6 +21,8 @@ struct Initialization {
   CalibrationState state;
   std::vector<ImuSigma> imu_sigma;
   std::size_t base_lidar = 0;
+  // Of each LiDAR: it starts from its guess alone, as its odometry told nothing.
+  std::vector<bool> unaligned;
   std::vector<std::string> problems;
   std::vector<std::string> notes;
 };

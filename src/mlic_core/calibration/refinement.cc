@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "mlic_core/calibration/guess_check.h"
 #include "mlic_core/calibration/held_out_matches.h"
 #include "mlic_core/calibration/intrinsics_observability.h"
 #include "mlic_core/calibration/result_assembly.h"
@@ -40,6 +41,8 @@ Refinement::Refinement(const Rig& rig, const Dataset& dataset, Initialization st
       cancellation_(cancellation),
       observer_(observer),
       base_lidar_(start.base_lidar),
+      unaligned_lidars_(start.unaligned),
+      left_out_lidars_(rig.lidars.size(), false),
       state_(std::move(start.state)),
       given_imu_sigma_(start.imu_sigma),
       noise_(rig.lidars.size()) {
@@ -206,6 +209,16 @@ void Refinement::AdjustEachLidar(const Progress& progress, const Line& line) {
   for (PlaneNoise& noise : noise_) noise.floor = std::max(noise.floor, 0.05);
 }
 
+void Refinement::LeaveOutLostLidars(const Line& line) {
+  for (std::size_t l = 0; l < unaligned_lidars_.size(); ++l) {
+    const LidarConfig& config = rig_.lidars[l];
+    if (!unaligned_lidars_[l] || config.fixed || !IsLostFromGuess(config, state_.lidars[l].T_imu_sensor))
+      continue;
+    left_out_lidars_[l] = problem_.lidar_held[l] = true;
+    line(config.name + ": left out, its planes lead far from where it started");
+  }
+}
+
 void Refinement::AdjustJointly(double until, const Progress& progress, const Line& line,
                                const std::function<void()>& after_round) {
   const std::string stage = tracks_.empty() ? "joint adjustment"
@@ -218,7 +231,9 @@ void Refinement::AdjustJointly(double until, const Progress& progress, const Lin
     const CalibrationState before = state_;
     problem_.estimate_imu_matrices =
         rig_.imu.intrinsics == ImuIntrinsicsModel::kScaleMisalignment && (round >= 2 || many);
-    Associate({}, many ? kManyPoints : kFewPoints);
+    std::vector<bool> taking_part = left_out_lidars_;
+    taking_part.flip();
+    Associate(taking_part, many ? kManyPoints : kFewPoints);
     if (!tracks_.empty() && round < kLandmarkRounds) AssociateLandmarks(progress, line);
     last_solve_ = Solve(kMostIterations);
     noise_ = MeasurePlaneNoise(problem_.planes, state_, noise_);

@@ -40,6 +40,10 @@ class Refinement {
       double until, const Progress& progress, const Line& line,
       const std::function<void()>& after_round = [] {});
 
+  // After AdjustEachLidar: from here on, LiDARs that were not aligned and whose planes lead far from their
+  // guess (guess_check.h) take no part.
+  void LeaveOutLostLidars(const Line& line);
+
   // From here on AdjustJointly also matches the cameras' photos to the LiDAR map (SPEC stages 7 and 8).
   void MatchMap();
 
@@ -60,6 +64,8 @@ class Refinement {
   const std::vector<PlaneNoise>& noise() const { return noise_; }
   const SolveSummary& last_solve() const { return last_solve_; }
   bool converged() const { return converged_; }
+  // Of each LiDAR, from LeaveOutLostLidars.
+  const std::vector<bool>& left_out_lidars() const { return left_out_lidars_; }
   const std::vector<bool>& cameras_found() const { return cameras_found_; }
   bool matched_map() const { return match_map_; }
   // Of each camera, from MeasureHeldOut; empty before.
@@ -91,6 +97,7 @@ class Refinement {
   const CancellationToken& cancellation_;
   CalibrationObserver& observer_;
   std::size_t base_lidar_;
+  std::vector<bool> unaligned_lidars_, left_out_lidars_;
   CalibrationState state_, initial_;
   JointProblem problem_;
   std::vector<ImuSigma> given_imu_sigma_;

@@ -2,18 +2,17 @@
 
 #include <sys/resource.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
 #include "mlic_core/calibration/camera_views.h"
+#include "mlic_core/calibration/guess_check.h"
 #include "mlic_core/calibration/imu_disagreement.h"
 #include "mlic_core/calibration/map_projections.h"
 #include "mlic_core/calibration/observability_limits.h"
 #include "mlic_core/calibration/refinement.h"
 #include "mlic_core/calibration/residual_summary.h"
 #include "mlic_core/calibration/snapshot.h"
-#include "mlic_core/geometry/so3.h"
 
 namespace mlic {
 namespace {
@@ -140,25 +139,11 @@ void DoubtTimesFromAzimuth(const Dataset& dataset, ObservabilityAnalysis* analys
   }
 }
 
-// Of results that lie far from what was given.
 template <typename Config>
-void WarnOfGuess(const Config& config, const SensorResult& sensor, std::vector<std::string>* warnings) {
-  constexpr double kFar = 4.0;  // sigmas of the guess
+void WarnOfGuess(const Config& config, const SensorCalibration& found, std::vector<std::string>* warnings) {
   if (!config.guess || config.fixed) return;
-  const RigidTransform& given = config.guess->T_imu_sensor;
-  const RigidTransform& found = sensor.calibration.T_imu_sensor;
-  const Eigen::Vector3d turn = Log(Eigen::Quaterniond(found.rotation * given.rotation.conjugate()));
-  const Eigen::Vector3d shift = found.translation - given.translation;
-  const double far = std::max(turn.cwiseQuotient(config.guess->sigma_rotation).cwiseAbs().maxCoeff(),
-                              shift.cwiseQuotient(config.guess->sigma_translation).cwiseAbs().maxCoeff());
-  if (far < kFar) return;
-  char text[200];
-  std::snprintf(
-      text, sizeof(text),
-      ": %.1f deg and %.2f m from the given T_imu_sensor, %.0f of its sigmas; is it the transform of "
-      "points from the sensor to the IMU?",
-      turn.norm() * 180.0 / M_PI, shift.norm(), far);
-  warnings->push_back(sensor.name + text);
+  const std::string warning = DescribeIfFarFromGuess(*config.guess, found.T_imu_sensor);
+  if (!warning.empty()) warnings->push_back(config.name + ": " + warning);
 }
 
 // Of sensors whose scans do not keep one time offset to the IMU.
@@ -205,10 +190,11 @@ void JudgeImuAgreement(const Dataset& dataset, const Refinement& refinement, Cal
 
 // Every pair whose sensors are shown, and those that their own data tie to each other.
 std::vector<PairResult> MakePairs(const std::vector<Sensor>& sensors, const std::vector<bool>& shown,
-                                  const ObservabilityAnalysis& analysis) {
+                                  const std::vector<bool>& left_out, const ObservabilityAnalysis& analysis) {
   std::vector<PairResult> pairs;
   for (std::size_t a = 0; a < sensors.size(); ++a) {
     for (std::size_t b = a + 1; b < sensors.size(); ++b) {
+      if ((a < left_out.size() && left_out[a]) || (b < left_out.size() && left_out[b])) continue;
       const auto sigmas = [&](const Eigen::MatrixXd& from) {
         Eigen::Matrix<double, 14, 14> both;
         both << from.block<7, 7>(7 * a, 7 * a), from.block<7, 7>(7 * a, 7 * b),
@@ -252,8 +238,12 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Refinement& re
   std::vector<bool> shown;
   for (std::size_t s = 0; s < sensors.size(); ++s) {
     const bool lost = s >= lidars && !found[s - lidars];
-    const auto reasons =
-        lost || sensors[s].fixed ? std::vector<std::string>() : Judge(sensors[s], analysis.sensors[s]);
+    std::vector<std::string> reasons;
+    if (s < lidars && refinement.left_out_lidars()[s]) {
+      reasons = {WhyLeftOut(rig.lidars[s])};
+    } else if (!lost && !sensors[s].fixed) {
+      reasons = Judge(sensors[s], analysis.sensors[s]);
+    }
     shown.push_back(!lost && reasons.empty());
     result->reasons.insert(result->reasons.end(), reasons.begin(), reasons.end());
   }
@@ -272,17 +262,17 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Refinement& re
     if (!shown[s]) continue;
     result->sensors.push_back(MakeSensor(sensors[s], analysis, s));
     if (s < lidars) {
-      WarnOfGuess(rig.lidars[s], result->sensors.back(), &result->warnings);
+      WarnOfGuess(rig.lidars[s], result->sensors.back().calibration, &result->warnings);
       continue;
     }
     const std::size_t c = s - lidars;
-    WarnOfGuess(rig.cameras[c], result->sensors.back(), &result->warnings);
+    WarnOfGuess(rig.cameras[c], result->sensors.back().calibration, &result->warnings);
     AddIntrinsics(state.cameras[c], analysis.cameras[c], &result->sensors.back());
     const std::vector<HeldOutMatches>& held_out = refinement.held_out_errors();
     if (c < held_out.size() && held_out[c].count > 0) result->sensors.back().held_out = held_out[c];
   }
   result->initial_sensors = InitialSensors(rig, refinement.initial(), shown);
-  result->pairs = MakePairs(sensors, shown, analysis);
+  result->pairs = MakePairs(sensors, shown, refinement.left_out_lidars(), analysis);
   result->imu = state.Imu(0);
   result->gravity = kGravity;
   for (std::size_t d = 0; d < state.drives.size(); ++d) {

@@ -270,11 +270,14 @@ AngularRateAlignment AlignAngularRates(const std::vector<ImuSample>& imu, const 
     State start{peaks[i].time_offset, peaks[i].R_imu_lidar, Eigen::Vector3d::Zero()};
     if (guess && !R_guess) start.R_imu_lidar = guess->R_imu_lidar;
     const Refined refined = Refine(problem, start, guess);
-    if (refined.system.poses == 0) continue;
+    // What runs away from all peaks has found nothing.
+    if (refined.system.poses == 0 || std::abs(refined.state.time_offset) > 1.5 * kLargestOffset) continue;
     if (!best || refined.system.sigma < best->system.sigma) best = refined;
   }
   if (!best) {
-    result.failure = "no part of the odometry of 2 s is covered by the IMU without gaps";
+    result.failure =
+        "no time offset up to 1 s fits the odometry to the gyroscope, or no part of it of 2 s is covered by "
+        "the IMU without gaps";
     return result;
   }
   result.valid = true;

@@ -66,7 +66,8 @@ auto Members(AngularRateAlignment& alignment) {
 
 auto Members(DriveOdometry& odometry) { return std::tie(odometry.lidars, odometry.alignments); }
 auto Members(Initialization& start) {
-  return std::tie(start.state, start.imu_sigma, start.base_lidar, start.problems, start.notes);
+  return std::tie(start.state, start.imu_sigma, start.base_lidar, start.unaligned, start.problems,
+                  start.notes);
 }
 
 auto Members(HeldCameraParameters& held) {

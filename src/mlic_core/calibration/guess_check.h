@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+
+#include "mlic_core/sensors/rig.h"
+
+namespace mlic {
+
+// What a result says of the guess that it started from.
+
+// A LiDAR whose odometry told nothing starts from its guess alone. Planes pull it in from nearby, but from
+// afar they may tie it to the wrong ones, and then they pull the other LiDARs with it: true where it has no
+// guess or has moved more than two of the guess' sigmas away from it.
+bool IsLostFromGuess(const LidarConfig& config, const RigidTransform& T_imu_lidar);
+
+// One line for people why such a LiDAR was left out.
+std::string WhyLeftOut(const LidarConfig& config);
+
+// Empty, or a warning where the result is more than four of the guess' sigmas away from it.
+std::string DescribeIfFarFromGuess(const ExtrinsicGuess& guess, const RigidTransform& T_imu_sensor);
+
+}  // namespace mlic
