@@ -33,8 +33,9 @@ bool IsLostFromGuess(const LidarConfig& config, const RigidTransform& T_imu_lida
 
 std::string WhyLeftOut(const LidarConfig& config) {
   return config.name + ": its odometry does not agree with the gyroscope and " +
-         (config.guess ? "its planes lead far from the given T_imu_sensor; give a better one"
-                       : "the rig file gives no T_imu_sensor to start from; give one") +
+         (config.guess
+              ? "its planes do not tie it to the others from the given T_imu_sensor; give a better one"
+              : "the rig file gives no T_imu_sensor to start from; give one") +
          ", or leave it out by enabled: false";
 }
 

@@ -13,7 +13,7 @@ namespace mlic {
 // guess or has moved more than two of the guess' sigmas away from it.
 bool IsLostFromGuess(const LidarConfig& config, const RigidTransform& T_imu_lidar);
 
-// One line for people why such a LiDAR was left out.
+// One line for people why such a LiDAR is refused.
 std::string WhyLeftOut(const LidarConfig& config);
 
 // Empty, or a warning where the result is more than four of the guess' sigmas away from it.

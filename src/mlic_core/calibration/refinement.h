@@ -64,6 +64,8 @@ class Refinement {
   const std::vector<PlaneNoise>& noise() const { return noise_; }
   const SolveSummary& last_solve() const { return last_solve_; }
   bool converged() const { return converged_; }
+  // Of each LiDAR: see Initialization.
+  const std::vector<bool>& unaligned_lidars() const { return unaligned_lidars_; }
   // Of each LiDAR, from LeaveOutLostLidars.
   const std::vector<bool>& left_out_lidars() const { return left_out_lidars_; }
   const std::vector<bool>& cameras_found() const { return cameras_found_; }

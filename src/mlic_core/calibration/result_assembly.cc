@@ -139,6 +139,13 @@ void DoubtTimesFromAzimuth(const Dataset& dataset, ObservabilityAnalysis* analys
   }
 }
 
+// A LiDAR that was not aligned and came to rest where its scans contradict the trajectory.
+bool DoesNotFit(const Refinement& refinement, std::size_t lidar) {
+  constexpr double kExcess = 2.0;
+  return refinement.unaligned_lidars()[lidar] && !refinement.stamp_errors().empty() &&
+         refinement.stamp_errors()[lidar].excess > kExcess;
+}
+
 template <typename Config>
 void WarnOfGuess(const Config& config, const SensorCalibration& found, std::vector<std::string>* warnings) {
   if (!config.guess || config.fixed) return;
@@ -188,13 +195,14 @@ void JudgeImuAgreement(const Dataset& dataset, const Refinement& refinement, Cal
   (found->ratio > kTooMuch ? result->reasons : result->warnings).push_back(text);
 }
 
-// Every pair whose sensors are shown, and those that their own data tie to each other.
+// Every pair whose sensors are shown, and those that their own data tie to each other. lost: of each sensor,
+// its place rests on nothing.
 std::vector<PairResult> MakePairs(const std::vector<Sensor>& sensors, const std::vector<bool>& shown,
-                                  const std::vector<bool>& left_out, const ObservabilityAnalysis& analysis) {
+                                  const std::vector<bool>& lost, const ObservabilityAnalysis& analysis) {
   std::vector<PairResult> pairs;
   for (std::size_t a = 0; a < sensors.size(); ++a) {
     for (std::size_t b = a + 1; b < sensors.size(); ++b) {
-      if ((a < left_out.size() && left_out[a]) || (b < left_out.size() && left_out[b])) continue;
+      if (lost[a] || lost[b]) continue;
       const auto sigmas = [&](const Eigen::MatrixXd& from) {
         Eigen::Matrix<double, 14, 14> both;
         both << from.block<7, 7>(7 * a, 7 * a), from.block<7, 7>(7 * a, 7 * b),
@@ -235,16 +243,15 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Refinement& re
   const std::vector<Sensor> sensors = AllSensors(rig, state);
   const std::size_t lidars = state.lidars.size();
   const std::vector<bool>& found = refinement.cameras_found();
-  std::vector<bool> shown;
+  std::vector<bool> shown, lost;
   for (std::size_t s = 0; s < sensors.size(); ++s) {
-    const bool lost = s >= lidars && !found[s - lidars];
+    const bool is_lidar = s < lidars;
+    lost.push_back(is_lidar ? refinement.left_out_lidars()[s] || DoesNotFit(refinement, s)
+                            : !found[s - lidars]);
     std::vector<std::string> reasons;
-    if (s < lidars && refinement.left_out_lidars()[s]) {
-      reasons = {WhyLeftOut(rig.lidars[s])};
-    } else if (!lost && !sensors[s].fixed) {
-      reasons = Judge(sensors[s], analysis.sensors[s]);
-    }
-    shown.push_back(!lost && reasons.empty());
+    if (is_lidar && lost[s]) reasons = {WhyLeftOut(rig.lidars[s])};
+    if (!lost[s] && !sensors[s].fixed) reasons = Judge(sensors[s], analysis.sensors[s]);
+    shown.push_back(!lost[s] && reasons.empty());
     result->reasons.insert(result->reasons.end(), reasons.begin(), reasons.end());
   }
   if (lidars > 0 && refinement.problem().planes[0].planes.size() < 20) {
@@ -272,7 +279,7 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Refinement& re
     if (c < held_out.size() && held_out[c].count > 0) result->sensors.back().held_out = held_out[c];
   }
   result->initial_sensors = InitialSensors(rig, refinement.initial(), shown);
-  result->pairs = MakePairs(sensors, shown, refinement.left_out_lidars(), analysis);
+  result->pairs = MakePairs(sensors, shown, lost, analysis);
   result->imu = state.Imu(0);
   result->gravity = kGravity;
   for (std::size_t d = 0; d < state.drives.size(); ++d) {
