@@ -37,6 +37,26 @@ TEST(TimeWindows, PutPointsBackWhereTheyAreSeenMost) {
   EXPECT_EQ(merged[1].position.x(), 3.0);
 }
 
+// Images at 10 Hz, exactly as far apart as a stretch is long.
+TEST(TimeWindows, DoNotDependOnTheRoundingOfAnOffset) {
+  LandmarkSet set;
+  set.begin = {0};
+  for (int p = 0; p < 50; ++p) {
+    set.points.emplace_back();
+    for (const int image : {p, p + 100}) {
+      set.observations.push_back({0, 1.0f, 0.037 + 0.1 * image, Eigen::Vector2d::Zero()});
+    }
+    set.begin.push_back(set.observations.size());
+  }
+  CalibrationState state = TwoLidarsAndACamera();
+  Random random(1);
+  for (int i = 0; i < 100; ++i) {
+    state.cameras[0].sensor.time_offset = 1e-2 * random.Normal();
+    std::vector<std::size_t> origins;
+    EXPECT_EQ(SplitPoints(set, state, 10.0, &origins).points.size(), 50u);
+  }
+}
+
 TEST(TimeWindows, KeepPointsOnTheMapWholeWithTheirLidarSight) {
   LandmarkSet set;
   set.points.resize(3);

@@ -11,6 +11,10 @@ namespace {
 // One sight of a point says nothing about anything else.
 constexpr std::size_t kFewestOfPoint = 2;
 
+// Images come at regular times: what is just so long apart must not change sides with the rounding of a clock
+// offset, or the landmarks would be others in every round.
+constexpr double kRounding = 1e-4;  // s
+
 // What is seen of a landmark from `start` on (IMU clock): observations by their index, in their old order.
 struct Stretch {
   std::size_t landmark;
@@ -31,7 +35,7 @@ std::vector<Stretch> CutByTime(const LandmarkSet& points, std::size_t landmark, 
   std::sort(starts.begin(), starts.end());
   std::size_t kept = 0;
   for (const double t : starts) {
-    if (kept == 0 || t > starts[kept - 1] + longest) starts[kept++] = t;
+    if (kept == 0 || t > starts[kept - 1] + longest + kRounding) starts[kept++] = t;
   }
   starts.resize(kept);
   std::vector<Stretch> stretches;
