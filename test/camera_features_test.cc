@@ -174,7 +174,7 @@ TEST(TrackRefinement, IsFarBetterThanTheFeaturesAndSaysHowGood) {
     const std::vector<Keyframe> keyframes = {{0, 0, 0.0}, {0, 1, 0.1}};
     const TrackSet raw = TracksOfFeatures(keyframes, features, joined);
     const MemoryImages images({first, second});
-    const TrackSet refined = RefineTracks(raw, joined, features, {&images}, nullptr, {});
+    const TrackSet refined = RefineTracks(raw, joined, features, {&images}, {}, {});
     const auto rms = [&](const TrackSet& set, double* normalised) {
       double sum = 0.0, whitened = 0.0;
       int count = 0;
@@ -224,7 +224,7 @@ TEST(TrackRefinement, DoubtsPatchesOfTwoSurfaces) {
     const TrackSet raw = TracksOfFeatures({{0, 0, 0.0}, {0, 1, 0.1}}, features, joined);
     double sum = 0.0;
     int count = 0;
-    for (const Track& track : RefineTracks(raw, joined, features, {&images}, nullptr, {}).tracks) {
+    for (const Track& track : RefineTracks(raw, joined, features, {&images}, {}, {}).tracks) {
       const auto &a = track.observations[0], &b = track.observations[1];
       const Eigen::Vector2d error = OfStripes(b.pixel.cast<double>(), step) - a.pixel.cast<double>();
       if (error.norm() > 3.0) continue;

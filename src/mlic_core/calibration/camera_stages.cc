@@ -18,7 +18,7 @@ const FeatureMatcher& Matcher(const CalibrationOptions& options) {
 std::vector<TrackedCamera> Cameras(const Drive& drive, const std::vector<CameraIntrinsics>& intrinsics) {
   std::vector<TrackedCamera> cameras;
   for (std::size_t c = 0; c < drive.cameras.size(); ++c) {
-    cameras.push_back({&drive.cameras[c], intrinsics[c]});
+    cameras.push_back({&drive.cameras[c], intrinsics[c], 0.0});
   }
   return cameras;
 }
@@ -117,7 +117,8 @@ std::vector<TrackSet> SharedTrackStage(const StageContext& context, const Calibr
   std::vector<CameraIntrinsics> intrinsics;
   for (const CameraCalibration& camera : state.cameras) intrinsics.push_back(camera.intrinsics);
   const auto tracks = ForEveryDrive<TrackSet>(context, "shared_tracks", &stage, [&](std::size_t d) {
-    const auto cameras = Cameras(context.dataset.drives[d], intrinsics);
+    auto cameras = Cameras(context.dataset.drives[d], intrinsics);
+    for (std::size_t c = 0; c < cameras.size(); ++c) cameras[c].readout = state.cameras[c].readout;
     const SplitSpline& trajectory = state.drives[d].trajectory;
     const CameraPose pose = [&](int camera, double time) -> std::optional<RigidTransform> {
       const SensorCalibration& sensor = state.cameras[camera].sensor;

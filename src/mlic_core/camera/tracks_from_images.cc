@@ -90,9 +90,10 @@ std::optional<std::vector<PredictedView>> PredictViews(const std::vector<Tracked
   if (!predicted_pose) return std::nullopt;
   std::vector<PredictedView> views;
   for (const Keyframe& keyframe : keyframes) {
-    const auto pose = predicted_pose(keyframe.camera, keyframe.time);
+    const TrackedCamera& camera = cameras[keyframe.camera];
+    const auto pose = predicted_pose(keyframe.camera, keyframe.time + 0.5 * camera.readout);
     if (!pose) return std::nullopt;
-    views.push_back({*pose, &cameras[keyframe.camera].intrinsics});
+    views.push_back({*pose, &camera.intrinsics});
   }
   return views;
 }
@@ -223,9 +224,18 @@ TrackSet TracksFromMatches(const std::vector<TrackedCamera>& cameras, const Imag
   }
   std::vector<const ImageSource*> images;
   for (const TrackedCamera& camera : cameras) images.push_back(camera.recording->images.get());
-  const auto views = PredictViews(cameras, features.keyframes, predicted_pose);
-  return RefineTracks(selected, selected_features, features.features, images, views ? &*views : nullptr,
-                      options.refinement, watch.cancellation);
+  ViewOfRow view;
+  if (predicted_pose) {
+    view = [&](const Keyframe& keyframe, double row) -> std::optional<PredictedView> {
+      const TrackedCamera& camera = cameras[keyframe.camera];
+      const double delay = row / camera.intrinsics.height * camera.readout;
+      const auto pose = predicted_pose(keyframe.camera, keyframe.time + delay);
+      if (!pose) return std::nullopt;
+      return PredictedView{*pose, &camera.intrinsics};
+    };
+  }
+  return RefineTracks(selected, selected_features, features.features, images, view, options.refinement,
+                      watch.cancellation);
 }
 
 TrackSet FindTracks(const std::vector<TrackedCamera>& cameras, const VehiclePose& vehicle_pose,

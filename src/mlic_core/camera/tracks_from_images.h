@@ -21,9 +21,10 @@ namespace mlic {
 struct TrackedCamera {
   const CameraRecording* recording = nullptr;
   CameraIntrinsics intrinsics;
+  double readout = 0.0;  // s, as far as known; 0 for global shutters
 };
 
-// Predicted T_map_camera at a stamp of the camera's clock; nothing where not known.
+// Predicted T_map_camera at a time of the camera's clock; nothing where not known.
 using CameraPose = std::function<std::optional<RigidTransform>(int camera, double time)>;
 
 struct TrackingOptions {

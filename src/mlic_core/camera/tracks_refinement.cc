@@ -31,12 +31,12 @@ Eigen::Matrix2f WarpOfFeatures(const FeatureSet& a, int feature_a, int level_a, 
 class Refinement {
  public:
   Refinement(const TrackSet& tracks, const std::vector<FeatureTrack>& feature_tracks,
-             const std::vector<FeatureSet>& features, const std::vector<PredictedView>* views,
+             const std::vector<FeatureSet>& features, const ViewOfRow& view,
              const TrackRefinementOptions& options)
       : tracks_(tracks),
         feature_tracks_(feature_tracks),
         features_(features),
-        views_(views),
+        view_(view),
         options_(options) {
     patches_.resize(tracks.tracks.size());
     of_keyframe_.resize(tracks.keyframes.size());
@@ -73,7 +73,7 @@ class Refinement {
       if (i == reference) continue;
       alignments[i] = fixed->Align(patches_[t][i], patches_[t][i].feature, Warp(t, reference, i));
     }
-    if (fixed && views_ != nullptr) Bend(t, reference, *fixed, &alignments);
+    if (fixed && view_) Bend(t, reference, *fixed, &alignments);
     std::vector<float> sigmas;
     std::size_t place_of_reference = 0;
     for (std::size_t i = 0; i < observations.size(); ++i) {
@@ -101,8 +101,10 @@ class Refinement {
                           features_[b.keyframe], b.feature, patches_[t][i].level);
   }
 
-  const PredictedView& View(std::size_t t, std::size_t i) const {
-    return (*views_)[tracks_.tracks[t].observations[i].keyframe];
+  // While the row with the feature is exposed.
+  std::optional<PredictedView> View(std::size_t t, std::size_t i) const {
+    const TrackObservation& o = tracks_.tracks[t].observations[i];
+    return view_(tracks_.keyframes[o.keyframe], o.pixel.y());
   }
   Eigen::Vector2d Pixel(std::size_t t, std::size_t i, const Eigen::Vector2f& in_patch) const {
     const Patch& patch = patches_[t][i];
@@ -112,36 +114,41 @@ class Refinement {
   // Aligns again with the bend that the piece of surface has in each view, where it can be told.
   void Bend(std::size_t t, std::size_t reference, const PatchTemplate& fixed,
             std::vector<std::optional<PatchAlignment>>* alignments) const {
+    std::vector<std::optional<PredictedView>> views(alignments->size());
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      if (i == reference || (*alignments)[i]) views[i] = View(t, i);
+    }
+    if (!views[reference]) return;
     const auto middle = Eigen::Vector2f::Constant(static_cast<float>(Patch::kHalf));
-    const auto point = Triangulate(t, reference, *alignments);
+    const auto point = Triangulate(t, reference, *alignments, views);
     if (!point) return;
-    auto piece = SurfacePiece::Make(View(t, reference), Pixel(t, reference, middle), *point);
+    auto piece = SurfacePiece::Make(*views[reference], Pixel(t, reference, middle), *point);
     if (!piece) return;
     const int level = patches_[t][reference].level;
     for (std::size_t i = 0; i < alignments->size(); ++i) {
       const auto& aligned = (*alignments)[i];
-      if (!aligned || aligned->correlation < options_.least_correlation) continue;
+      if (!views[i] || !aligned || aligned->correlation < options_.least_correlation) continue;
       // A place told to sigma by pixels up to the radius away tells the affine part by so much.
       const double sigma = std::hypot(0.02, aligned->sigma / (0.5 * options_.radius));
       const double zoom = std::ldexp(1.0, patches_[t][i].level - level);
-      piece->AddWarp(View(t, i), zoom * aligned->affine.cast<double>(), sigma);
+      piece->AddWarp(*views[i], zoom * aligned->affine.cast<double>(), sigma);
     }
     piece->EstimateSlant();
     for (std::size_t i = 0; i < alignments->size(); ++i) {
       auto& aligned = (*alignments)[i];
-      if (!aligned) continue;
-      const auto bend = piece->BendInto(View(t, i), level, options_.radius);
+      if (!views[i] || !aligned) continue;
+      const auto bend = piece->BendInto(*views[i], level, options_.radius);
       if (bend) aligned = fixed.Align(patches_[t][i], aligned->pixel, aligned->affine, *bend);
     }
   }
 
-  std::optional<Eigen::Vector3d> Triangulate(
-      std::size_t t, std::size_t reference,
-      const std::vector<std::optional<PatchAlignment>>& alignments) const {
+  std::optional<Eigen::Vector3d> Triangulate(std::size_t t, std::size_t reference,
+                                             const std::vector<std::optional<PatchAlignment>>& alignments,
+                                             const std::vector<std::optional<PredictedView>>& views) const {
     std::vector<BearingObservation> sights;
     for (std::size_t i = 0; i < alignments.size(); ++i) {
-      if (i != reference && !alignments[i]) continue;
-      const PredictedView& view = View(t, i);
+      if (!views[i]) continue;
+      const PredictedView& view = *views[i];
       const Eigen::Vector2f in_patch = i == reference ? patches_[t][i].feature : alignments[i]->pixel;
       BearingObservation sight;
       if (!Unproject(*view.intrinsics, Pixel(t, i, in_patch), &sight.direction)) continue;
@@ -171,7 +178,7 @@ class Refinement {
   const TrackSet& tracks_;
   const std::vector<FeatureTrack>& feature_tracks_;
   const std::vector<FeatureSet>& features_;
-  const std::vector<PredictedView>* views_;  // of each keyframe; null: not predicted
+  const ViewOfRow& view_;  // may be empty
   const TrackRefinementOptions& options_;
   std::vector<std::vector<Patch>> patches_;                                    // of each observation
   std::vector<std::vector<std::pair<std::size_t, std::size_t>>> of_keyframe_;  // track and observation
@@ -181,12 +188,10 @@ class Refinement {
 
 TrackSet RefineTracks(const TrackSet& tracks, const std::vector<FeatureTrack>& feature_tracks,
                       const std::vector<FeatureSet>& features, const std::vector<const ImageSource*>& images,
-                      const std::vector<PredictedView>* views, const TrackRefinementOptions& options,
+                      const ViewOfRow& view, const TrackRefinementOptions& options,
                       const CancellationToken* cancellation) {
   Check(tracks.tracks.size() == feature_tracks.size(), "RefineTracks: one feature track for each track");
-  Check(views == nullptr || views->size() == tracks.keyframes.size(),
-        "RefineTracks: one view for each keyframe");
-  Refinement refinement(tracks, feature_tracks, features, views, options);
+  Refinement refinement(tracks, feature_tracks, features, view, options);
   ParallelFor(tracks.keyframes.size(), [&](std::size_t k) {
     if (!refinement.Uses(k)) return;
     if (cancellation != nullptr) cancellation->ThrowIfCancelled();

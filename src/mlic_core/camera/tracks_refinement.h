@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+#include <optional>
 #include <vector>
 
 #include "mlic_core/camera/features.h"
@@ -28,13 +30,16 @@ struct TrackRefinementOptions {
   double prediction_error = 3e-3;  // rad, of bearings by predicted views
 };
 
+// Predicted, while a row of a keyframe is exposed; nothing where not known.
+using ViewOfRow = std::function<std::optional<PredictedView>(const Keyframe& keyframe, double row)>;
+
 // images: of each camera. feature_tracks[i] are the features of tracks.tracks[i]'s observations. Images are
 // read one at a time for each thread; of each only the patches are kept. Observations that do not fit are
-// dropped, and then tracks with fewer than two left. views: predicted, of each keyframe; where given, patches
-// are bent as perspective and lenses bend them.
+// dropped, and then tracks with fewer than two left. view: may be empty; else patches are bent as perspective
+// and lenses bend them.
 TrackSet RefineTracks(const TrackSet& tracks, const std::vector<FeatureTrack>& feature_tracks,
                       const std::vector<FeatureSet>& features, const std::vector<const ImageSource*>& images,
-                      const std::vector<PredictedView>* views, const TrackRefinementOptions& options,
+                      const ViewOfRow& view, const TrackRefinementOptions& options,
                       const CancellationToken* cancellation = nullptr);
 
 }  // namespace mlic
