@@ -19,6 +19,7 @@ constexpr double kFrozen = 0.1;                         // s
 constexpr std::size_t kFewestFrozen = 5;                // samples in a row
 constexpr std::size_t kFewestSaturated = 20;
 constexpr std::size_t kFewestLevels = 50;  // of different values: fewer are no sensor's
+constexpr double kLeastSpread = 0.01;      // rad/s, m/s^2: below it, rounding alone makes the levels
 
 template <typename Norm>
 std::vector<double> Norms(const std::vector<StampedImu>& samples, const Norm& norm) {
@@ -77,7 +78,8 @@ void FindSaturated(const std::vector<StampedImu>& samples, const std::function<d
                    std::vector<bool>* saturated) {
   std::map<double, std::size_t> counts;
   for (std::size_t i = 0; i < samples.size(); ++i) ++counts[value(i)];
-  if (counts.size() < kFewestLevels) return;
+  const double spread = counts.rbegin()->first - counts.begin()->first;
+  if (counts.size() < kFewestLevels || spread < kLeastSpread) return;
   const auto is_limit = [](std::size_t at, std::size_t next) {
     return at >= kFewestSaturated && at > 5 * next;
   };
