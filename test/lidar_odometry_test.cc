@@ -1,11 +1,13 @@
 #include <gtest/gtest.h>
 
+#include "mlic_core/common/error.h"
 #include "mlic_core/common/random.h"
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/lidar/deskew.h"
 #include "mlic_core/lidar/odometry.h"
 #include "mlic_core/lidar/scan_filter.h"
 #include "mlic_core/lidar/voxel_hash_map.h"
+#include "mlic_sim/lidar_scanner.h"
 #include "mlic_sim/simulation.h"
 
 namespace mlic {
@@ -123,6 +125,57 @@ TEST(LidarOdometry, TheGyroscopeMakesItMorePrecise) {
   EXPECT_LT(with.rotation, 0.5 * without.rotation);
   EXPECT_LT(with.rotation, 0.03 * kDegree);
   EXPECT_LT(with.translation, 0.006);
+}
+
+// A trajectory that stands still at first and then sets out within a second.
+class SettingOut : public sim::Trajectory {
+ public:
+  SettingOut(std::unique_ptr<sim::Trajectory> motion, double standing)
+      : motion_(std::move(motion)), standing_(standing) {}
+  RigidTransform PoseAt(double time) const override {
+    const double after = std::max(0.0, time - standing_);
+    return motion_->PoseAt(after < 1.0 ? 0.5 * after * after : after - 0.5);
+  }
+  sim::MotionState StateAt(double) const override { throw InternalError("not needed"); }
+
+ private:
+  std::unique_ptr<sim::Trajectory> motion_;
+  double standing_;  // s
+};
+
+// A sparse LiDAR that stands for a while: its map must not fill with the same few lines.
+TEST(LidarOdometry, SetsOutAfterAStand) {
+  constexpr double kStanding = 8.0, kPeriod = 0.1;
+  sim::LidarModel model;
+  model.rings = 16;
+  model.vertical_fov_deg[0] = -15.0;
+  model.vertical_fov_deg[1] = 15.0;
+  model.range_noise = 0.03;
+  const SettingOut trajectory(sim::MakeTrajectory(sim::Scenario::kHandheld, 48, 20.0, RigidTransform()),
+                              kStanding);
+  const auto world = sim::MakeHall();
+  const std::vector<sim::Firing> firings = sim::MakeScanPattern(model, 0);
+  LidarRecording recording;
+  for (int i = 0; i < 110; ++i) {
+    LidarScan scan;
+    scan.time = i * kPeriod;
+    for (const sim::SimulatedPoint& simulated :
+         sim::CastScan(*world, trajectory, RigidTransform(), model, firings, scan.time, true, Random(i))) {
+      if (!simulated.returned) continue;
+      LidarPoint point;
+      point.position = simulated.position;
+      point.time = static_cast<float>(simulated.time);
+      scan.points.push_back(point);
+    }
+    FilterScan(scan);
+    recording.scans.push_back(std::move(scan));
+  }
+  const OdometryResult result = RunOn(recording);
+  const RigidTransform truth =
+      trajectory.PoseAt(result.poses.front().time).Inverse() * trajectory.PoseAt(result.poses.back().time);
+  const RigidTransform& end = result.poses.back().pose;
+  EXPECT_LT((end.translation - truth.translation).norm(), 0.05);
+  EXPECT_LT(AngleBetween(end.rotation, truth.rotation), 0.5 * kDegree);
 }
 
 // An IMU that starts late, and one that was lost for a while.

@@ -19,6 +19,8 @@ constexpr double kMostNoise = 0.1;        // m
 constexpr double kGyroscopeSigma = 3e-3;  // rad, over one scan period
 constexpr double kFarthestSearch = 2.0;   // m
 constexpr std::size_t kPruneEvery = 50;   // scans
+constexpr double kNewPlace = 0.02;        // m
+constexpr double kNewDirection = 4e-3;    // rad
 
 // The points of a scan with times after its middle.
 struct PreparedScan {
@@ -97,7 +99,7 @@ class Odometry {
       pose.residual_rms = result.residual_rms;
       pose.inlier_share = result.inlier_share;
       Learn(prior, result);
-      AddToMap(scan, MotionDuring(state_, prior, scan.half_span));
+      if (IsNewView()) AddToMap(scan, MotionDuring(state_, prior, scan.half_span));
     }
     pose.pose = state_.pose;
     last_middle_ = scan.middle;
@@ -157,7 +159,15 @@ class Odometry {
     }
   }
 
+  // Scans from one place hold the same few lines of a sparse LiDAR over and over. A map full of them, as
+  // after a stand of seconds, would hold the pose back when the LiDAR starts to move.
+  bool IsNewView() const {
+    return (state_.pose.translation - last_added_.translation).norm() > kNewPlace ||
+           AngleBetween(state_.pose.rotation, last_added_.rotation) > kNewDirection;
+  }
+
   void AddToMap(const PreparedScan& scan, const ScanMotion& motion) {
+    last_added_ = state_.pose;
     std::vector<Eigen::Vector3d> in_odom;
     in_odom.reserve(scan.points.size());
     const Eigen::Matrix3d matrix = state_.pose.rotation.toRotationMatrix();
@@ -165,17 +175,17 @@ class Odometry {
       in_odom.push_back(matrix * motion.ToMiddle(point.position, point.time) + state_.pose.translation);
     }
     map_.Add(in_odom);
-    if (scans_ % kPruneEvery == kPruneEvery - 1)
-      map_.RemoveFarFrom(state_.pose.translation, 3.0 * usual_range_ + 20.0);
+    if (++added_ % kPruneEvery == 0) map_.RemoveFarFrom(state_.pose.translation, 3.0 * usual_range_ + 20.0);
   }
 
   double usual_range_;
   const RotationBetween& rotation_between_;
   VoxelHashMap map_;
   MotionState state_;
+  RigidTransform last_added_;  // pose of the last scan that went into the map
   double last_middle_ = 0.0;
   double last_interval_ = 0.1;
-  std::size_t scans_ = 0;
+  std::size_t scans_ = 0, added_ = 0;
   double noise_ = 0.05;
   RunningError rotation_error_{0.05, 2e-3};    // rad, of the prediction
   RunningError translation_error_{0.3, 0.02};  // m, of the prediction
