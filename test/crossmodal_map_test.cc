@@ -181,6 +181,47 @@ TEST(IntensityMap, LeavesOutWhatMoved) {
   EXPECT_GT(still.points.size(), everything.points.size() - visitors(everything) * 11 / 10);
 }
 
+// Off the faces of the map's voxels.
+constexpr double kWall = 12.04;
+double FromWindow(double y) { return std::abs(y - 0.06 - 2.0 * std::round(0.5 * (y - 0.06))); }
+
+// A facade with windows of 1 m every 2 m, 14 cm deep, seen from the right and the left. Their sides send
+// nothing back.
+std::vector<MapReturn> Facade() {
+  Random random(11);
+  std::vector<MapReturn> returns;
+  for (int i = 0; i < 150000; ++i) {
+    const Vector3d origin(0.0, random.Uniform(-4.0, 4.0), 0.0);
+    const Vector3d target(kWall, random.Uniform(-5.0, 5.0), random.Uniform(-1.0, 1.0));
+    const Vector3d behind = origin + (kWall + 0.14) / kWall * (target - origin);
+    const bool glass = FromWindow(target.y()) < 0.5;
+    if (glass && FromWindow(behind.y()) > 0.5) continue;
+    returns.push_back(ReturnOf({origin, glass ? behind : target, Vector3d::UnitX(), glass ? 0.15 : 0.6}, 0,
+                               1e-4 * i, 0.02, random));
+  }
+  return returns;
+}
+
+// Where a voxel holds the wall and the glass, its points are those of the two beside them.
+TEST(IntensityMap, KnowsSurfacesUpToTheirEdges) {
+  const IntensityMap map = BuildIntensityMap(Facade(), {});
+  double near = 0.0, planes = 0.0, sum[2] = {}, count[2] = {}, all[2] = {}, all_count[2] = {};
+  for (const SurfacePoint& p : map.points) {
+    const int glass = p.position.x() > kWall + 0.07;
+    all[glass] += p.intensity, all_count[glass] += 1.0;
+    if (std::abs(FromWindow(p.position.y()) - 0.5) > 0.06) continue;
+    near += 1.0, planes += p.normal.isZero() ? 0.0 : 1.0;
+    sum[glass] += p.intensity, count[glass] += 1.0;
+  }
+  ASSERT_GT(near, 10000.0);
+  EXPECT_GT(planes / near, 0.9);
+  for (int glass = 0; glass < 2; ++glass) {
+    EXPECT_NEAR(sum[glass] / count[glass], all[glass] / all_count[glass],
+                0.03 * all[glass] / all_count[glass])
+        << "a frame around windows, seen at " << (glass ? "the glass" : "the wall");
+  }
+}
+
 TEST(Renderer, ShowsNoFarPointsBetweenNearOnes) {
   // A board at 4 m with points every 4 cm before a wall at 8 m with points every 2 cm.
   Random random(9);

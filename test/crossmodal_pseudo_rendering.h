@@ -63,7 +63,8 @@ inline RenderedStructure PseudoRendering(const sim::World& world, const CameraIn
       raw.range.at<float>(v, u) = static_cast<float>(hit->range + error);
     }
   });
-  // Points are drawn larger than a pixel: the nearest of the neighbours wins where it is much nearer.
+  // Points are drawn larger than a pixel: the nearest of the neighbours wins where it is much nearer, unless
+  // it is of the same plane (a floor seen at a slant is drawn where it is).
   RenderedStructure out{raw.intensity.clone(), raw.points.clone(), raw.normals.clone(), raw.range.clone()};
   for (int v = 1; options.splat && v + 1 < height; ++v) {
     for (int u = 1; u + 1 < width; ++u) {
@@ -71,6 +72,8 @@ inline RenderedStructure PseudoRendering(const sim::World& world, const CameraIn
         const int y = v + k / 3 - 1, x = u + k % 3 - 1;
         const float range = raw.range.at<float>(y, x), current = out.range.at<float>(v, u);
         if (!(range > 0.0f) || (current > 0.0f && range > 0.97f * current)) continue;
+        const cv::Vec3f off = raw.points.at<cv::Vec3f>(y, x) - raw.points.at<cv::Vec3f>(v, u);
+        if (current > 0.0f && std::abs(raw.normals.at<cv::Vec3f>(v, u).dot(off)) < 0.03f) continue;
         out.intensity.at<float>(v, u) = raw.intensity.at<float>(y, x);
         out.points.at<cv::Vec3f>(v, u) = raw.points.at<cv::Vec3f>(y, x);
         out.normals.at<cv::Vec3f>(v, u) = raw.normals.at<cv::Vec3f>(y, x);

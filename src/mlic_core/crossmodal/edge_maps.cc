@@ -10,7 +10,6 @@ namespace mlic {
 namespace {
 
 constexpr int kChannels = StructureImage::kChannels;
-constexpr int kStepWidth = 5;  // px, around a step of depth that is not trusted
 // A step of depth counts half where it is this, m and share of the range: the recess of a window is a step.
 constexpr float kStep = 0.03f, kStepByRange = 0.001f;
 constexpr float kLeastSupport = 0.5f;  // share of the derivative's support that must be known
@@ -106,7 +105,8 @@ EdgeMap IntensityEdges(const cv::Mat& image, const cv::Mat& known, double sigma)
   return edges;
 }
 
-void AddDepthEdges(const SurfaceImage& surface, double sigma, float weight, float trust, EdgeMap* edges) {
+void AddDepthEdges(const SurfaceImage& surface, double sigma, double reach, float weight, float trust,
+                   EdgeMap* edges) {
   cv::Mat gradient = cv::Mat::zeros(surface.range.size(), CV_32FC2);
   for (int v = 1; v + 1 < gradient.rows; ++v) {
     const float* range[3];
@@ -128,7 +128,8 @@ void AddDepthEdges(const SurfaceImage& surface, double sigma, float weight, floa
       s[u] = odd ? 1.0f : std::max(std::abs(g[2 * u]), std::abs(g[2 * u + 1]));
     }
   }
-  cv::dilate(steps, steps, cv::getStructuringElement(cv::MORPH_ELLIPSE, {kStepWidth, kStepWidth}));
+  const int width = 2 * static_cast<int>(std::ceil(reach)) + 1;
+  cv::dilate(steps, steps, cv::getStructuringElement(cv::MORPH_ELLIPSE, {width, width}));
   Blur(steps, sigma, &steps);
   edges->trust = edges->trust.mul(1.0 - (1.0 - trust) * steps);
   // A step spans two places of the central difference; blurring gives its direction more than four values.

@@ -26,8 +26,10 @@ struct SurfaceImage {
 // what is usual in the image.
 EdgeMap IntensityEdges(const cv::Mat& image, const cv::Mat& known, double sigma);
 
-// Adds edges between a surface and what lies behind it, where known, and lowers the trust there to `trust`.
-void AddDepthEdges(const SurfaceImage& surface, double sigma, float weight, float trust, EdgeMap* edges);
+// Adds edges between a surface and what lies behind it, where known, and lowers the trust to `trust` as far
+// from them as `reach` (px).
+void AddDepthEdges(const SurfaceImage& surface, double sigma, double reach, float weight, float trust,
+                   EdgeMap* edges);
 
 // Adds edges between surfaces that face different ways, where known.
 void AddOrientationEdges(const SurfaceImage& surface, double sigma, float weight, EdgeMap* edges);

@@ -81,7 +81,8 @@ class Compensation {
                         last = patches[static_cast<std::size_t>(p) + 1];
       const std::size_t stride = 1 + (last - first) / kLooks;
       for (std::size_t k = first; k < last; k += stride) {
-        if (!surfaces_.surfaces[k].normal.isZero() && !IsDark(At(k))) looks_.push_back(LookAt(k));
+        const ReturnSurface& surface = surfaces_.surfaces[k];
+        if (!surface.normal.isZero() && !surface.at_edge && !IsDark(At(k))) looks_.push_back(LookAt(k));
       }
       if (looks_.size() - begin_.back() < 4) {
         looks_.resize(begin_.back());

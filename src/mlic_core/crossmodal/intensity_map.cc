@@ -6,6 +6,7 @@
 #include "mlic_core/crossmodal/intensity_compensation.h"
 #include "mlic_core/crossmodal/map_surfaces.h"
 #include "mlic_core/crossmodal/moving_points.h"
+#include "mlic_core/crossmodal/surface_edges.h"
 
 namespace mlic {
 namespace {
@@ -35,9 +36,10 @@ std::vector<std::vector<std::uint32_t>> ChoosePoints(const MapSurfaces& surfaces
 
 IntensityMap BuildIntensityMap(const std::vector<MapReturn>& returns, const IntensityMapOptions& options) {
   if (returns.empty()) return {};
-  const MapSurfaces surfaces = FindSurfaces(returns);
+  MapSurfaces surfaces = FindSurfaces(returns);
   std::vector<std::uint8_t> moving;
   if (options.remove_moving) moving = FindMovingPoints(returns, surfaces);
+  ExtendPlanesToEdges(returns, &surfaces);
   const std::vector<float> intensity = CompensateIntensity(returns, surfaces);
   const std::vector<std::vector<std::uint32_t>> chosen = ChoosePoints(surfaces, moving);
   IntensityMap map;

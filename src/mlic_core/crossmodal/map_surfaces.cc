@@ -53,21 +53,23 @@ std::uint64_t VoxelKey(const Eigen::Vector3f& p) {
   return key;
 }
 
-struct PatchFit {
+// A beam's neighbours are no farther apart than its LiDAR's beams, however few there are; those of a single
+// line of a scan (its spacing is 0) are just as far.
+float SpacingOf(const SurfacePlane& plane, double beams) {
+  return static_cast<float>(plane.spacing > 0.0 ? std::min(plane.spacing, beams) : kLineSpacing * beams);
+}
+
+struct PatchFit : SurfacePlane {
   bool planar = false;
-  bool line = false;  // narrow: says little of the plane
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-  double thickness = 0.0;    // m
+  bool line = false;         // narrow: says little of the plane
   double squared_cos = 1.0;  // mean, of the incidence
-  double spacing = kRoot;    // m
-  double count = 0.0;
 };
 
 struct Finds {
   std::vector<MapCell> cells;
   std::vector<std::uint32_t> patches;  // where they begin
-  std::vector<double> noises;          // range noise that each large plane shows
+  std::vector<SurfacePlane> planes;
+  std::vector<double> noises;  // range noise that each large plane shows
 };
 
 // One root voxel, taken apart.
@@ -96,6 +98,11 @@ class RootVoxel {
     if (level == kLevels || count < kFewestPoints || (fit.planar && fine_enough && in_cell)) {
       finds_->patches.push_back(static_cast<std::uint32_t>(begin));
       if (fit.line && IsOneSweep(begin, end)) fit.spacing = 0.0;
+      if (fit.planar) {
+        finds_->planes.push_back(fit);
+        finds_->planes.back().begin = static_cast<std::uint32_t>(begin);
+        finds_->planes.back().end = static_cast<std::uint32_t>(end);
+      }
       const bool alone = count < kFewestPoints && parent.count > kDenseParent * static_cast<double>(count);
       for (std::size_t k = begin; k < end; ++k) {
         Describe(returns_[keyed_[k].index], fit, &surfaces[k]);
@@ -175,12 +182,6 @@ class RootVoxel {
     return true;
   }
 
-  // A beam's neighbours are no farther apart than its LiDAR's beams, however few there are; those of a single
-  // line of a scan (fit.spacing is 0) are just as far.
-  static float SpacingOf(const PatchFit& fit, double beams) {
-    return static_cast<float>(fit.spacing > 0.0 ? std::min(fit.spacing, beams) : kLineSpacing * beams);
-  }
-
   void Describe(const MapReturn& r, const PatchFit& fit, ReturnSurface* surface) const {
     surface->position = r.position;
     surface->normal.setZero();
@@ -188,20 +189,7 @@ class RootVoxel {
     surface->spacing = SpacingOf(fit, beams);
     // A beam's light on the surface covers an area that grows with range squared over cosine.
     surface->weight = static_cast<float>(std::sqrt(kUnknownCosine / (1.0 + range * range)));
-    if (!fit.planar) return;
-    const Eigen::Vector3d direction = r.beam.cast<double>() / range;
-    const double cosine = fit.normal.dot(direction);
-    const double distance = fit.normal.dot(r.position.cast<double>() - fit.center);
-    const double plane_sigma = fit.thickness / std::sqrt(fit.count) + kFloor;
-    const double expected = std::sqrt(cosine * cosine * range_noise_ * range_noise_ + kFloor * kFloor);
-    if (std::abs(distance) > 3.0 * std::max(expected, fit.thickness)) return;
-    surface->spacing = SpacingOf(fit, kUnevenBeams * beams / std::max(0.1, std::abs(cosine)));
-    surface->weight = static_cast<float>(std::sqrt(std::max(0.02, std::abs(cosine)) / (1.0 + range * range)));
-    surface->normal = ((cosine > 0.0 ? -1.0 : 1.0) * fit.normal).cast<float>();
-    const double noise = range_noise_ * range_noise_ * cosine * cosine;
-    const double step =
-        distance * cosine / (cosine * cosine + 1e-6) * noise / (noise + plane_sigma * plane_sigma);
-    surface->position = (r.position.cast<double>() - step * direction).cast<float>();
+    if (fit.planar) PlaceOnPlane(r, fit, beam_spacing_[r.lidar], range_noise_, surface);
   }
 
   const std::vector<MapReturn>& returns_;
@@ -248,6 +236,30 @@ std::vector<double> BeamSpacings(const std::vector<MapReturn>& returns) {
 
 }  // namespace
 
+double NoiseOffPlane(double cosine, double range_noise) {
+  return std::sqrt(cosine * cosine * range_noise * range_noise + kFloor * kFloor);
+}
+
+bool PlaceOnPlane(const MapReturn& r, const SurfacePlane& plane, double beam_spacing, double range_noise,
+                  ReturnSurface* surface) {
+  const double range = r.beam.norm();
+  const Eigen::Vector3d direction = r.beam.cast<double>() / range;
+  const double cosine = plane.normal.dot(direction);
+  const double distance = plane.normal.dot(r.position.cast<double>() - plane.center);
+  if (std::abs(distance) > 3.0 * std::max(NoiseOffPlane(cosine, range_noise), plane.thickness)) return false;
+  const double beams = beam_spacing * range / std::max(0.1, std::abs(cosine));
+  surface->spacing = SpacingOf(plane, kUnevenBeams * beams);
+  // A beam's light on the surface covers an area that grows with range squared over cosine.
+  surface->weight = static_cast<float>(std::sqrt(std::max(0.02, std::abs(cosine)) / (1.0 + range * range)));
+  surface->normal = ((cosine > 0.0 ? -1.0 : 1.0) * plane.normal).cast<float>();
+  const double plane_sigma = plane.thickness / std::sqrt(plane.count) + kFloor;
+  const double noise = range_noise * range_noise * cosine * cosine;
+  const double step =
+      distance * cosine / (cosine * cosine + 1e-6) * noise / (noise + plane_sigma * plane_sigma);
+  surface->position = (r.position.cast<double>() - step * direction).cast<float>();
+  return true;
+}
+
 MapSurfaces FindSurfaces(const std::vector<MapReturn>& returns) {
   std::vector<KeyedReturn> keyed(returns.size());
   ParallelChunks(returns.size(), 256, [&](std::size_t, std::size_t begin, std::size_t end) {
@@ -262,8 +274,8 @@ MapSurfaces FindSurfaces(const std::vector<MapReturn>& returns) {
   }
   roots.push_back(keyed.size());
 
-  const std::vector<double> beam_spacing = BeamSpacings(returns);
   MapSurfaces result;
+  result.beam_spacing = BeamSpacings(returns);
   result.surfaces.resize(keyed.size());
   result.range_noise = 0.02;
   std::vector<Finds> finds;
@@ -272,7 +284,7 @@ MapSurfaces FindSurfaces(const std::vector<MapReturn>& returns) {
     finds.assign(roots.size() - 1, {});
     ParallelFor(finds.size(), [&](std::size_t v) {
       if (pass == 0 && v % 8 != 0) return;
-      RootVoxel(returns, keyed, beam_spacing, result.range_noise, &finds[v])
+      RootVoxel(returns, keyed, result.beam_spacing, result.range_noise, &finds[v])
           .Split(roots[v], roots[v + 1], 0, {}, false, result.surfaces.data());
     });
     if (pass == 1) break;
@@ -283,6 +295,7 @@ MapSurfaces FindSurfaces(const std::vector<MapReturn>& returns) {
   for (const Finds& f : finds) {
     result.cells.insert(result.cells.end(), f.cells.begin(), f.cells.end());
     result.patches.insert(result.patches.end(), f.patches.begin(), f.patches.end());
+    result.planes.insert(result.planes.end(), f.planes.begin(), f.planes.end());
   }
   result.patches.push_back(static_cast<std::uint32_t>(keyed.size()));
   result.order.reserve(keyed.size());

@@ -18,6 +18,9 @@ constexpr double kSurroundings = 6.0;
 // Coefficients count by these factors: orientation tells more than strength.
 constexpr float kHarmonicWeights[kChannels] = {0.5f, 1.0f, 1.0f, 0.7f, 0.7f};
 
+// Sigmas of the blurs as far as which an edge is felt around it.
+constexpr double kReach = 2.0;
+
 // From edge moments of one level to features: blurred, and relative to the strength around.
 StructureImage ToStructure(const EdgeMap& edges, double sigma) {
   const cv::Mat& moments = edges.moments;
@@ -110,7 +113,8 @@ StructurePyramid MapStructure(const RenderedStructure& rendering, const Structur
     EdgeMap edges = IntensityEdges(intensity, known, options.gradient_sigma);
     if (!surface.range.empty()) {
       const double trust = level == options.finest_level ? options.depth_trust : 1.0;
-      AddDepthEdges(surface, options.gradient_sigma, static_cast<float>(options.depth_weight),
+      const double reach = kReach * std::hypot(options.gradient_sigma, options.channel_sigma);
+      AddDepthEdges(surface, options.gradient_sigma, reach, static_cast<float>(options.depth_weight),
                     static_cast<float>(trust), &edges);
       AddOrientationEdges(surface, options.gradient_sigma, static_cast<float>(options.normal_weight), &edges);
     }

@@ -61,8 +61,9 @@ struct StructureOptions {
   // of depth are fattened on one side by the beam's width.
   double depth_weight = 0.5;
   double normal_weight = 0.5;
-  // How much pixels around edges of depth count, and those of no plane, whatever edge they show: beams are as
-  // wide as some pixels, and the photo shows sides that they miss. Measured: a third of a pixel of bias. At
+  // How much pixels count around edges of depth, as far as those are felt, and those of no plane, whatever
+  // edge they show: beams are as wide as some pixels and miss the sides of recesses and ledges, which the
+  // photo shows in a light of their own, and from below as a rule. Measured: a third of a pixel of bias. At
   // the finest level only: coarser levels are there to find the place.
   double depth_trust = 0.05;
 };
