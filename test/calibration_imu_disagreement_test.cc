@@ -43,7 +43,7 @@ Case MakeCase() {
 
 TEST(ImuDisagreement, NoiseIsNone) {
   const Case c = MakeCase();
-  EXPECT_FALSE(FindImuDisagreement(c.dataset, c.state, {kSigma}, 4.0));
+  EXPECT_TRUE(FindImuDisagreements(c.dataset, c.state, {kSigma}, 4.0).empty());
 }
 
 TEST(ImuDisagreement, FindsTheSecondsInWhichTheTrajectoryWasLost) {
@@ -58,8 +58,9 @@ TEST(ImuDisagreement, FindsTheSecondsInWhichTheTrajectoryWasLost) {
     if (t > 8.0 && t < 12.0) points[j].y() += 0.25 * (1.0 - std::cos(M_PI * (t - 8.0) / 2.0));
   }
   position = PositionSpline(knots, std::move(points));
-  const auto found = FindImuDisagreement(c.dataset, c.state, {kSigma}, 8.0);
-  ASSERT_TRUE(found);
+  const std::vector<ImuDisagreement> all = FindImuDisagreements(c.dataset, c.state, {kSigma}, 8.0);
+  ASSERT_EQ(all.size(), 1u);
+  const ImuDisagreement* const found = &all[0];
   EXPECT_FALSE(found->of_gyroscope);
   EXPECT_EQ(found->drive, 0u);
   EXPECT_NEAR(found->begin, 8.0, 1.0);

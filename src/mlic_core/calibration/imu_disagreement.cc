@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mlic_core/common/order_statistics.h"
+
 namespace mlic {
 namespace {
 
 constexpr double kLength = 1.0;  // s: vibration averages out, and a lost trajectory lasts longer
 constexpr int kFewestSamples = 5;
+constexpr double kStandsOut = 4.0;  // times the median second
 
 struct Stretch {
   Eigen::Matrix<double, 6, 1> sum = Eigen::Matrix<double, 6, 1>::Zero();
@@ -38,27 +41,31 @@ std::vector<Stretch> Stretches(const Dataset& dataset, const CalibrationState& s
 
 }  // namespace
 
-std::optional<ImuDisagreement> FindImuDisagreement(const Dataset& dataset, const CalibrationState& state,
-                                                   const std::vector<ImuSigma>& sigmas, double least_ratio) {
-  std::optional<ImuDisagreement> worst;
+std::vector<ImuDisagreement> FindImuDisagreements(const Dataset& dataset, const CalibrationState& state,
+                                                  const std::vector<ImuSigma>& sigmas, double least_ratio) {
+  std::vector<ImuDisagreement> found;
   for (std::size_t d = 0; d < state.drives.size(); ++d) {
     const std::vector<Stretch> stretches = Stretches(dataset, state, d);
+    if (stretches.empty()) continue;
     for (const bool gyroscope : {false, true}) {
-      for (std::size_t s = 0; s < stretches.size(); ++s) {
-        const double ratio = stretches[s].Ratio(gyroscope, sigmas[d]);
-        if (ratio < least_ratio || (worst && ratio <= worst->ratio)) continue;
-        std::size_t first = s, last = s;
-        while (first > 0 && stretches[first - 1].Ratio(gyroscope, sigmas[d]) >= least_ratio) --first;
-        while (last + 1 < stretches.size() &&
-               stretches[last + 1].Ratio(gyroscope, sigmas[d]) >= least_ratio) {
-          ++last;
+      std::vector<double> ratios;
+      for (const Stretch& stretch : stretches) ratios.push_back(stretch.Ratio(gyroscope, sigmas[d]));
+      const double limit = std::max(least_ratio, kStandsOut * Median(ratios));
+      for (std::size_t s = 0; s < ratios.size(); ++s) {
+        if (ratios[s] < limit) continue;
+        // What leads there and back is as wrong, if less plainly.
+        std::size_t first = s, worst = s, last = s;
+        while (first > 0 && ratios[first - 1] >= limit / 2.0) --first;
+        for (; last + 1 < ratios.size() && ratios[last + 1] >= limit / 2.0; ++last) {
+          if (ratios[last + 1] > ratios[worst]) worst = last + 1;
         }
-        worst = {d,    first * kLength, (last + 1) * kLength, gyroscope, stretches[s].Mean(gyroscope).norm(),
-                 ratio};
+        found.push_back({d, first * kLength, (last + 1) * kLength, gyroscope,
+                         stretches[worst].Mean(gyroscope).norm(), ratios[worst]});
+        s = last;
       }
     }
   }
-  return worst;
+  return found;
 }
 
 }  // namespace mlic

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <optional>
 #include <vector>
 
 #include "mlic_core/calibration/joint_problem.h"
@@ -18,10 +17,10 @@ struct ImuDisagreement {
   double ratio = 0.0;             // of it to the noise of such a mean
 };
 
-// The worst second of all drives and the seconds around it that are as bad as least_ratio; nothing where none
-// is. A trajectory that odometry lost for some seconds and that the map did not catch shows so: its points
-// find planes elsewhere or none, and only the IMU tells.
-std::optional<ImuDisagreement> FindImuDisagreement(const Dataset& dataset, const CalibrationState& state,
-                                                   const std::vector<ImuSigma>& sigmas, double least_ratio);
+// The stretches of all drives whose seconds are beyond least_ratio and stand out from the drive's others (a
+// bias that wanders raises all of them). A trajectory that odometry lost for some seconds and that the map
+// did not catch shows so: its points find planes elsewhere or none, and only the IMU tells.
+std::vector<ImuDisagreement> FindImuDisagreements(const Dataset& dataset, const CalibrationState& state,
+                                                  const std::vector<ImuSigma>& sigmas, double least_ratio);
 
 }  // namespace mlic

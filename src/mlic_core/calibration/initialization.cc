@@ -121,6 +121,24 @@ void CheckAccelerometerLag(const Drive& drive, const OdometryResult& odometry,
   result->problems.push_back(line);
 }
 
+std::optional<LeverArmGuess> LeverArmGuessOf(const LidarConfig& lidar) {
+  if (!lidar.guess) return std::nullopt;
+  return LeverArmGuess{lidar.guess->T_imu_sensor.translation, lidar.guess->sigma_translation};
+}
+
+// A LiDAR's odometry against gyroscope and accelerometer, rad m; smaller is better. Where a narrow view holds
+// floor and one wall for some seconds, odometry slips along them: rotation does not tell, accelerations do.
+double Disagreement(const Drive& drive, const OdometryResult& odometry, const AngularRateAlignment& alignment,
+                    const std::optional<LeverArmGuess>& lever_guess) {
+  constexpr double kLeastShare = 0.1;
+  constexpr double kUnknown = 1.0;  // m
+  const GravityLeverArm arm =
+      SolveGravityLeverArm(drive.imu, TimedPoses(odometry), alignment.R_imu_lidar, alignment.time_offset,
+                           alignment.gyroscope_bias, lever_guess, alignment.rotation_covariance);
+  const double position = arm.valid ? arm.residual_rms / std::max(kLeastShare, arm.inlier_share) : kUnknown;
+  return position * alignment.residual_rms / std::max(kLeastShare, alignment.inlier_share);
+}
+
 // Starts the drive's trajectory from the base LiDAR's odometry: gravity-aligned, position and yaw of the
 // first pose zero; then the spline is fitted to poses and IMU together.
 bool InitializeDrive(const Dataset& dataset, std::size_t d, const OdometryResult& odometry,
@@ -219,14 +237,15 @@ Initialization Initialize(const Rig& rig, const Dataset& dataset, const std::vec
     const double root_rate = std::sqrt(ImuRate(drive.imu));
     result.imu_sigma.push_back({noise.gyroscope * root_rate, noise.accelerometer * root_rate});
   }
-  // The base is the LiDAR that agrees best with the gyroscope over all drives.
+  // The base is the LiDAR that agrees best with gyroscope and accelerometer over all drives.
   double best = 1e9;
   for (std::size_t l = 0; l < lidars; ++l) {
     double disagreement = 0.0;
-    for (const DriveOdometry& drive : odometry) {
-      const AngularRateAlignment& a = drive.alignments[l];
-      if (!IsUsable(a)) disagreement += 1e9;
-      disagreement += a.residual_rms / std::max(0.1, a.inlier_share);
+    for (std::size_t d = 0; d < odometry.size(); ++d) {
+      const AngularRateAlignment& a = odometry[d].alignments[l];
+      disagreement += IsUsable(a) ? Disagreement(dataset.drives[d], odometry[d].lidars[l], a,
+                                                 LeverArmGuessOf(rig.lidars[l]))
+                                  : 1e9;
     }
     if (disagreement < best) {
       best = disagreement;
@@ -242,11 +261,7 @@ Initialization Initialize(const Rig& rig, const Dataset& dataset, const std::vec
   result.state.lidars.resize(lidars);
   result.unaligned.assign(lidars, false);
   RigidTransform T_imu_base;
-  std::optional<LeverArmGuess> lever_guess;
-  if (rig.lidars[base].guess) {
-    lever_guess = LeverArmGuess{rig.lidars[base].guess->T_imu_sensor.translation,
-                                rig.lidars[base].guess->sigma_translation};
-  }
+  const std::optional<LeverArmGuess> lever_guess = LeverArmGuessOf(rig.lidars[base]);
   for (std::size_t d = 0; d < dataset.drives.size(); ++d) {
     cancellation.ThrowIfCancelled();
     if (!InitializeDrive(dataset, d, odometry[d].lidars[base], odometry[d].alignments[base], lever_guess,

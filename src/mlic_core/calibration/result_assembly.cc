@@ -179,20 +179,19 @@ void WarnOfStamps(const std::vector<Sensor>& sensors, const std::vector<StampErr
 
 // Where the IMU contradicts the trajectory something is lost, and sigmas say nothing.
 void JudgeImuAgreement(const Dataset& dataset, const Refinement& refinement, CalibrationResult* result) {
-  // White noise gives at most 3 in an hour; a bias that wanders some more.
-  constexpr double kNotable = 8.0, kTooMuch = 20.0;
-  const std::optional<ImuDisagreement> found =
-      FindImuDisagreement(dataset, refinement.state(), refinement.problem().imu_sigma, kNotable);
-  if (!found) return;
-  char text[320];
-  std::snprintf(
-      text, sizeof(text),
-      "drive %zu, %.0f to %.0f s: the %s contradicts the trajectory by %.2g %s (%.0f times its noise): "
-      "LiDARs or cameras lost their way there, or the IMU errs; leave the stretch out by --start and "
-      "--duration",
-      found->drive + 1, found->begin, found->end, found->of_gyroscope ? "gyroscope" : "accelerometer",
-      found->mean, found->of_gyroscope ? "rad/s" : "m/s^2", found->ratio);
-  (found->ratio > kTooMuch ? result->reasons : result->warnings).push_back(text);
+  // White noise gives at most 3 in an hour; trajectories that were lost gave 17 and 35.
+  constexpr double kNotable = 8.0, kTooMuch = 12.0;
+  for (const ImuDisagreement& found :
+       FindImuDisagreements(dataset, refinement.state(), refinement.problem().imu_sigma, kNotable)) {
+    char text[320];
+    std::snprintf(text, sizeof(text),
+                  "drive %zu, %.0f to %.0f s: the %s contradicts the trajectory by %.2g %s (%.0f times its "
+                  "noise): LiDARs or cameras lost their way there, or the IMU errs; leave the stretch out by "
+                  "--start and --duration",
+                  found.drive + 1, found.begin, found.end, found.of_gyroscope ? "gyroscope" : "accelerometer",
+                  found.mean, found.of_gyroscope ? "rad/s" : "m/s^2", found.ratio);
+    (found.ratio > kTooMuch ? result->reasons : result->warnings).push_back(text);
+  }
 }
 
 // Every pair whose sensors are shown, and those that their own data tie to each other. lost: of each sensor,
