@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kDuration = 20.0;
 constexpr double kRate = 200.0;
-const ImuSigma kSigma{3e-3, 3e-2};
+const ImuSigma kSigma{Eigen::Vector3d::Constant(3e-3), Eigen::Vector3d::Constant(3e-2)};
 
 // A spline of knots every 50 ms through a hand-carried walk, and what an IMU with noise measures of it.
 struct Case {
@@ -34,8 +34,8 @@ Case MakeCase() {
   for (std::size_t k = 0; k < exact.values.size(); ++k) {
     ImuSample& sample = c.dataset.drives[0].imu[k];
     for (int a = 0; a < 3; ++a) {
-      sample.angular_velocity[a] = exact.values[k][a] + kSigma.gyroscope * random.Normal();
-      sample.specific_force[a] = exact.values[k][3 + a] + kSigma.accelerometer * random.Normal();
+      sample.angular_velocity[a] = exact.values[k][a] + kSigma.gyroscope[a] * random.Normal();
+      sample.specific_force[a] = exact.values[k][3 + a] + kSigma.accelerometer[a] * random.Normal();
     }
   }
   return c;

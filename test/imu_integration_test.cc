@@ -119,6 +119,24 @@ TEST(Excitation, FindsNoiseRateAndRest) {
   EXPECT_LT((MeanAngularVelocity(recording.imu, rests) - test::Rig().gyroscope_bias).norm(), 2e-3);
 }
 
+TEST(Excitation, FindsTheNoiseOfEachAxis) {
+  auto recording = Record(HandHeld(), {}, {1e-3, 1e-2, 0.0, 0.0}, 200.0, 20.0, 3);
+  const auto shaken = Record(test::Motion(), {}, {1e-3, 1e-1, 0.0, 0.0}, 200.0, 20.0, 4);
+  for (std::size_t i = 0; i < recording.imu.size(); ++i) {
+    recording.imu[i].specific_force.z() += shaken.imu[i].specific_force.z();
+  }
+  const double root_rate = std::sqrt(200.0);
+  const ImuSigma sigma = SampleSigma(recording.imu, std::nullopt);
+  EXPECT_NEAR(sigma.accelerometer.x() / root_rate, 1e-2, 1e-3);
+  EXPECT_NEAR(sigma.accelerometer.z() / root_rate, 1e-1, 1e-2);
+  EXPECT_NEAR(sigma.gyroscope.z() / root_rate, 1e-3, 1e-4);
+  EXPECT_NEAR(EstimateImuNoise(recording.imu).accelerometer, 1e-1, 1e-2);
+  // A data sheet speaks of all axes.
+  const ImuSigma given = SampleSigma(recording.imu, ImuNoise{2e-3, 3e-2});
+  EXPECT_NEAR(given.gyroscope.x(), 2e-3 * root_rate, 1e-9);
+  EXPECT_NEAR(given.accelerometer.z(), 3e-2 * root_rate, 1e-9);
+}
+
 TEST(Excitation, TellsTurningAboutOneAxis) {
   const Excitation planar = MeasureExcitation(Record(test::Planar(), {}, {}, 100.0, 30.0, 1).imu);
   EXPECT_LT(planar.principal_rms[1], 1e-6);

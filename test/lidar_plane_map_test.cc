@@ -80,6 +80,22 @@ TEST(PlaneMap, FitsEachVisitByItself) {
   EXPECT_LT(LargestOffset(second, 0.35), 0.005);
 }
 
+// Gravel: it lies in larger patches whose points count for less, not in crumbs.
+TEST(PlaneMap, TakesARoughSurfaceForARoughPlane) {
+  Random random(4);
+  std::vector<MapSample> samples;
+  SeeFloor(0.3, 0.0, 0, &random, &samples);
+  for (MapSample& sample : samples) sample.position.z() += static_cast<float>(0.03 * random.Normal());
+  std::size_t members = 0;
+  for (const MapPlane& plane : BuildPlaneMap(samples, kNoises, {})) {
+    members += plane.samples.size();
+    if (plane.samples.size() < 400) continue;
+    EXPECT_GT(plane.inflation, 1.3);
+    EXPECT_LT(std::abs(plane.center.z() - 0.3), 0.01);
+  }
+  EXPECT_GT(members, samples.size() * 8 / 10);
+}
+
 // Both sides of a panel 1 cm thick: one plane for each, though one fit would take both.
 TEST(PlaneMap, KeepsTheSidesOfAThinPanelApart) {
   Random random(3);

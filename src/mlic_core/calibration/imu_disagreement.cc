@@ -21,8 +21,8 @@ struct Stretch {
   }
   double Ratio(bool gyroscope, const ImuSigma& sigma) const {
     if (samples < kFewestSamples) return 0.0;
-    const double of_one = gyroscope ? sigma.gyroscope : sigma.accelerometer;
-    return Mean(gyroscope).norm() * std::sqrt(samples / 3.0) / of_one;
+    const Eigen::Vector3d& of_one = gyroscope ? sigma.gyroscope : sigma.accelerometer;
+    return Mean(gyroscope).cwiseQuotient(of_one).norm() * std::sqrt(samples / 3.0);
   }
 };
 

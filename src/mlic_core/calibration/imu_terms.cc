@@ -10,7 +10,7 @@ namespace mlic {
 namespace {
 
 double ImuSigmaOf(const ImuSigma& sigma, int component) {
-  return component < 3 ? sigma.gyroscope : sigma.accelerometer;
+  return component < 3 ? sigma.gyroscope[component] : sigma.accelerometer[component - 3];
 }
 
 // Robust against shocks only: beyond 4 sigma.

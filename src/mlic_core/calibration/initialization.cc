@@ -7,6 +7,7 @@
 
 #include "mlic_core/calibration/knot_spacing.h"
 #include "mlic_core/calibration/pose_fit.h"
+#include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/imu/accelerometer_lag.h"
 #include "mlic_core/imu/excitation.h"
@@ -27,6 +28,13 @@ std::vector<TimedPose> TimedPoses(const OdometryResult& odometry) {
 std::optional<RotationGuess> GuessOfRotation(const LidarConfig& lidar) {
   if (!lidar.guess) return std::nullopt;
   return RotationGuess{lidar.guess->T_imu_sensor.rotation, lidar.guess->sigma_rotation};
+}
+
+// s between scans.
+double MedianPeriod(const std::vector<TimedPose>& poses) {
+  std::vector<double> periods;
+  for (std::size_t k = 1; k < poses.size(); ++k) periods.push_back(poses[k].time - poses[k - 1].time);
+  return Median(std::move(periods));
 }
 
 // The alignment tells something: a peak well above chance and an offset good to a tenth of a second.
@@ -174,7 +182,7 @@ bool InitializeDrive(const Dataset& dataset, std::size_t d, const OdometryResult
   }
   const double start = std::max(drive.imu.front().time, imu_poses.front().time - 0.05);
   const double end = std::min(drive.imu.back().time, imu_poses.back().time + 0.05);
-  const KnotSpacing spacing = ChooseKnotSpacing(drive.imu);
+  const KnotSpacing spacing = ChooseKnotSpacing(drive.imu, MedianPeriod(poses));
   char line[160];
   std::snprintf(line, sizeof(line), "knots every %.0f ms (rotation) and %.0f ms (position)",
                 1e3 * spacing.rotation, 1e3 * spacing.position);
@@ -232,10 +240,7 @@ Initialization Initialize(const Rig& rig, const Dataset& dataset, const std::vec
   Initialization result;
   const std::size_t lidars = rig.lidars.size();
   for (const Drive& drive : dataset.drives) {
-    ImuNoise noise = EstimateImuNoise(drive.imu);
-    if (rig.imu.noise) noise = *rig.imu.noise;
-    const double root_rate = std::sqrt(ImuRate(drive.imu));
-    result.imu_sigma.push_back({noise.gyroscope * root_rate, noise.accelerometer * root_rate});
+    result.imu_sigma.push_back(SampleSigma(drive.imu, rig.imu.noise));
   }
   // The base is the LiDAR that agrees best with gyroscope and accelerometer over all drives.
   double best = 1e9;

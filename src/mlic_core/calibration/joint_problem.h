@@ -7,6 +7,7 @@
 #include "mlic_core/calibration/layout.h"
 #include "mlic_core/calibration/normal_equations.h"
 #include "mlic_core/common/progress.h"
+#include "mlic_core/imu/excitation.h"
 #include "mlic_core/lidar/plane_map.h"
 #include "mlic_core/sensors/measurements.h"
 #include "mlic_core/sensors/rig.h"
@@ -82,12 +83,6 @@ struct PoseObservation {
   RigidTransform T_map_imu;
   double sigma_rotation;     // rad
   double sigma_translation;  // m
-};
-
-// Sigmas of single IMU samples.
-struct ImuSigma {
-  double gyroscope = 0.0;
-  double accelerometer = 0.0;
 };
 
 // Everything that the joint solve is made of. What is held constant is said by the flags and the mask.

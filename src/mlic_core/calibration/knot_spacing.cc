@@ -56,9 +56,10 @@ double FitVariance(const std::vector<ImuSample>& imu, double spacing, int degree
   return squares / std::max<double>(1.0, static_cast<double>(imu.size()) - count);
 }
 
-double Choose(const std::vector<ImuSample>& imu, int degree,
+double Choose(const std::vector<ImuSample>& imu, double lidar_period, int degree,
               const std::function<Eigen::Vector3d(const ImuSample&)>& signal) {
-  const double finest = std::max(0.04, 2.0 * MedianPeriod(imu));
+  constexpr double kFinest = 0.04;
+  const double finest = std::max(kFinest, 2.0 * MedianPeriod(imu));
   constexpr double kStep = 1.25;
   constexpr double kCoarsest = 0.2;
   double best = FitVariance(imu, finest, degree, signal);
@@ -68,15 +69,15 @@ double Choose(const std::vector<ImuSample>& imu, int degree,
     best = std::min(best, variance);
     if (variance <= kTolerance * best) chosen = spacing;
   }
-  return chosen;
+  return chosen > finest ? chosen : std::min(chosen, std::max(kFinest, lidar_period));
 }
 
 }  // namespace
 
-KnotSpacing ChooseKnotSpacing(const std::vector<ImuSample>& imu) {
+KnotSpacing ChooseKnotSpacing(const std::vector<ImuSample>& imu, double lidar_period) {
   KnotSpacing spacing;
-  spacing.rotation = Choose(imu, 2, [](const ImuSample& s) { return s.angular_velocity; });
-  spacing.position = Choose(imu, 1, [](const ImuSample& s) { return s.specific_force; });
+  spacing.rotation = Choose(imu, lidar_period, 2, [](const ImuSample& s) { return s.angular_velocity; });
+  spacing.position = Choose(imu, lidar_period, 1, [](const ImuSample& s) { return s.specific_force; });
   return spacing;
 }
 

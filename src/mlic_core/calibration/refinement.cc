@@ -15,9 +15,14 @@
 namespace mlic {
 namespace {
 
-// The first rounds find the map with few points; the last ones measure with many.
+// Of each scan. The first rounds find the map with few points; the last ones measure with many. Where few of
+// them lie on planes (streets with trees and cars), they take more, until so many of a scan do: which points
+// just lie on planes and which just do not then weighs less.
 constexpr std::size_t kFewPoints = 800;
 constexpr std::size_t kManyPoints = 2000;
+constexpr std::size_t kMostPoints = 6000;
+constexpr double kPointsOnPlanes = 500.0;
+constexpr double kMostUnsettled = 10.0;  // sigmas
 constexpr int kLeastRounds = 5;
 constexpr int kMostRounds = 15;
 // Of Gauss-Newton in each round: a stretch of trajectory that starts beside the map comes back in several.
@@ -45,7 +50,8 @@ Refinement::Refinement(const Rig& rig, const Dataset& dataset, Initialization st
       left_out_lidars_(rig.lidars.size(), false),
       state_(std::move(start.state)),
       given_imu_sigma_(start.imu_sigma),
-      noise_(rig.lidars.size()) {
+      noise_(rig.lidars.size()),
+      points_per_scan_(kFewPoints) {
   initial_.lidars = state_.lidars;
   problem_.dataset = &dataset;
   problem_.imu_sigma = start.imu_sigma;
@@ -159,20 +165,21 @@ void Refinement::AddCameras(const CameraInitialization& cameras, const std::vect
 }
 
 void Refinement::MeasureImuSigma() {
+  constexpr std::size_t kFewest = 35;  // samples
   // Vibration above what the spline can carry, and errors that the data sheet leaves out, add to the noise.
   for (std::size_t d = 0; d < dataset_.drives.size(); ++d) {
     const ImuResiduals residuals = EvaluateImuResiduals(dataset_, state_, d);
-    std::vector<double> gyroscope, accelerometer;
-    for (const auto& value : residuals.values) {
-      for (int a = 0; a < 3; ++a) {
-        gyroscope.push_back(std::abs(value[a]));
-        accelerometer.push_back(std::abs(value[3 + a]));
-      }
+    if (residuals.values.size() < kFewest) continue;
+    const auto measured = [&](int component) {
+      std::vector<double> sizes;
+      for (const auto& value : residuals.values) sizes.push_back(std::abs(value[component]));
+      return 1.4826 * Median(std::move(sizes));
+    };
+    for (int a = 0; a < 3; ++a) {
+      problem_.imu_sigma[d].gyroscope[a] = std::max(given_imu_sigma_[d].gyroscope[a], measured(a));
+      problem_.imu_sigma[d].accelerometer[a] =
+          std::max(given_imu_sigma_[d].accelerometer[a], measured(3 + a));
     }
-    if (gyroscope.size() < 100) continue;
-    problem_.imu_sigma[d] = {
-        std::max(given_imu_sigma_[d].gyroscope, 1.4826 * Median(std::move(gyroscope))),
-        std::max(given_imu_sigma_[d].accelerometer, 1.4826 * Median(std::move(accelerometer)))};
   }
 }
 
@@ -225,15 +232,16 @@ void Refinement::AdjustJointly(double until, const Progress& progress, const Lin
                             : match_map_    ? "joint calibration on the map"
                                             : "joint adjustment with cameras";
   const int least_rounds = tracks_.empty() ? kLeastRounds : kLeastRoundsWithCameras;
+  unsettled_ = 0.0;
   while (rounds_ < kMostRounds) {
     const int round = rounds_;
-    const bool many = many_points_;
+    const bool many = points_per_scan_ > kFewPoints;
     const CalibrationState before = state_;
     problem_.estimate_imu_matrices =
         rig_.imu.intrinsics == ImuIntrinsicsModel::kScaleMisalignment && (round >= 2 || many);
     std::vector<bool> taking_part = left_out_lidars_;
     taking_part.flip();
-    Associate(taking_part, many ? kManyPoints : kFewPoints);
+    Associate(taking_part, points_per_scan_);
     if (!tracks_.empty() && round < kLandmarkRounds) AssociateLandmarks(progress, line);
     last_solve_ = Solve(kMostIterations);
     noise_ = MeasurePlaneNoise(problem_.planes, state_, noise_);
@@ -259,14 +267,32 @@ void Refinement::AdjustJointly(double until, const Progress& progress, const Lin
     line(text);
     Show(stage, round);
     progress(std::min(0.95, (round + 1.0) / (least_rounds + 2)));
-    converged_ = many && change < until;
+    const bool more = many && TakeMorePoints();
+    converged_ = many && !more && change < until;
     if (converged_ && round + 1 >= least_rounds) break;
     // The map has settled once the noise has: then all points take part.
-    if (change < 1.0 || round + 1 >= least_rounds - 1) many_points_ = true;
+    if (!many && (change < 1.0 || round + 1 >= least_rounds - 1)) points_per_scan_ = kManyPoints;
     if (!tracks_.empty()) HoldWhatIsNotShown();
     ++rounds_;
-    if (rounds_ < kMostRounds) after_round();
+    if (rounds_ < kMostRounds) {
+      after_round();
+    } else {
+      unsettled_ = std::min(change, kMostUnsettled);
+    }
   }
+}
+
+bool Refinement::TakeMorePoints() {
+  double scans = 0.0;
+  for (const Drive& drive : dataset_.drives) {
+    for (const LidarRecording& lidar : drive.lidars) scans += static_cast<double>(lidar.scans.size());
+  }
+  const double share =
+      static_cast<double>(last_solve_.observations) / (kPointsOnPlanes * std::max(1.0, scans));
+  if (share > 0.9 || points_per_scan_ >= kMostPoints) return false;
+  points_per_scan_ = std::min(
+      kMostPoints, static_cast<std::size_t>(static_cast<double>(points_per_scan_) / std::max(0.5, share)));
+  return true;
 }
 
 RefinementProgress Refinement::Checkpoint() const {
@@ -279,7 +305,7 @@ RefinementProgress Refinement::Checkpoint() const {
           match_noise_,
           problem_.landmarks,
           rounds_,
-          many_points_,
+          points_per_scan_,
           {},
           held_out_};
 }
@@ -294,7 +320,7 @@ void Refinement::Restore(const RefinementProgress& progress) {
   match_noise_ = progress.match_noise;
   problem_.landmarks = progress.landmarks;
   rounds_ = progress.rounds;
-  many_points_ = progress.many_points;
+  points_per_scan_ = progress.points_per_scan;
   held_out_ = progress.held_out;
 }
 
@@ -346,7 +372,7 @@ Eigen::MatrixXd Refinement::ScaledInformation() const {
   const double residuals = static_cast<double>(
       std::max<std::size_t>(1, last_solve_.observations + 2 * last_solve_.landmark_observations));
   const double scatter = std::max(1.0, last_solve_.last_cost / (residuals + 6.0 * ImuSampleCount(dataset_)));
-  return last_solve_.information / (scatter * correlation_);
+  return last_solve_.information / (scatter * correlation_ * (1.0 + unsettled_ * unsettled_));
 }
 
 ObservabilityAnalysis Refinement::Analyze() const {

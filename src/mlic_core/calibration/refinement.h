@@ -63,11 +63,13 @@ class Refinement {
   const JointProblem& problem() const { return problem_; }
   const std::vector<PlaneNoise>& noise() const { return noise_; }
   const SolveSummary& last_solve() const { return last_solve_; }
-  bool converged() const { return converged_; }
   // Of each LiDAR: see Initialization.
   const std::vector<bool>& unaligned_lidars() const { return unaligned_lidars_; }
   // Of each LiDAR, from LeaveOutLostLidars.
   const std::vector<bool>& left_out_lidars() const { return left_out_lidars_; }
+  // By how many of its sigmas the last round moved the calibration where rounds were over before it stood
+  // still, else 0: part of the sigmas.
+  double unsettled() const { return unsettled_; }
   const std::vector<bool>& cameras_found() const { return cameras_found_; }
   bool matched_map() const { return match_map_; }
   // Of each camera, from MeasureHeldOut; empty before.
@@ -78,7 +80,7 @@ class Refinement {
   const std::vector<CameraCalibration>& cameras_before_map() const { return cameras_before_map_; }
 
   // What the data show at the last linearisation. Sigmas grow by the square root of the mean squared whitened
-  // residual where that is above one, and of the points' correlation.
+  // residual where that is above one, of the points' correlation, and by what rounds still differ by.
   ObservabilityAnalysis Analyze() const;
 
  private:
@@ -86,6 +88,8 @@ class Refinement {
   void Associate(const std::vector<bool>& lidars, std::size_t points_per_scan);
   void AssociateLandmarks(const Progress& progress, const Line& line);
   void HoldWhatIsNotShown();
+  // True if the next round takes more points of each scan.
+  bool TakeMorePoints();
   // Solves from the state as it is: state and landmarks move together.
   SolveSummary Solve(int iterations);
   void MeasureImuSigma();
@@ -115,11 +119,12 @@ class Refinement {
   std::vector<HeldOutMatches> held_out_errors_;
   std::vector<PoseSigma> sigmas_;  // of each camera against the base LiDAR, of the last solve
   int rounds_ = 0;                 // of the joint adjustment, done
-  bool many_points_ = false;       // the map has settled: all points take part
+  std::size_t points_per_scan_;
   SolveSummary last_solve_;
   double correlation_ = 1.0;  // of the points, measured once the calibration stands still
   std::vector<StampErrors> stamp_errors_;
   bool converged_ = false;
+  double unsettled_ = 0.0;
 };
 
 }  // namespace mlic

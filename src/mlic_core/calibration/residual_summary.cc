@@ -134,14 +134,15 @@ std::vector<ResidualSummary> SummarizeResiduals(const Rig& rig, const Dataset& d
       collectors[o.lidar].Add(o.time, distances[k], distances[k] / o.sigma);
     }
   }
-  ResidualCollector gyroscope("gyroscope", "rad/s", imu.gyroscope, start, end);
-  ResidualCollector accelerometer("accelerometer", "m/s^2", imu.accelerometer, start, end);
+  ResidualCollector gyroscope("gyroscope", "rad/s", std::sqrt(imu.gyroscope.squaredNorm() / 3.0), start, end);
+  ResidualCollector accelerometer("accelerometer", "m/s^2", std::sqrt(imu.accelerometer.squaredNorm() / 3.0),
+                                  start, end);
   const ImuResiduals residuals = EvaluateImuResiduals(dataset, state, 0);
   for (std::size_t k = 0; k < residuals.times.size(); ++k) {
     for (int a = 0; a < 3; ++a) {
-      gyroscope.Add(residuals.times[k], residuals.values[k][a], residuals.values[k][a] / imu.gyroscope);
+      gyroscope.Add(residuals.times[k], residuals.values[k][a], residuals.values[k][a] / imu.gyroscope[a]);
       accelerometer.Add(residuals.times[k], residuals.values[k][3 + a],
-                        residuals.values[k][3 + a] / imu.accelerometer);
+                        residuals.values[k][3 + a] / imu.accelerometer[a]);
     }
   }
   std::vector<ResidualSummary> summaries;

@@ -256,9 +256,13 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Refinement& re
   if (lidars > 0 && refinement.problem().planes[0].planes.size() < 20) {
     result->reasons.push_back("the map has hardly any planes; record near buildings or in a furnished hall");
   }
-  if (!refinement.converged()) {
-    result->warnings.push_back(
-        "the calibration still moved by more than a tenth of its sigma in the last round");
+  if (refinement.unsettled() > 0.5) {
+    char text[200];
+    std::snprintf(text, sizeof(text),
+                  "the calibration does not stand still: the last round moved it by %.1f of its sigma, which "
+                  "the sigmas here include",
+                  refinement.unsettled());
+    result->warnings.push_back(text);
   }
   JudgeImuAgreement(dataset, refinement, result);
   WarnOfStamps(sensors, refinement.stamp_errors(), &result->warnings);

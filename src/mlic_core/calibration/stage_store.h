@@ -23,7 +23,7 @@ struct RefinementProgress {
   std::vector<double> match_noise;                // of each camera
   std::vector<LandmarkSet> landmarks;             // of each drive, with the map's
   int rounds = 0;                                 // of the joint adjustment, done
-  bool many_points = false;                       // the map has settled: all points take part
+  std::size_t points_per_scan = 0;                // that take part in the map
   std::vector<std::string> lines;                 // what the stage has said so far
   std::vector<LandmarkSet> held_out;              // of each drive: matches that no solve used
 };

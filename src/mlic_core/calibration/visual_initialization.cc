@@ -20,10 +20,7 @@ constexpr double kPartStep = 5.0;            // s
 
 void SetImuSigma(const Rig& rig, const Dataset& dataset, Initialization* result) {
   for (const Drive& drive : dataset.drives) {
-    ImuNoise noise = EstimateImuNoise(drive.imu);
-    if (rig.imu.noise) noise = *rig.imu.noise;
-    const double root_rate = std::sqrt(ImuRate(drive.imu));
-    result->imu_sigma.push_back({noise.gyroscope * root_rate, noise.accelerometer * root_rate});
+    result->imu_sigma.push_back(SampleSigma(drive.imu, rig.imu.noise));
   }
 }
 

@@ -25,7 +25,7 @@ class PositionSolver {
     knots_ = Eigen::VectorXd::Zero(unknowns_.knot_scalars);
     border_ = Eigen::VectorXd::Zero(unknowns_.border);
     for (const ImuSigma& sigma : known.imu_sigma) {
-      force_sigma_.push_back(std::max(kLeastForceSigma, 2.0 * sigma.accelerometer));
+      force_sigma_.push_back(std::max(kLeastForceSigma, 2.0 * sigma.accelerometer.maxCoeff()));
     }
   }
 

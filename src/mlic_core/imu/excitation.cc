@@ -14,17 +14,17 @@ constexpr double kWindow = 0.5;  // s
 
 using Signal = Eigen::Vector3d ImuSample::*;
 
-double SampleSigma(const std::vector<ImuSample>& samples, Signal signal) {
-  double largest = 0.0;
+Eigen::Vector3d RobustSigma(const std::vector<ImuSample>& samples, Signal signal) {
+  Eigen::Vector3d sigma;
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> differences;
     for (std::size_t i = 3; i < samples.size(); ++i) {
       const auto at = [&](std::size_t k) { return (samples[k].*signal)[axis]; };
       differences.push_back(std::abs(at(i) - 3.0 * at(i - 1) + 3.0 * at(i - 2) - at(i - 3)));
     }
-    largest = std::max(largest, 1.4826 * Median(std::move(differences)) / std::sqrt(20.0));
+    sigma[axis] = 1.4826 * Median(std::move(differences)) / std::sqrt(20.0);
   }
-  return largest;
+  return sigma;
 }
 
 struct Moments {
@@ -63,11 +63,21 @@ double ImuRate(const std::vector<ImuSample>& samples) {
   return 1.0 / MedianPeriod(OrderedFiniteSamples(samples));
 }
 
-ImuNoise EstimateImuNoise(const std::vector<ImuSample>& samples) {
+ImuSigma SampleSigma(const std::vector<ImuSample>& samples, const std::optional<ImuNoise>& given) {
   const std::vector<ImuSample> ordered = OrderedFiniteSamples(samples);
-  const double root_period = std::sqrt(MedianPeriod(ordered));
-  return {std::max(kBestGyroscope, SampleSigma(ordered, &ImuSample::angular_velocity) * root_period),
-          std::max(kBestAccelerometer, SampleSigma(ordered, &ImuSample::specific_force) * root_period)};
+  const double root_rate = std::sqrt(1.0 / MedianPeriod(ordered));
+  if (given) {
+    return {Eigen::Vector3d::Constant(given->gyroscope * root_rate),
+            Eigen::Vector3d::Constant(given->accelerometer * root_rate)};
+  }
+  return {RobustSigma(ordered, &ImuSample::angular_velocity).cwiseMax(kBestGyroscope * root_rate),
+          RobustSigma(ordered, &ImuSample::specific_force).cwiseMax(kBestAccelerometer * root_rate)};
+}
+
+ImuNoise EstimateImuNoise(const std::vector<ImuSample>& samples) {
+  const ImuSigma sigma = SampleSigma(samples, std::nullopt);
+  const double root_rate = std::sqrt(ImuRate(samples));
+  return {sigma.gyroscope.maxCoeff() / root_rate, sigma.accelerometer.maxCoeff() / root_rate};
 }
 
 std::vector<TimeInterval> StaticIntervals(const std::vector<ImuSample>& samples, const ImuNoise& noise,

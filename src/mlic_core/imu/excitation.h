@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "mlic_core/common/time_interval.h"
@@ -12,11 +13,21 @@ namespace mlic {
 // Samples per second, from the median period.
 double ImuRate(const std::vector<ImuSample>& samples);
 
-// White-noise densities from the third differences of the samples, in which motion slower than a tenth of the
-// rate hardly shows: of white noise with sigma s they have the variance 20 s^2, and the density is s /
-// sqrt(rate). Robust, so that shocks do not count; the largest of the three axes. Vibration counts as noise,
-// which is what a trajectory that cannot follow it must see; a sensor's own low-pass filter makes the result
-// too small, but never less than 2e-6 rad/s/sqrt(Hz) and 2e-5 m/s^2/sqrt(Hz).
+// Sigmas of single samples along the IMU's axes: rad/s, m/s^2. Axes differ on a vehicle, which shakes more up
+// and down than it does forward.
+struct ImuSigma {
+  Eigen::Vector3d gyroscope = Eigen::Vector3d::Zero();
+  Eigen::Vector3d accelerometer = Eigen::Vector3d::Zero();
+};
+
+// From the given densities, or else from the third differences of the samples, in which motion slower than a
+// tenth of the rate hardly shows: of white noise with sigma s they have the variance 20 s^2. Robust, so that
+// shocks do not count. Vibration counts as noise, which is what a trajectory that cannot follow it must see;
+// a sensor's own low-pass filter makes the result too small, but never less than 2e-6 rad/s/sqrt(Hz) and 2e-5
+// m/s^2/sqrt(Hz).
+ImuSigma SampleSigma(const std::vector<ImuSample>& samples, const std::optional<ImuNoise>& given);
+
+// White-noise densities, sigma / sqrt(rate), of the noisiest axis of SampleSigma.
 ImuNoise EstimateImuNoise(const std::vector<ImuSample>& samples);
 
 // Where the IMU (on its own clock) is at rest for at least `shortest` seconds, by the spread of rates and

@@ -86,7 +86,7 @@ auto Members(LandmarkSet& set) { return std::tie(set.points, set.observations, s
 auto Members(RefinementProgress& progress) {
   return std::tie(progress.state, progress.imu_sigma, progress.noise, progress.landmark_noise,
                   progress.camera_held, progress.sigmas, progress.match_noise, progress.landmarks,
-                  progress.rounds, progress.many_points, progress.lines, progress.held_out);
+                  progress.rounds, progress.points_per_scan, progress.lines, progress.held_out);
 }
 
 template <>

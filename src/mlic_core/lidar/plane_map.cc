@@ -15,7 +15,10 @@ constexpr std::size_t kFewestPoints = 20;  // of a plane
 constexpr int kFewestScans = 4;            // that see a plane
 constexpr double kGrazingCosine = 0.26;    // 75 deg
 constexpr double kGateSigmas = 3.0;
-constexpr double kThicknessSigmas = 1.5;  // a plane's scatter may be this much of its points' noise
+// A plane may scatter by this much of its points' noise, and its points count for less by as much: real
+// surfaces are rough, and what scatters because the state is still wrong is what shows that
+// it is.
+constexpr double kThicknessSigmas = 3.0;
 
 // Root voxel (17 bits an axis), then 3 bits for each split: sorted keys make every voxel of every level
 // contiguous.
