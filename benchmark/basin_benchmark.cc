@@ -64,12 +64,4 @@ void Run(int argc, char** argv) {
 }  // namespace
 }  // namespace mlic
 
-int main(int argc, char** argv) {
-  try {
-    mlic::Run(argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "basin_benchmark: %s\n", error.what());
-    return 1;
-  }
-  return 0;
-}
+int main(int argc, char** argv) { return mlic::RunBenchmark("basin_benchmark", mlic::Run, argc, argv); }

@@ -48,4 +48,14 @@ MatchingScene::MatchingScene(const MatchingSceneOptions& options) {
   });
 }
 
+int RunBenchmark(const char* name, void (*run)(int, char**), int argc, char** argv) {
+  try {
+    run(argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s: %s\n", name, error.what());
+    return 1;
+  }
+  return 0;
+}
+
 }  // namespace mlic

@@ -39,4 +39,7 @@ class MatchingScene {
   std::vector<PhotoOnMap> photos_;
 };
 
+// run(argc, argv) with errors printed as "name: what"; the exit status.
+int RunBenchmark(const char* name, void (*run)(int, char**), int argc, char** argv);
+
 }  // namespace mlic

@@ -121,12 +121,4 @@ void Run(int argc, char** argv) {
 }  // namespace
 }  // namespace mlic
 
-int main(int argc, char** argv) {
-  try {
-    mlic::Run(argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "nid_benchmark: %s\n", error.what());
-    return 1;
-  }
-  return 0;
-}
+int main(int argc, char** argv) { return mlic::RunBenchmark("nid_benchmark", mlic::Run, argc, argv); }

@@ -30,13 +30,6 @@ std::optional<RotationGuess> GuessOfRotation(const LidarConfig& lidar) {
   return RotationGuess{lidar.guess->T_imu_sensor.rotation, lidar.guess->sigma_rotation};
 }
 
-// s between scans.
-double MedianPeriod(const std::vector<TimedPose>& poses) {
-  std::vector<double> periods;
-  for (std::size_t k = 1; k < poses.size(); ++k) periods.push_back(poses[k].time - poses[k - 1].time);
-  return Median(std::move(periods));
-}
-
 // The alignment tells something: a peak well above chance and an offset good to a tenth of a second.
 bool IsUsable(const AngularRateAlignment& alignment) {
   return alignment.valid && alignment.time_offset_sigma < 0.05 && alignment.inlier_share > 0.3;
@@ -136,13 +129,9 @@ std::optional<LeverArmGuess> LeverArmGuessOf(const LidarConfig& lidar) {
 
 // A LiDAR's odometry against gyroscope and accelerometer, rad m; smaller is better. Where a narrow view holds
 // floor and one wall for some seconds, odometry slips along them: rotation does not tell, accelerations do.
-double Disagreement(const Drive& drive, const OdometryResult& odometry, const AngularRateAlignment& alignment,
-                    const std::optional<LeverArmGuess>& lever_guess) {
+double Disagreement(const AngularRateAlignment& alignment, const GravityLeverArm& arm) {
   constexpr double kLeastShare = 0.1;
   constexpr double kUnknown = 1.0;  // m
-  const GravityLeverArm arm =
-      SolveGravityLeverArm(drive.imu, TimedPoses(odometry), alignment.R_imu_lidar, alignment.time_offset,
-                           alignment.gyroscope_bias, lever_guess, alignment.rotation_covariance);
   const double position = arm.valid ? arm.residual_rms / std::max(kLeastShare, arm.inlier_share) : kUnknown;
   return position * alignment.residual_rms / std::max(kLeastShare, alignment.inlier_share);
 }
@@ -150,13 +139,10 @@ double Disagreement(const Drive& drive, const OdometryResult& odometry, const An
 // Starts the drive's trajectory from the base LiDAR's odometry: gravity-aligned, position and yaw of the
 // first pose zero; then the spline is fitted to poses and IMU together.
 bool InitializeDrive(const Dataset& dataset, std::size_t d, const OdometryResult& odometry,
-                     const AngularRateAlignment& alignment, const std::optional<LeverArmGuess>& lever_guess,
+                     const AngularRateAlignment& alignment, const GravityLeverArm& arm,
                      Initialization* result, RigidTransform* T_imu_base) {
   const Drive& drive = dataset.drives[d];
   const std::vector<TimedPose> poses = TimedPoses(odometry);
-  const GravityLeverArm arm =
-      SolveGravityLeverArm(drive.imu, poses, alignment.R_imu_lidar, alignment.time_offset,
-                           alignment.gyroscope_bias, lever_guess, alignment.rotation_covariance);
   if (!arm.valid) {
     result->problems.push_back("gravity and lever arm were not found: " + arm.failure);
     return false;
@@ -244,17 +230,25 @@ Initialization Initialize(const Rig& rig, const Dataset& dataset, const std::vec
   }
   // The base is the LiDAR that agrees best with gyroscope and accelerometer over all drives.
   double best = 1e9;
+  std::vector<GravityLeverArm> arms;  // of the base, for each drive
   for (std::size_t l = 0; l < lidars; ++l) {
     double disagreement = 0.0;
+    std::vector<GravityLeverArm> of_lidar(odometry.size());
     for (std::size_t d = 0; d < odometry.size(); ++d) {
       const AngularRateAlignment& a = odometry[d].alignments[l];
-      disagreement += IsUsable(a) ? Disagreement(dataset.drives[d], odometry[d].lidars[l], a,
-                                                 LeverArmGuessOf(rig.lidars[l]))
-                                  : 1e9;
+      if (!IsUsable(a)) {
+        disagreement += 1e9;
+        continue;
+      }
+      of_lidar[d] = SolveGravityLeverArm(dataset.drives[d].imu, TimedPoses(odometry[d].lidars[l]),
+                                         a.R_imu_lidar, a.time_offset, a.gyroscope_bias,
+                                         LeverArmGuessOf(rig.lidars[l]), a.rotation_covariance);
+      disagreement += Disagreement(a, of_lidar[d]);
     }
     if (disagreement < best) {
       best = disagreement;
       result.base_lidar = l;
+      arms = std::move(of_lidar);
     }
   }
   if (best >= 1e9) {
@@ -269,8 +263,8 @@ Initialization Initialize(const Rig& rig, const Dataset& dataset, const std::vec
   const std::optional<LeverArmGuess> lever_guess = LeverArmGuessOf(rig.lidars[base]);
   for (std::size_t d = 0; d < dataset.drives.size(); ++d) {
     cancellation.ThrowIfCancelled();
-    if (!InitializeDrive(dataset, d, odometry[d].lidars[base], odometry[d].alignments[base], lever_guess,
-                         &result, &T_imu_base)) {
+    if (!InitializeDrive(dataset, d, odometry[d].lidars[base], odometry[d].alignments[base], arms[d], &result,
+                         &T_imu_base)) {
       return result;
     }
     CheckAccelerometerLag(dataset.drives[d], odometry[d].lidars[base], odometry[d].alignments[base],

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <functional>
 
-#include "mlic_core/imu/imu_samples.h"
+#include "mlic_core/common/order_statistics.h"
 
 namespace mlic {
 namespace {

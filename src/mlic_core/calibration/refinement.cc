@@ -106,7 +106,6 @@ void Refinement::MatchMap() {
   cameras_before_map_ = state_.cameras;
   match_noise_.assign(rig_.cameras.size(), kLeastMatchNoise);
   rounds_ = 0;
-  converged_ = false;
 }
 
 void Refinement::AssociateLandmarks(const Progress& progress, const Line& line) {
@@ -161,7 +160,6 @@ void Refinement::AddCameras(const CameraInitialization& cameras, const std::vect
     always_held_.back().intrinsics.assign(state_.cameras[c].intrinsics.parameters.size(), !cameras.found[c]);
   }
   rounds_ = 0;
-  converged_ = false;
 }
 
 void Refinement::MeasureImuSigma() {
@@ -268,8 +266,7 @@ void Refinement::AdjustJointly(double until, const Progress& progress, const Lin
     Show(stage, round);
     progress(std::min(0.95, (round + 1.0) / (least_rounds + 2)));
     const bool more = many && TakeMorePoints();
-    converged_ = many && !more && change < until;
-    if (converged_ && round + 1 >= least_rounds) break;
+    if (many && !more && change < until && round + 1 >= least_rounds) break;
     // The map has settled once the noise has: then all points take part.
     if (!many && (change < 1.0 || round + 1 >= least_rounds - 1)) points_per_scan_ = kManyPoints;
     if (!tracks_.empty()) HoldWhatIsNotShown();

@@ -123,7 +123,6 @@ class Refinement {
   SolveSummary last_solve_;
   double correlation_ = 1.0;  // of the points, measured once the calibration stands still
   std::vector<StampErrors> stamp_errors_;
-  bool converged_ = false;
   double unsettled_ = 0.0;
 };
 

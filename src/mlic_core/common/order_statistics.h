@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 namespace mlic {
@@ -23,6 +24,14 @@ T Median(std::vector<T> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
+}
+
+// Between successive items' `time`, in order; zero for fewer than two.
+template <typename Timed>
+double MedianPeriod(const std::vector<Timed>& ordered) {
+  std::vector<double> periods;
+  for (std::size_t i = 1; i < ordered.size(); ++i) periods.push_back(ordered[i].time - ordered[i - 1].time);
+  return Median(std::move(periods));
 }
 
 }  // namespace mlic

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/imu/cubic_signal.h"
 #include "mlic_core/imu/imu_samples.h"

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mlic_core/common/order_statistics.h"
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/imu/imu_samples.h"
 

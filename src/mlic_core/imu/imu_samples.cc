@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "mlic_core/common/error.h"
-#include "mlic_core/common/order_statistics.h"
 
 namespace mlic {
 
@@ -25,14 +24,6 @@ std::vector<ImuSample> OrderedFiniteSamples(const std::vector<ImuSample>& sample
         "topic and the chosen part of the drive");
   }
   return kept;
-}
-
-double MedianPeriod(const std::vector<ImuSample>& ordered_samples) {
-  std::vector<double> periods;
-  for (std::size_t i = 1; i < ordered_samples.size(); ++i) {
-    periods.push_back(ordered_samples[i].time - ordered_samples[i - 1].time);
-  }
-  return Median(std::move(periods));
 }
 
 double LongestBridgedPeriod(double median_period) { return std::max(4.0 * median_period, 0.03); }

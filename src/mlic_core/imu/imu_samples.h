@@ -10,9 +10,6 @@ namespace mlic {
 // fewer than 4 remain.
 std::vector<ImuSample> OrderedFiniteSamples(const std::vector<ImuSample>& samples);
 
-// Median time between neighbours, s.
-double MedianPeriod(const std::vector<ImuSample>& ordered_samples);
-
 // The longest time between two neighbours that interpolation may bridge: four periods, and at least 30 ms.
 // What is longer is a gap.
 double LongestBridgedPeriod(double median_period);
