@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mlic_core/calibration/ring_corrections.h"
 #include "mlic_core/calibration/time_windows.h"
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/parallel.h"
@@ -12,12 +13,19 @@ namespace {
 
 constexpr double kMostPlanes = 2000.0;  // for each stretch of kLongestTie
 
+// The point as its ring's correction has it.
+Eigen::Vector3f PositionOf(const LidarPoint& point, const CalibrationState& state, int lidar) {
+  if (state.rings.empty() || point.ring >= state.rings[lidar].size()) return point.position;
+  return CorrectedPoint(point.position, state.rings[lidar][point.ring]);
+}
+
 struct ScanSamples {
   std::vector<MapSample> samples;
 };
 
-void DrawScan(const LidarScan& scan, const SplitSpline& trajectory, const SensorCalibration& calibration,
-              int lidar, int scan_index, std::size_t largest, ScanSamples* out) {
+void DrawScan(const LidarScan& scan, const SplitSpline& trajectory, const CalibrationState& state, int lidar,
+              int scan_index, std::size_t largest, ScanSamples* out) {
+  const SensorCalibration& calibration = state.lidars[lidar];
   const std::size_t stride = std::max<std::size_t>(1, (scan.points.size() + largest - 1) / largest);
   const Eigen::Matrix3d R_imu_lidar = calibration.T_imu_sensor.rotation.toRotationMatrix();
   // Another phase of the stride in each scan, so that the same ring is not taken always.
@@ -29,7 +37,7 @@ void DrawScan(const LidarScan& scan, const SplitSpline& trajectory, const Sensor
         trajectory.rotation.Evaluate(SplineBasis(trajectory.rotation.knots(), t));
     const Eigen::Vector3d position =
         trajectory.position.Position(SplineBasis(trajectory.position.knots(), t));
-    const Eigen::Vector3d arm = R_imu_lidar * point.position.cast<double>();
+    const Eigen::Vector3d arm = R_imu_lidar * PositionOf(point, state, lidar).cast<double>();
     MapSample sample;
     sample.position =
         (rotation.rotation * (arm + calibration.T_imu_sensor.translation) + position).cast<float>();
@@ -52,8 +60,8 @@ std::vector<MapSample> DrawMap(const Drive& drive, const CalibrationState& state
   std::vector<ScanSamples> parts(scans.size());
   ParallelFor(scans.size(), [&](std::size_t k) {
     const auto [lidar, scan] = scans[k];
-    DrawScan(drive.lidars[lidar].scans[scan], state.drives[drive_index].trajectory, state.lidars[lidar],
-             lidar, scan, options.points_per_scan, &parts[k]);
+    DrawScan(drive.lidars[lidar].scans[scan], state.drives[drive_index].trajectory, state, lidar, scan,
+             options.points_per_scan, &parts[k]);
   });
   std::vector<MapSample> samples;
   std::size_t count = 0;
@@ -92,7 +100,8 @@ PlaneAssociation AssociatePlanes(const Drive& drive, const CalibrationState& sta
       const LidarPoint& point = scan.points[sample.index];
       const double cosine = plane.plane.normal.dot(sample.view.cast<double>());
       PlaneObservation& o = association.observations[association.begin[p] + i];
-      o.position = point.position;
+      o.position = PositionOf(point, state, sample.lidar);
+      o.ring = point.ring;
       o.cos_incidence = static_cast<float>(cosine);
       o.intensity = point.intensity;
       o.sigma = static_cast<float>(noise[sample.lidar].Sigma(cosine) * plane.inflation / cosine);

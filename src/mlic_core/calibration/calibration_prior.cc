@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "mlic_core/calibration/joint_problem.h"
 #include "mlic_core/geometry/so3.h"
 
@@ -30,6 +32,20 @@ void AddDistortion(const CameraIntrinsics& intrinsics, int at, Eigen::MatrixXd* 
   }
 }
 
+// Pixels are square to a thousandth, or, in anamorphic video, off by several hundredths. A car hardly
+// pitches, and its vertical focal length rests on how well its trajectory has that little: this tells it at
+// once.
+void AddSquarePixels(const CameraIntrinsics& intrinsics, int at, Eigen::MatrixXd* information,
+                     Eigen::VectorXd* gradient) {
+  constexpr double kSquare = 1e-3, kFarFromSquare = 0.03;
+  const double difference = intrinsics.parameters[0] - intrinsics.parameters[1];
+  if (std::abs(difference) > kFarFromSquare * intrinsics.parameters[0]) return;
+  const double sigma = kSquare * intrinsics.parameters[0];
+  const Eigen::Vector2d row(1.0 / sigma, -1.0 / sigma);
+  information->block<2, 2>(at, at) += row * row.transpose();
+  gradient->segment<2>(at) += row * (difference / sigma);
+}
+
 }  // namespace
 
 void CalibrationPrior(const JointProblem& problem, const CalibrationState& state, const Layout& layout,
@@ -46,6 +62,7 @@ void CalibrationPrior(const JointProblem& problem, const CalibrationState& state
                information, gradient);
     }
     AddDistortion(state.cameras[c].intrinsics, layout.Intrinsics(c), information, gradient);
+    AddSquarePixels(state.cameras[c].intrinsics, layout.Intrinsics(c), information, gradient);
     if (layout.Readout(c) < 0) continue;
     // A rolling shutter takes between nothing and an image's period to read out.
     constexpr double kReadoutWeight = 1.0 / (0.05 * 0.05);

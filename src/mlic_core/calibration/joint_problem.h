@@ -16,11 +16,12 @@ namespace mlic {
 
 // A point tied to a plane.
 struct PlaneObservation {
-  Eigen::Vector3f position;  // LiDAR frame
+  Eigen::Vector3f position;  // LiDAR frame, its ring's correction applied
   float sigma;               // m, along the beam
   float cos_incidence;
   float intensity;
   std::int32_t lidar;
+  std::uint16_t ring;
   double time;  // LiDAR clock
 };
 

@@ -8,6 +8,7 @@
 #include "mlic_core/calibration/held_out_matches.h"
 #include "mlic_core/calibration/intrinsics_observability.h"
 #include "mlic_core/calibration/result_assembly.h"
+#include "mlic_core/calibration/ring_corrections.h"
 #include "mlic_core/calibration/snapshot.h"
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/geometry/so3.h"
@@ -254,6 +255,8 @@ void Refinement::AdjustJointly(double until, const Progress& progress, const Lin
     }
     MeasureImuSigma();
     const double change = ChangeInSigmas(before);
+    // Not before: extrinsics on their way look like rings that err.
+    if (many && change < 1.0) state_.rings = MeasureRingCorrections(problem_.planes, state_);
     if (!state_.lidars.empty()) sigmas_ = SigmasAgainstLidar(Analyze(), state_, base_lidar_);
     char text[200];
     std::snprintf(
@@ -340,10 +343,14 @@ void Refinement::MeasureCorrelation(const Line& line) {
   for (std::size_t l = 0; l < state_.lidars.size(); ++l) {
     correlation_ = std::max(correlation_, stamp_errors_[l].excess);
   }
-  char text[120];
+  char text[200];
   std::snprintf(text, sizeof(text), "points share errors: sigmas grow by a factor of %.2f",
                 std::sqrt(correlation_));
   line(text);
+  for (std::size_t l = 0; l < state_.rings.size(); ++l) {
+    const std::string found = DescribeCorrections(state_.rings[l]);
+    if (!found.empty()) line(rig_.lidars[l].name + found);
+  }
 }
 
 double Refinement::ChangeInSigmas(const CalibrationState& before) const {

@@ -23,8 +23,16 @@ struct CameraCalibration {
   double readout = 0.0;  // s, from row 0 to the row below the last; 0 for global shutters
 };
 
+// What a ring's points need added: to the range (m) and to the elevation (rad).
+struct RingCorrection {
+  float range = 0.0f;
+  float elevation = 0.0f;
+};
+using RingCorrections = std::vector<RingCorrection>;  // by ring; rings beyond its end need none
+
 struct CalibrationState {
   std::vector<SensorCalibration> lidars;
+  std::vector<RingCorrections> rings;  // of each LiDAR; empty: none
   std::vector<CameraCalibration> cameras;
   Eigen::Matrix3d gyroscope_matrix = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d accelerometer_matrix = Eigen::Matrix3d::Identity();

@@ -13,6 +13,8 @@ template <>
 struct IsFlat<PlaneNoise> : std::true_type {};
 template <>
 struct IsFlat<LandmarkNoise> : std::true_type {};
+template <>
+struct IsFlat<RingCorrection> : std::true_type {};
 
 // Splines are their knots and control points; the rest follows from these.
 template <typename Spline>
@@ -51,8 +53,8 @@ auto Members(CameraCalibration& camera) {
   return std::tie(camera.sensor, camera.intrinsics, camera.rolling_shutter, camera.readout);
 }
 auto Members(CalibrationState& state) {
-  return std::tie(state.lidars, state.cameras, state.gyroscope_matrix, state.accelerometer_matrix,
-                  state.drives);
+  return std::tie(state.lidars, state.rings, state.cameras, state.gyroscope_matrix,
+                  state.accelerometer_matrix, state.drives);
 }
 
 auto Members(AngularRateAlignment& alignment) {
