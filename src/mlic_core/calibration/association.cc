@@ -13,12 +13,6 @@ namespace {
 
 constexpr double kMostPlanes = 2000.0;  // for each stretch of kLongestTie
 
-// The point as its ring's correction has it.
-Eigen::Vector3f PositionOf(const LidarPoint& point, const CalibrationState& state, int lidar) {
-  if (state.rings.empty() || point.ring >= state.rings[lidar].size()) return point.position;
-  return CorrectedPoint(point.position, state.rings[lidar][point.ring]);
-}
-
 struct ScanSamples {
   std::vector<MapSample> samples;
 };
@@ -37,7 +31,7 @@ void DrawScan(const LidarScan& scan, const SplitSpline& trajectory, const Calibr
         trajectory.rotation.Evaluate(SplineBasis(trajectory.rotation.knots(), t));
     const Eigen::Vector3d position =
         trajectory.position.Position(SplineBasis(trajectory.position.knots(), t));
-    const Eigen::Vector3d arm = R_imu_lidar * PositionOf(point, state, lidar).cast<double>();
+    const Eigen::Vector3d arm = R_imu_lidar * CorrectedPoint(point, state, lidar).cast<double>();
     MapSample sample;
     sample.position =
         (rotation.rotation * (arm + calibration.T_imu_sensor.translation) + position).cast<float>();
@@ -100,7 +94,7 @@ PlaneAssociation AssociatePlanes(const Drive& drive, const CalibrationState& sta
       const LidarPoint& point = scan.points[sample.index];
       const double cosine = plane.plane.normal.dot(sample.view.cast<double>());
       PlaneObservation& o = association.observations[association.begin[p] + i];
-      o.position = PositionOf(point, state, sample.lidar);
+      o.position = CorrectedPoint(point, state, sample.lidar);
       o.ring = point.ring;
       o.cos_incidence = static_cast<float>(cosine);
       o.intensity = point.intensity;

@@ -6,6 +6,7 @@
 #include <map>
 #include <tuple>
 
+#include "mlic_core/calibration/ring_corrections.h"
 #include "mlic_core/camera/image_quality.h"
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/crossmodal/cross_modal_matches.h"
@@ -215,8 +216,9 @@ MapMatches MatchCamerasToMap(const Dataset& dataset, const std::vector<TrackSet>
   for (std::size_t w = 0; w < windows.size(); ++w) {
     cancellation.ThrowIfCancelled();
     const auto& [d, window] = windows[w];
-    const IntensityMap map = BuildIntensityMap(CollectReturns(dataset.drives[d], state.drives[d].trajectory,
-                                                              state.lidars, options.map_points, window));
+    const IntensityMap map =
+        BuildIntensityMap(CollectReturns(dataset.drives[d], state.drives[d].trajectory, state.lidars,
+                                         options.map_points, window, CorrectionOfRings(state)));
     if (map.points.empty()) continue;
     std::vector<std::unique_ptr<const ViewRenderer>> renderers(cameras);
     std::vector<std::vector<Photo>> of_cameras(cameras);

@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 
+#include "mlic_core/calibration/ring_corrections.h"
 #include "mlic_core/crossmodal/renderer.h"
 
 namespace mlic {
@@ -68,12 +69,14 @@ CameraProjection ProjectOnPhoto(const std::string& name, const Drive& drive, std
   out.camera = name;
   out.images = drive.cameras[camera].images;
   while (out.image + 1 < out.images->Count() && out.images->Time(out.image) < stamp) ++out.image;
-  const auto returns = CollectReturns(drive, trajectory, state.lidars, kMostPoints,
-                                      TimeInterval{time - kOverlaySeconds, time + kOverlaySeconds});
+  const auto returns =
+      CollectReturns(drive, trajectory, state.lidars, kMostPoints,
+                     TimeInterval{time - kOverlaySeconds, time + kOverlaySeconds}, CorrectionOfRings(state));
   out.before = Overlay(returns, trajectory, before, stamp);
   out.after = Overlay(returns, trajectory, after, stamp);
-  const IntensityMap map = BuildIntensityMap(CollectReturns(
-      drive, trajectory, state.lidars, kMapPoints, TimeInterval{time - kMapSeconds, time + kMapSeconds}));
+  const IntensityMap map = BuildIntensityMap(
+      CollectReturns(drive, trajectory, state.lidars, kMapPoints,
+                     TimeInterval{time - kMapSeconds, time + kMapSeconds}, CorrectionOfRings(state)));
   out.rendering =
       ViewRenderer(map, after.intrinsics, RenderOptions())
           .Render(PoseOnTrajectory(trajectory, after.sensor, stamp, after.readout, after.intrinsics.height))

@@ -205,6 +205,17 @@ Eigen::Vector3f CorrectedPoint(const Eigen::Vector3f& position, const RingCorrec
   return (x * (1.0 + correction.range / x.norm()) + correction.elevation * ElevationTangent(x)).cast<float>();
 }
 
+Eigen::Vector3f CorrectedPoint(const LidarPoint& point, const CalibrationState& state, std::size_t lidar) {
+  if (state.rings.empty() || point.ring >= state.rings[lidar].size()) return point.position;
+  return CorrectedPoint(point.position, state.rings[lidar][point.ring]);
+}
+
+PointCorrection CorrectionOfRings(const CalibrationState& state) {
+  const auto has_none = [](const RingCorrections& rings) { return rings.empty(); };
+  if (std::all_of(state.rings.begin(), state.rings.end(), has_none)) return nullptr;
+  return [&state](std::size_t lidar, const LidarPoint& point) { return CorrectedPoint(point, state, lidar); };
+}
+
 std::vector<RingCorrections> MeasureRingCorrections(const std::vector<PlaneAssociation>& associations,
                                                     const CalibrationState& state) {
   const std::vector<Quarters> sums = SumRings(associations, state);

@@ -5,11 +5,18 @@
 #include <vector>
 
 #include "mlic_core/calibration/joint_problem.h"
+#include "mlic_core/crossmodal/intensity_map.h"
 
 namespace mlic {
 
 // The point as its ring's correction has it. Elevation is measured from the plane across the LiDAR's z axis.
 Eigen::Vector3f CorrectedPoint(const Eigen::Vector3f& position, const RingCorrection& correction);
+
+// The same for a point of one of the state's LiDARs; where the state has no correction, as measured.
+Eigen::Vector3f CorrectedPoint(const LidarPoint& point, const CalibrationState& state, std::size_t lidar);
+
+// The same for drawing maps; nothing where no LiDAR has corrections. The state must outlive it.
+PointCorrection CorrectionOfRings(const CalibrationState& state);
 
 // What the lasers of a LiDAR err by, each for itself: a range too long, an elevation too high. An HDL-64E's
 // rings are off by 22 mm and 0.05 deg (rms), which is several times what single points scatter by on near

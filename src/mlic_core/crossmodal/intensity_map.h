@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -56,12 +57,16 @@ struct IntensityMapOptions {
   bool remove_moving = true;  // what other beams saw through at other times is left out
 };
 
+// Where a point of a LiDAR (its index) is in the LiDAR's frame, when that is not where it was measured.
+using PointCorrection = std::function<Eigen::Vector3f(std::size_t lidar, const LidarPoint& point)>;
+
 // The returns of a drive's scans whose stamps lie in a window (IMU clock; all without one), at the given
 // calibration (lidars[i] belongs to drive.lidars[i]), in order of LiDAR and time; times outside the
 // trajectory's span are left out. At most largest_count, picked evenly.
 std::vector<MapReturn> CollectReturns(const Drive& drive, const SplitSpline& trajectory,
                                       const std::vector<SensorCalibration>& lidars, std::size_t largest_count,
-                                      const std::optional<TimeInterval>& window = std::nullopt);
+                                      const std::optional<TimeInterval>& window = std::nullopt,
+                                      const PointCorrection& correction = nullptr);
 
 // The map of any returns (a drive's, or one scan's). Intensities of all LiDARs are brought to one scale from
 // what they saw in common. The result does not depend on the number of threads.

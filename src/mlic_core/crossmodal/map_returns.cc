@@ -49,7 +49,8 @@ double Draw(std::size_t scan, std::size_t point) {
 
 std::vector<MapReturn> CollectReturns(const Drive& drive, const SplitSpline& trajectory,
                                       const std::vector<SensorCalibration>& lidars, std::size_t largest_count,
-                                      const std::optional<TimeInterval>& window) {
+                                      const std::optional<TimeInterval>& window,
+                                      const PointCorrection& correction) {
   std::vector<std::pair<std::size_t, std::size_t>> scans;  // LiDAR, scan
   std::size_t total = 0;
   for (std::size_t l = 0; l < drive.lidars.size(); ++l) {
@@ -78,7 +79,7 @@ std::vector<MapReturn> CollectReturns(const Drive& drive, const SplitSpline& tra
       const LidarPoint& point = scan.points[i];
       if (Draw(k, i) >= share || !trajectory.Contains(clock + point.time)) continue;
       MapReturn r;
-      poses.Place(clock + point.time, point.position, &r);
+      poses.Place(clock + point.time, correction ? correction(l, point) : point.position, &r);
       r.intensity = point.intensity;
       r.ring = point.ring;
       r.lidar = static_cast<std::uint16_t>(l);
