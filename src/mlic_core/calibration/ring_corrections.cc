@@ -12,7 +12,8 @@ namespace mlic {
 namespace {
 
 constexpr std::size_t kFewestRings = 8;
-constexpr double kFewestPoints = 300.0;  // of a ring, in either half
+constexpr std::uint16_t kMostRings = 1024;  // higher numbers are no rings
+constexpr double kFewestPoints = 300.0;     // of a ring, in either half
 // Of the points' variance: what corrections from one half must take away in the other.
 constexpr double kLeastExplained = 0.2;
 // What rings err by at least, root mean square, to be worth correcting: either.
@@ -87,7 +88,7 @@ void RingSums::AddPlane(std::size_t p, std::vector<Quarters>* sums) const {
     const PlaneObservation& o = association.observations[k];
     const double whitened = residuals[k] / o.sigma;
     const double t = o.time + state.lidars[o.lidar].time_offset;
-    if (std::abs(whitened) > 3.0 || !rotation.knots().Contains(t)) continue;
+    if (o.ring >= kMostRings || std::abs(whitened) > 3.0 || !rotation.knots().Contains(t)) continue;
     const Eigen::Matrix3d R_map_imu = rotation.Evaluate(SplineBasis(rotation.knots(), t)).rotation;
     const Eigen::Vector3d normal = state.lidars[o.lidar].T_imu_sensor.rotation.conjugate() *
                                    (R_map_imu.transpose() * association.planes[p].plane.normal);
