@@ -193,16 +193,16 @@ TEST(CameraInitialization, ForgetsHowItFoundTheCamerasWithOtherTracks) {
   EXPECT_LT(worst.pixels, 2.0 * at_first.pixels);
 }
 
-// The information of one camera in which everything is known well, but for a sigma of p2.
-std::vector<HeldCameraParameters> HeldWith(double sigma, double sensitivity) {
+// The information of one camera in which everything is known well, but for a sigma of one of its intrinsics.
+std::vector<HeldCameraParameters> HeldWith(double sigma, double sensitivity, int parameter = 7) {
   CalibrationState state;
   state.cameras = {Camera(PlumbBob(), {-90.0, 0.0, 0.0}, {0.0, 0.5, 0.2}, 0.01)};
   const Layout layout(state, false);
   const Eigen::VectorXd limits = CalibrationLimits(state, layout);
   Eigen::MatrixXd information = limits.cwiseAbs2().cwiseInverse().asDiagonal();
   information *= 1e6;
-  const int p2 = layout.Intrinsics(0) + 7;
-  information(p2, p2) = 1.0 / (sigma * sigma);
+  const int at = layout.Intrinsics(0) + parameter;
+  information(at, at) = 1.0 / (sigma * sigma);
   return HoldUndeterminedIntrinsics(information, state, layout, {}, {sensitivity});
 }
 
@@ -214,6 +214,12 @@ TEST(CameraInitialization, HoldsTangentialTermsThatPatternsOfErrorsCanFake) {
   EXPECT_EQ(HeldWith(1e-4, 1200.0)[0].intrinsics, both);
   // Four times as many sights halve the sigma and tell no more.
   EXPECT_EQ(HeldWith(5e-5, 2400.0)[0].intrinsics, both);
+}
+
+TEST(CameraInitialization, TakesPixelsForSquareWhereTheRatioIsNotTold) {
+  constexpr int kVertical = 1;
+  EXPECT_FALSE(HeldWith(0.2, 1.0, kVertical)[0].square_pixels);
+  EXPECT_TRUE(HeldWith(0.4, 1.0, kVertical)[0].square_pixels);
 }
 
 // Against the covariance of parameters that are considered: A^-1 + A^-1 B Q B^T A^-1.

@@ -32,9 +32,7 @@ void AddDistortion(const CameraIntrinsics& intrinsics, int at, Eigen::MatrixXd* 
   }
 }
 
-// Pixels are square to a thousandth, or, in anamorphic video, off by several hundredths. A car hardly
-// pitches, and its vertical focal length rests on how well its trajectory has that little: this tells it at
-// once.
+// Pixels are square to a thousandth, or, in anamorphic video, off by several hundredths.
 void AddSquarePixels(const CameraIntrinsics& intrinsics, int at, Eigen::MatrixXd* information,
                      Eigen::VectorXd* gradient) {
   constexpr double kSquare = 1e-3, kFarFromSquare = 0.03;
@@ -62,7 +60,9 @@ void CalibrationPrior(const JointProblem& problem, const CalibrationState& state
                information, gradient);
     }
     AddDistortion(state.cameras[c].intrinsics, layout.Intrinsics(c), information, gradient);
-    AddSquarePixels(state.cameras[c].intrinsics, layout.Intrinsics(c), information, gradient);
+    if (c < problem.camera_held.size() && problem.camera_held[c].square_pixels) {
+      AddSquarePixels(state.cameras[c].intrinsics, layout.Intrinsics(c), information, gradient);
+    }
     if (layout.Readout(c) < 0) continue;
     // A rolling shutter takes between nothing and an image's period to read out.
     constexpr double kReadoutWeight = 1.0 / (0.05 * 0.05);

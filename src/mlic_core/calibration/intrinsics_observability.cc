@@ -15,6 +15,7 @@ namespace {
 constexpr double kPatternError = 0.01;
 constexpr double kUsualTangential = 1e-3;  // size of the tangential terms of lenses
 constexpr int kTangential[] = {6, 7};      // their places
+constexpr double kDoubtfulRatio = 5e-4;    // sigma of fy / fx
 
 bool IsTangential(CameraModel model, int parameter) {
   return (model == CameraModel::kPlumbBob || model == CameraModel::kRationalPolynomial) &&
@@ -88,6 +89,13 @@ int NextHeld(const CameraIntrinsics& intrinsics, const std::vector<CameraParamet
     largest = excess;
   }
   return next;
+}
+
+// covariance: of the camera's intrinsics.
+bool DoubtsRatio(const CameraIntrinsics& intrinsics, const Eigen::MatrixXd& covariance,
+                 const std::vector<bool>& held) {
+  const double variance = covariance(0, 0) - 2.0 * covariance(0, 1) + covariance(1, 1);
+  return !held[0] && !held[1] && std::sqrt(variance) > kDoubtfulRatio * intrinsics.parameters[0];
 }
 
 // Where all that is held stands in the vector of calibration parameters.
@@ -207,9 +215,10 @@ std::vector<HeldCameraParameters> HoldUndeterminedIntrinsics(
     // One parameter of each camera at a time.
     for (std::size_t c = 0; c < held.size(); ++c) {
       const int at = layout.Intrinsics(c), count = static_cast<int>(held[c].intrinsics.size());
+      const Eigen::MatrixXd own = covariance.block(at, at, count, count);
+      held[c].square_pixels = DoubtsRatio(state.cameras[c].intrinsics, own, held[c].intrinsics);
       const int next =
-          NextHeld(state.cameras[c].intrinsics, jacobians[c], covariance.block(at, at, count, count),
-                   held[c].intrinsics, sensitivity[c], limit);
+          NextHeld(state.cameras[c].intrinsics, jacobians[c], own, held[c].intrinsics, sensitivity[c], limit);
       if (next < 0) continue;
       held[c].intrinsics[next] = true;
       // A lens is off its axis in one direction: both terms or none.

@@ -23,7 +23,9 @@ std::vector<double> PatternSensitivity(const std::vector<LandmarkSet>& landmarks
 // tells more of the others. Both tangential terms are held too when a pattern of errors that real lenses and
 // features leave (sensitivity: PatternSensitivity) can fake as much of one of them as lenses have: in an
 // image much wider than high, of a car that turns about the vertical, they, the centre and the pitch look
-// alike, and more sights do not help. start: what is held anyway.
+// alike, and more sights do not help. Where the data tell the ratio of the focal lengths to less than half a
+// thousandth, pixels are taken for square: a car hardly pitches, and its vertical focal length rests on how
+// well its trajectory has that little. information must be without that prior. start: what is held anyway.
 std::vector<HeldCameraParameters> HoldUndeterminedIntrinsics(const Eigen::MatrixXd& information,
                                                              const CalibrationState& state,
                                                              const Layout& layout,

@@ -76,6 +76,7 @@ struct HeldCameraParameters {
   bool time_offset = false;
   bool readout = false;
   std::vector<bool> intrinsics;  // for each parameter; empty: all move
+  bool square_pixels = false;    // both focal lengths move, and a prior has them alike
 };
 
 // A pose of the IMU that the trajectory is drawn to while it is being initialised.

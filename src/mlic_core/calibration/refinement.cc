@@ -135,6 +135,7 @@ void Refinement::AssociateLandmarks(const Progress& progress, const Line& line) 
 void Refinement::HoldWhatIsNotShown() {
   const Layout layout(state_, problem_.estimate_imu_matrices);
   if (last_solve_.information.rows() != layout.calibration) return;
+  for (HeldCameraParameters& held : problem_.camera_held) held.square_pixels = false;  // decided anew
   Eigen::MatrixXd prior;
   Eigen::VectorXd gradient;
   CalibrationPrior(problem_, state_, layout, &prior, &gradient);

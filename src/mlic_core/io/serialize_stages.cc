@@ -73,7 +73,8 @@ auto Members(Initialization& start) {
 }
 
 auto Members(HeldCameraParameters& held) {
-  return std::tie(held.rotation, held.translation, held.time_offset, held.readout, held.intrinsics);
+  return std::tie(held.rotation, held.translation, held.time_offset, held.readout, held.intrinsics,
+                  held.square_pixels);
 }
 
 template <>
