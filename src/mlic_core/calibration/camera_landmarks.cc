@@ -35,14 +35,10 @@ std::optional<BearingObservation> Sight(const LandmarkObservation& o, const Came
   return BearingObservation{T_map_camera.translation, T_map_camera.rotation * bearing, o.sigma / scale};
 }
 
-// Sights of a landmark that count as known before it is seen, in degrees of freedom: few sights say little
-// about its noise.
-constexpr double kPriorFreedom = 1.0;
-
 // By how much a landmark's noise differs from what its sights claim, given their whitened errors: the scale
 // that makes normal errors Student's t with kPriorFreedom (Lange, Little and Taylor, JASA 1989).
 double OwnNoise(const TriangulatedPoint& point) {
-  const double freedom = std::max(1, 2 * point.inliers - 3);
+  const double freedom = LandmarkFreedom(static_cast<std::size_t>(point.inliers));
   return std::sqrt((kPriorFreedom + freedom * point.rms * point.rms) / (kPriorFreedom + freedom));
 }
 

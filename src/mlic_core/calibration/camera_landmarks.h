@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <vector>
 
 #include "mlic_core/calibration/joint_problem.h"
@@ -13,6 +15,14 @@ struct LandmarkNoise {
   double spread = 1.0;      // of single sights, outliers aside: what a sight is judged by
   double dependence = 1.0;  // sights that share errors count for less: their sigmas are that much larger
 };
+
+// Sights of a landmark that count as known before it is seen, in degrees of freedom: few sights say little
+// about its own noise.
+constexpr double kPriorFreedom = 1.0;
+// How much its sights say about it.
+inline double LandmarkFreedom(std::size_t sights) {
+  return std::max(1.0, 2.0 * static_cast<double>(sights) - 3.0);
+}
 
 struct LandmarkOptions {
   std::vector<LandmarkNoise> noise;  // of each camera; empty: as the tracks claim

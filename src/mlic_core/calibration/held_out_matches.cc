@@ -1,6 +1,7 @@
 #include "mlic_core/calibration/held_out_matches.h"
 
 #include <cmath>
+#include <cstdio>
 
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/random.h"
@@ -68,6 +69,14 @@ std::vector<HeldOutMatches> EvaluateHeldOutMatches(const std::vector<LandmarkSet
     errors[c].median = Median(std::move(lengths[c]));
   }
   return errors;
+}
+
+std::string DescribeHeldOut(const HeldOutMatches& matches) {
+  char text[200];
+  std::snprintf(text, sizeof(text),
+                ": %zu matches held out of the solve are off by %.2f px in the median, %.2f px rms",
+                matches.count, matches.median, matches.rms);
+  return text;
 }
 
 }  // namespace mlic

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include "mlic_core/calibration/joint_problem.h"
@@ -18,5 +19,8 @@ LandmarkSet TakeHeldOutMatches(LandmarkSet* matches);
 // and the trajectory that measured them. held_out: of each drive. Cameras with none have a count of 0.
 std::vector<HeldOutMatches> EvaluateHeldOutMatches(const std::vector<LandmarkSet>& held_out,
                                                    const CalibrationState& state);
+
+// What follows a camera's name in the log.
+std::string DescribeHeldOut(const HeldOutMatches& matches);
 
 }  // namespace mlic

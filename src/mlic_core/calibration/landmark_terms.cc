@@ -190,6 +190,31 @@ struct CameraSight {
   double time;
 };
 
+// The rows of one sight by its sigma and the robust loss's weight, whose cost is added. False where the
+// camera cannot see the point.
+bool WhitenedRows(const LandmarkObservation& o, const CameraSight& sight, const SplitSpline& trajectory,
+                  const SplineBasis& rotation_basis, const SplineBasis& position_basis,
+                  const Reprojection::Camera& camera, const Eigen::Vector3d& point,
+                  const Eigen::Matrix3d& J_chart, Rows* rows, double* cost) {
+  Eigen::Vector2d residual;
+  Reprojection::Jacobian J;
+  double weight;
+  if (!sight.factor.Evaluate(trajectory, rotation_basis, position_basis, camera, point, &residual, &J)) {
+    *cost += RobustCost(kLostSigmas, &weight);
+    return false;
+  }
+  const Eigen::Matrix2d shape = o.shape.cast<double>();
+  residual = shape * residual;
+  *cost += RobustCost(residual.norm() / o.sigma, &weight);
+  rows->topRows<kIntrinsics>() = J.topRows<kIntrinsics>();
+  rows->middleRows<kMostCameraParameters>(kIntrinsics) = J.bottomRows<kMostCameraParameters>();
+  rows->middleRows<3>(kPoint) = J_chart * J.middleRows<3>(Reprojection::kPoint);
+  *rows *= shape.transpose();
+  rows->row(kResidual) = residual.transpose();
+  *rows *= std::sqrt(weight) / o.sigma;
+  return true;
+}
+
 }  // namespace
 
 void AddLandmarks(const LinearizationPoint& at, std::size_t d, std::size_t begin, std::size_t end,
@@ -212,23 +237,10 @@ void AddLandmarks(const LinearizationPoint& at, std::size_t d, std::size_t begin
       if (!trajectory.Contains(sight.time)) continue;
       const SplineBasis rb(trajectory.rotation.knots(), sight.time);
       const SplineBasis pb(trajectory.position.knots(), sight.time);
-      Eigen::Vector2d residual;
-      Reprojection::Jacobian J;
-      double weight;
-      if (!sight.factor.Evaluate(trajectory, rb, pb, cameras[o.camera], set.points[p].position, &residual,
-                                 &J)) {
-        sum->cost += RobustCost(kLostSigmas, &weight);
+      if (!WhitenedRows(o, sight, trajectory, rb, pb, cameras[o.camera], set.points[p].position, J_chart,
+                        &rows, &sum->cost)) {
         continue;
       }
-      const Eigen::Matrix2d shape = o.shape.cast<double>();
-      residual = shape * residual;
-      sum->cost += RobustCost(residual.norm() / o.sigma, &weight);
-      rows.topRows<kIntrinsics>() = J.topRows<kIntrinsics>();
-      rows.middleRows<kMostCameraParameters>(kIntrinsics) = J.bottomRows<kMostCameraParameters>();
-      rows.middleRows<3>(kPoint) = J_chart * J.middleRows<3>(Reprojection::kPoint);
-      rows *= shape.transpose();
-      rows.row(kResidual) = residual.transpose();
-      rows *= std::sqrt(weight) / o.sigma;
       const CameraColumns columns(at.layout, at.state, o.camera);
       if (with_knots) {
         H.noalias() = rows * rows.transpose();
@@ -243,6 +255,37 @@ void AddLandmarks(const LinearizationPoint& at, std::size_t d, std::size_t begin
     if (set.IsOnMap(p)) AddLidarSight(at, d, p, J_chart, &slots, &landmark, sum);
     slots.Release(landmark);
   }
+}
+
+std::vector<SightRows> RowsOfLandmark(const LinearizationPoint& at, std::size_t d, std::size_t p) {
+  const LandmarkSet& set = at.problem.landmarks[d];
+  const SplitSpline& trajectory = at.state.drives[d].trajectory;
+  const std::vector<Reprojection::Camera> cameras = Cameras(at.state);
+  const Eigen::Matrix3d J_chart = PointChart(set.points[p]).Jacobian().transpose();
+  std::vector<SightRows> sights;
+  Rows rows;
+  double cost = 0.0;
+  for (std::size_t k = set.begin[p]; k < set.begin[p + 1]; ++k) {
+    const LandmarkObservation& o = set.observations[k];
+    const CameraSight sight(o, at.state);
+    if (!trajectory.Contains(sight.time)) continue;
+    const SplineBasis rb(trajectory.rotation.knots(), sight.time);
+    const SplineBasis pb(trajectory.position.knots(), sight.time);
+    if (!WhitenedRows(o, sight, trajectory, rb, pb, cameras[o.camera], set.points[p].position, J_chart, &rows,
+                      &cost)) {
+      continue;
+    }
+    const CameraColumns camera(at.layout, at.state, o.camera);
+    SightRows out{&o, sight.time, {}, {}, rows.middleRows<3>(kPoint), rows.row(kResidual).transpose()};
+    const KnotColumns knots(at.layout, d, rb.first, pb.first);
+    for (int i = 0; i < kExtrinsic; ++i) out.columns.push_back(knots[i / 3] + i % 3);
+    for (int i = 0; i < 7; ++i) out.columns.push_back(at.layout.knots + camera.pose + i);
+    for (int i = 0; i < camera.count; ++i) out.columns.push_back(at.layout.knots + camera.inner + i);
+    out.jacobian.resize(static_cast<Eigen::Index>(out.columns.size()), 2);
+    out.jacobian << rows.topRows<kExtrinsic + 7>(), rows.middleRows(camera.from, camera.count);
+    sights.push_back(std::move(out));
+  }
+  return sights;
 }
 
 double LandmarkCost(const LinearizationPoint& at, std::size_t d, std::size_t begin, std::size_t end) {

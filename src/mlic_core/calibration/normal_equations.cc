@@ -5,6 +5,7 @@
 
 #include "mlic_core/calibration/envelope_cholesky.h"
 #include "mlic_core/calibration/landmark_elimination.h"
+#include "mlic_core/common/parallel.h"
 
 namespace mlic {
 namespace {
@@ -115,6 +116,22 @@ NormalSolution SolveNormalEquations(const Accumulator& sum, const std::vector<La
   solution.predicted_decrease = -gradient.dot(solution.delta);
   solution.solved = solution.delta.allFinite();
   return solution;
+}
+
+std::optional<Eigen::MatrixXd> KnotResponse(const Accumulator& sum,
+                                            const std::vector<LandmarkTies>& landmarks) {
+  const Eigen::Index calibration = sum.corner.rows();
+  EnvelopeMatrix A = KnotMatrix(sum, landmarks);
+  Eigen::MatrixXd corner = Eigen::MatrixXd::Zero(calibration + 1, calibration + 1);  // not needed
+  EliminateLandmarks(landmarks, &A, &corner);
+  if (!A.Factor()) return std::nullopt;
+  Eigen::MatrixXd response(calibration, A.border.cols());
+  ParallelFor(static_cast<std::size_t>(calibration), [&](std::size_t i) {
+    Eigen::VectorXd row = A.border.row(static_cast<Eigen::Index>(i)).transpose();
+    A.SolveTransposed(&row);
+    response.row(static_cast<Eigen::Index>(i)) = row.transpose();
+  });
+  return response;
 }
 
 }  // namespace mlic

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 namespace mlic {
@@ -63,5 +64,11 @@ NormalSolution SolveNormalEquations(const Accumulator& sum, const std::vector<La
                                     const Eigen::MatrixXd& prior, const Eigen::VectorXd& prior_gradient,
                                     const std::vector<bool>& free_calibration, double damping,
                                     bool hold_knots);
+
+// How control points follow the calibration, landmarks left free (calibration x knots): a step of the
+// calibration moves their best places by minus the transpose of this times the step. Nothing where the
+// equations have no solution.
+std::optional<Eigen::MatrixXd> KnotResponse(const Accumulator& sum,
+                                            const std::vector<LandmarkTies>& landmarks);
 
 }  // namespace mlic

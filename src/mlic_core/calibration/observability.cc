@@ -33,21 +33,30 @@ void Judge(const Eigen::Matrix3d& data_covariance, const Eigen::Matrix3d& covari
   }
 }
 
-// Of all sensors and of the calibration's other parameters; held: sensors that were given and do not move.
-ObservabilityAnalysis AnalyzeSensors(const Eigen::MatrixXd& information,
+// Of all sensors and of the calibration's other parameters; held: sensors that were given and do not move;
+// solved: the information with all that the solve held taken as known.
+ObservabilityAnalysis AnalyzeSensors(const Eigen::MatrixXd& information, const Eigen::MatrixXd& solved,
                                      const Eigen::MatrixXd& guess_information,
                                      const std::vector<std::optional<ExtrinsicGuess>>& guesses,
-                                     const std::vector<bool>& held, const Eigen::VectorXd& limits) {
+                                     const std::vector<bool>& held, const Eigen::VectorXd& limits,
+                                     const CameraDoubt& doubt, double scale) {
   const std::size_t sensors = guesses.size();
-  Eigen::MatrixXd data = information;
-  for (std::size_t l = 0; l < sensors; ++l) {
-    if (!held[l]) continue;
-    // Given, and so known: a thousandth of the limits.
-    for (int i = 0; i < 7; ++i) data(7 * l + i, 7 * l + i) += 1e6 / (limits[7 * l + i] * limits[7 * l + i]);
-  }
+  // Sensors that are given are known: to a thousandth of the limits.
+  const auto with_held = [&](Eigen::MatrixXd data) {
+    for (std::size_t l = 0; l < sensors; ++l) {
+      if (!held[l]) continue;
+      for (int i = 0; i < 7; ++i) data(7 * l + i, 7 * l + i) += 1e6 / (limits[7 * l + i] * limits[7 * l + i]);
+    }
+    return data;
+  };
   ObservabilityAnalysis analysis;
-  const Eigen::MatrixXd all_covariance = InverseInLimits(data + guess_information, limits);
-  analysis.data_covariance = InverseInLimits(data, limits).topLeftCorner(7 * sensors, 7 * sensors);
+  analysis.solved_covariance = InverseInLimits(with_held(solved) + guess_information, limits);
+  const Eigen::MatrixXd all_covariance = InverseInLimits(with_held(information) + guess_information, limits) +
+                                         VarianceOfDoubt(analysis.solved_covariance, doubt, scale);
+  const Eigen::MatrixXd data_covariance =
+      InverseInLimits(with_held(information), limits) +
+      VarianceOfDoubt(InverseInLimits(with_held(solved), limits), doubt, scale);
+  analysis.data_covariance = data_covariance.topLeftCorner(7 * sensors, 7 * sensors);
   analysis.covariance = all_covariance.topLeftCorner(7 * sensors, 7 * sensors);
   analysis.inner_sigmas =
       all_covariance.diagonal().tail(all_covariance.rows() - 7 * sensors).cwiseMax(0.0).cwiseSqrt();
@@ -80,7 +89,8 @@ ObservabilityAnalysis AnalyzeSensors(const Eigen::MatrixXd& information,
 }  // namespace
 
 ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const CalibrationState& state,
-                                         const Eigen::MatrixXd& information) {
+                                         const Eigen::MatrixXd& information, const CameraDoubt& doubt,
+                                         double scale) {
   const Layout layout(state, problem.estimate_imu_matrices);
   Eigen::MatrixXd prior;
   Eigen::VectorXd gradient;
@@ -104,7 +114,7 @@ ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const Cali
       InformationWithHeld(information, state, layout, problem.camera_held) + (prior - guess);
   ObservabilityAnalysis analysis =
       AnalyzeSensors(WithDoubtOfTangentialTerms(information, state, layout, problem.camera_held, known),
-                     guess, guesses, held, CalibrationLimits(state, layout));
+                     known, guess, guesses, held, CalibrationLimits(state, layout), doubt, scale);
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
     ObservabilityAnalysis::Intrinsics camera;
     const std::size_t count = state.cameras[c].intrinsics.parameters.size();

@@ -330,11 +330,7 @@ void Refinement::MeasureHeldOut(const Line& line) {
   for (std::size_t c = 0; c < held_out_errors_.size(); ++c) {
     const HeldOutMatches& error = held_out_errors_[c];
     if (error.count == 0) continue;
-    char text[200];
-    std::snprintf(text, sizeof(text),
-                  "%s: %zu matches held out of the solve are off by %.2f px in the median, %.2f px rms",
-                  rig_.cameras[c].name.c_str(), error.count, error.median, error.rms);
-    line(text);
+    line(rig_.cameras[c].name + DescribeHeldOut(error));
   }
 }
 
@@ -352,6 +348,11 @@ void Refinement::MeasureCorrelation(const Line& line) {
     const std::string found = DescribeCorrections(state_.rings[l]);
     if (!found.empty()) line(rig_.lidars[l].name + found);
   }
+  if (tracks_.empty()) return;
+  camera_doubt_ =
+      MeasureCameraDoubt(problem_, state_, landmark_options_,
+                         AnalyzeCalibration(problem_, state_, last_solve_.information).solved_covariance);
+  for (const std::string& text : DescribeDoubt(camera_doubt_, rig_, state_)) line(text);
 }
 
 double Refinement::ChangeInSigmas(const CalibrationState& before) const {
@@ -373,15 +374,17 @@ double Refinement::ChangeInSigmas(const CalibrationState& before) const {
   return largest;
 }
 
-Eigen::MatrixXd Refinement::ScaledInformation() const {
+double Refinement::VarianceScale() const {
   const double residuals = static_cast<double>(
       std::max<std::size_t>(1, last_solve_.observations + 2 * last_solve_.landmark_observations));
   const double scatter = std::max(1.0, last_solve_.last_cost / (residuals + 6.0 * ImuSampleCount(dataset_)));
-  return last_solve_.information / (scatter * correlation_ * (1.0 + unsettled_ * unsettled_));
+  return scatter * correlation_ * (1.0 + unsettled_ * unsettled_);
 }
 
+Eigen::MatrixXd Refinement::ScaledInformation() const { return last_solve_.information / VarianceScale(); }
+
 ObservabilityAnalysis Refinement::Analyze() const {
-  return AnalyzeCalibration(problem_, state_, ScaledInformation());
+  return AnalyzeCalibration(problem_, state_, ScaledInformation(), camera_doubt_, VarianceScale());
 }
 
 void Refinement::Show(const std::string& stage, int iteration) {

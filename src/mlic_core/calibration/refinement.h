@@ -50,7 +50,8 @@ class Refinement {
   // How well the map fits the photos where no solve looked; tells `line` of each camera.
   void MeasureHeldOut(const Line& line);
 
-  // Of the points, and of the times of LiDARs' scans, once the calibration stands still: sigmas grow by it.
+  // Of the points, of the times of LiDARs' scans and of cameras' sights, once the calibration stands still:
+  // sigmas grow by it.
   void MeasureCorrelation(const Line& line);
 
   // What to keep between rounds, and how to go on from it.
@@ -80,7 +81,8 @@ class Refinement {
   const std::vector<CameraCalibration>& cameras_before_map() const { return cameras_before_map_; }
 
   // What the data show at the last linearisation. Sigmas grow by the square root of the mean squared whitened
-  // residual where that is above one, of the points' correlation, and by what rounds still differ by.
+  // residual where that is above one, of the points' correlation, by what rounds still differ by, and what
+  // cameras say by camera_doubt.h.
   ObservabilityAnalysis Analyze() const;
 
  private:
@@ -93,6 +95,8 @@ class Refinement {
   // Solves from the state as it is: state and landmarks move together.
   SolveSummary Solve(int iterations);
   void MeasureImuSigma();
+  // By how much variances exceed those of the last solve's information.
+  double VarianceScale() const;
   Eigen::MatrixXd ScaledInformation() const;
   // Largest change of a sensor since `before`, in sigmas of the last solve.
   double ChangeInSigmas(const CalibrationState& before) const;
@@ -122,6 +126,7 @@ class Refinement {
   std::size_t points_per_scan_;
   SolveSummary last_solve_;
   double correlation_ = 1.0;  // of the points, measured once the calibration stands still
+  CameraDoubt camera_doubt_;  // likewise
   std::vector<StampErrors> stamp_errors_;
   double unsettled_ = 0.0;
 };
