@@ -26,7 +26,7 @@ PointCorrection CorrectionOfRings(const CalibrationState& state);
 // Only what is beyond doubt the sensor's: corrections from the first half of the drive must take a fifth of
 // the points' variance away in the second, and the other way round; and those of the left half of the view
 // in the right. What rings share in error with their map, or with extrinsics that are not yet right, fails
-// at that by far: simulated sensors, whose rings are right, explain less than nothing (-0.1 to -3 percent),
+// at that by far: simulated sensors, whose rings are right, explain less than nothing (0 to -6 percent),
 // an HDL-64E 34 percent each way. Corrections are taken once: what later rounds would add does not pass
 // either. LiDARs of fewer than 8 rings, or whose points carry none, have none. Returns the state's
 // corrections with those of LiDARs that had none yet.
