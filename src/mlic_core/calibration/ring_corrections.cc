@@ -186,7 +186,8 @@ void Correct(const Quarters& quarters, RingCorrections* corrections) {
   Rings all = halves[0];
   AddTo(halves[1], &all);
   const Eigen::MatrixX2d steps = Steps(all, which);
-  const Eigen::RowVector2d typical = (steps.colwise().squaredNorm() / which.size()).cwiseSqrt();
+  const Eigen::RowVector2d typical =
+      (steps.colwise().squaredNorm() / static_cast<double>(which.size())).cwiseSqrt();
   if (typical[0] < kLeastRange && typical[1] < kLeastElevation) return;
   for (int h = 0; h < 4; ++h) {
     if (Explained(Steps(halves[h], which), halves[h ^ 1], which) < kLeastExplained) return;
