@@ -32,6 +32,10 @@ constexpr int kLeastRoundsWithCameras = 3;
 // Rounds that find landmarks and matches anew; later ones keep them, as which of them just agree and which
 // just do not would change for ever.
 constexpr int kLandmarkRounds = 3;
+// Of a sight of a landmark whose noise is its own, in its sigmas. That noise already makes wrong sights count
+// for little. Judged more strictly, sights that agree with the calibration as it stands win over those that
+// do not, and its errors grow from round to round.
+constexpr double kLargestOwnError = 8.0;
 
 // Light, shade and the map move all matches of a camera by some 0.2 px together, which their scatter does not
 // show: so many of their claimed sigmas they count for at least. With less (paper rig, 60 s) they pull the
@@ -153,6 +157,7 @@ void Refinement::AddCameras(const CameraInitialization& cameras, const std::vect
     landmark_options_.noise.push_back({noise.spread * noise.dependence, 1.0});
   }
   landmark_options_.noise_of_each = true;
+  landmark_options_.largest_error = kLargestOwnError;
   problem_.camera_held = cameras.held;
   for (std::size_t c = 0; c < rig_.cameras.size(); ++c) {
     const CameraConfig& config = rig_.cameras[c];
