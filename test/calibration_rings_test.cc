@@ -85,7 +85,7 @@ const auto kNever = [](int, int) { return false; };
 
 TEST(RingCorrections, AreWhatTheRingsDoWrong) {
   CalibrationState state = AtRest();
-  state.rings = MeasureRingCorrections({Scan(state, kAlways)}, state);
+  ASSERT_TRUE(CorrectRings({Scan(state, kAlways)}, &state));
   ASSERT_EQ(state.rings[0].size(), static_cast<std::size_t>(kRings));
   double mean = 0.0;
   for (int ring = 0; ring < kRings; ++ring) mean += ErrorOf(ring).range / kRings;
@@ -97,29 +97,30 @@ TEST(RingCorrections, AreWhatTheRingsDoWrong) {
 }
 
 TEST(RingCorrections, AreNoneForNoiseNorWithoutRings) {
-  const CalibrationState state = AtRest();
-  const std::vector<RingCorrections> of_noise = MeasureRingCorrections({Scan(state, kNever)}, state);
-  EXPECT_TRUE(of_noise[0].empty());
+  CalibrationState state = AtRest();
+  EXPECT_FALSE(CorrectRings({Scan(state, kNever)}, &state));
+  EXPECT_TRUE(state.rings[0].empty());
   PlaneAssociation without = Scan(state, kAlways);
   for (PlaneObservation& o : without.observations) o.ring = 0;
-  EXPECT_TRUE(MeasureRingCorrections({without}, state)[0].empty());
+  EXPECT_FALSE(CorrectRings({without}, &state));
+  EXPECT_TRUE(state.rings[0].empty());
 }
 
 TEST(RingCorrections, AreNoneWhereHalvesOfTheDriveOrOfTheViewDiffer) {
-  const CalibrationState state = AtRest();
+  CalibrationState state = AtRest();
   const auto first_turn = [](int turn, int) { return turn == 0; };
-  EXPECT_TRUE(MeasureRingCorrections({Scan(state, first_turn)}, state)[0].empty());
+  EXPECT_FALSE(CorrectRings({Scan(state, first_turn)}, &state));
   // Wherever the view is cut in two, one half has most of the quarter that errs.
   const auto one_side = [](int, int azimuth) { return azimuth < 90; };
-  EXPECT_TRUE(MeasureRingCorrections({Scan(state, one_side)}, state)[0].empty());
+  EXPECT_FALSE(CorrectRings({Scan(state, one_side)}, &state));
 }
 
-TEST(RingCorrections, AreTakenOnce) {
+// Once corrected, rings whose points are right again ask for nothing.
+TEST(RingCorrections, ComeToAnEnd) {
   CalibrationState state = AtRest();
-  state.rings = MeasureRingCorrections({Scan(state, kAlways)}, state);
+  ASSERT_TRUE(CorrectRings({Scan(state, kAlways)}, &state));
   const float range = state.rings[0][0].range;
-  ASSERT_NE(range, 0.0f);
-  state.rings = MeasureRingCorrections({Scan(state, kAlways)}, state);
+  EXPECT_FALSE(CorrectRings({Scan(state, kNever)}, &state));
   EXPECT_EQ(state.rings[0][0].range, range);
 }
 

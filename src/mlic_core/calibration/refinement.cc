@@ -262,7 +262,7 @@ void Refinement::AdjustJointly(double until, const Progress& progress, const Lin
     MeasureImuSigma();
     const double change = ChangeInSigmas(before);
     // Not before: extrinsics on their way look like rings that err.
-    if (many && change < 1.0) state_.rings = MeasureRingCorrections(problem_.planes, state_);
+    const bool rings_moved = many && change < 1.0 && CorrectRings(problem_.planes, &state_);
     if (!state_.lidars.empty()) sigmas_ = SigmasAgainstLidar(Analyze(), state_, base_lidar_);
     char text[200];
     std::snprintf(
@@ -275,7 +275,7 @@ void Refinement::AdjustJointly(double until, const Progress& progress, const Lin
     Show(stage, round);
     progress(std::min(0.95, (round + 1.0) / (least_rounds + 2)));
     const bool more = many && TakeMorePoints();
-    if (many && !more && change < until && round + 1 >= least_rounds) break;
+    if (many && !more && !rings_moved && change < until && round + 1 >= least_rounds) break;
     // The map has settled once the noise has: then all points take part.
     if (!many && (change < 1.0 || round + 1 >= least_rounds - 1)) points_per_scan_ = kManyPoints;
     if (!tracks_.empty()) HoldWhatIsNotShown();

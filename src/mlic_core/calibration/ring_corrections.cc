@@ -16,6 +16,7 @@ constexpr std::uint16_t kMostRings = 1024;  // higher numbers are no rings
 constexpr double kFewestPoints = 300.0;     // of a ring, in either half
 // Of the points' variance: what corrections from one half must take away in the other.
 constexpr double kLeastExplained = 0.2;
+constexpr double kLeastExplainedFurther = 1e-3;  // once some are taken
 // What rings err by at least, root mean square, to be worth correcting: either.
 constexpr double kLeastRange = 3e-3;      // m
 constexpr double kLeastElevation = 3e-4;  // rad
@@ -168,35 +169,43 @@ double Explained(const Eigen::MatrixX2d& steps, const Rings& half, const std::ve
   return gain / squares;
 }
 
-// Leaves `corrections` empty where the rings are right, as far as one can tell.
-void Correct(const Quarters& quarters, RingCorrections* corrections) {
-  constexpr int kHalves[4][2] = {{0, 1}, {2, 3}, {0, 2}, {1, 3}};  // early, late; left, right
-  std::array<Rings, 4> halves;
-  std::size_t most = 0;
-  for (int h = 0; h < 4; ++h) {
-    for (const int quarter : kHalves[h]) AddTo(quarters[quarter], &halves[h]);
-    most = std::max(most, halves[h].size());
-  }
+// The rings that have enough points in every half.
+std::vector<std::size_t> RichRings(const std::array<Rings, 4>& halves) {
   std::vector<std::size_t> which;
-  for (std::size_t r = 0; r < most; ++r) {
+  for (std::size_t r = 0; r < halves[0].size(); ++r) {
     const auto is_rich = [&](const Rings& half) { return r < half.size() && half[r].count >= kFewestPoints; };
     if (std::all_of(halves.begin(), halves.end(), is_rich)) which.push_back(r);
   }
-  if (which.size() < kFewestRings) return;
+  return which;
+}
+
+// False where nothing is beyond doubt.
+bool Improve(const Quarters& quarters, RingCorrections* corrections) {
+  constexpr int kHalves[4][2] = {{0, 1}, {2, 3}, {0, 2}, {1, 3}};  // early, late; left, right
+  std::array<Rings, 4> halves;
+  for (int h = 0; h < 4; ++h) {
+    for (const int quarter : kHalves[h]) AddTo(quarters[quarter], &halves[h]);
+  }
+  const std::vector<std::size_t> which = RichRings(halves);
+  if (which.size() < kFewestRings) return false;
   Rings all = halves[0];
   AddTo(halves[1], &all);
   const Eigen::MatrixX2d steps = Steps(all, which);
   const Eigen::RowVector2d typical =
       (steps.colwise().squaredNorm() / static_cast<double>(which.size())).cwiseSqrt();
-  if (typical[0] < kLeastRange && typical[1] < kLeastElevation) return;
+  const bool begins = corrections->empty();
+  if (begins && typical[0] < kLeastRange && typical[1] < kLeastElevation) return false;
   for (int h = 0; h < 4; ++h) {
-    if (Explained(Steps(halves[h], which), halves[h ^ 1], which) < kLeastExplained) return;
+    const double explained = Explained(Steps(halves[h], which), halves[h ^ 1], which);
+    if (explained < (begins ? kLeastExplained : kLeastExplainedFurther)) return false;
   }
-  corrections->resize(which.back() + 1);
+  corrections->resize(std::max(corrections->size(), which.back() + 1));
   for (std::size_t i = 0; i < which.size(); ++i) {
     const auto step = steps.row(static_cast<Eigen::Index>(i));
-    (*corrections)[which[i]] = {static_cast<float>(step[0]), static_cast<float>(step[1])};
+    (*corrections)[which[i]].range += static_cast<float>(step[0]);
+    (*corrections)[which[i]].elevation += static_cast<float>(step[1]);
   }
+  return true;
 }
 
 }  // namespace
@@ -218,15 +227,12 @@ PointCorrection CorrectionOfRings(const CalibrationState& state) {
   return [&state](std::size_t lidar, const LidarPoint& point) { return CorrectedPoint(point, state, lidar); };
 }
 
-std::vector<RingCorrections> MeasureRingCorrections(const std::vector<PlaneAssociation>& associations,
-                                                    const CalibrationState& state) {
-  const std::vector<Quarters> sums = SumRings(associations, state);
-  std::vector<RingCorrections> corrections = state.rings;
-  corrections.resize(state.lidars.size());
-  for (std::size_t l = 0; l < sums.size(); ++l) {
-    if (corrections[l].empty()) Correct(sums[l], &corrections[l]);
-  }
-  return corrections;
+bool CorrectRings(const std::vector<PlaneAssociation>& associations, CalibrationState* state) {
+  const std::vector<Quarters> sums = SumRings(associations, *state);
+  state->rings.resize(state->lidars.size());
+  bool changed = false;
+  for (std::size_t l = 0; l < sums.size(); ++l) changed |= Improve(sums[l], &state->rings[l]);
+  return changed;
 }
 
 RingCorrection TypicalCorrection(const RingCorrections& corrections) {

@@ -27,11 +27,10 @@ PointCorrection CorrectionOfRings(const CalibrationState& state);
 // the points' variance away in the second, and the other way round; and those of the left half of the view
 // in the right. What rings share in error with their map, or with extrinsics that are not yet right, fails
 // at that by far: simulated sensors, whose rings are right, explain less than nothing (0 to -6 percent),
-// an HDL-64E 34 percent each way. Corrections are taken once: what later rounds would add does not pass
-// either. LiDARs of fewer than 8 rings, or whose points carry none, have none. Returns the state's
-// corrections with those of LiDARs that had none yet.
-std::vector<RingCorrections> MeasureRingCorrections(const std::vector<PlaneAssociation>& associations,
-                                                    const CalibrationState& state);
+// an HDL-64E 34 percent each way. What later rounds add counts as long as it, too, takes something away in
+// every other half. LiDARs of fewer than 8 rings, or whose points carry none, have no corrections. Improves
+// those of the state; true if it changed any.
+bool CorrectRings(const std::vector<PlaneAssociation>& associations, CalibrationState* state);
 
 // Root mean square over the rings that were corrected: m, rad; zero for none.
 RingCorrection TypicalCorrection(const RingCorrections& corrections);
