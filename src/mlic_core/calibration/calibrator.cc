@@ -105,15 +105,30 @@ void AddReasons(const CameraInitialization& cameras, CalibrationResult* result) 
   result->reasons.insert(result->reasons.end(), cameras.problems.begin(), cameras.problems.end());
 }
 
+// Brings the cameras together for the search for tracks across them. What the first look loses or takes for
+// noise is left as it is.
+void LookFirst(const StageContext& context, const std::vector<CameraStart>& intrinsics,
+               const std::vector<ImageFeatures>& features, CalibrationState state,
+               CameraInitialization* cameras) {
+  state.cameras = cameras->cameras;
+  CameraInitialization looked = *cameras;
+  const auto tracks = SharedTrackStage(context, SharedPass::kFirstLook, state, features);
+  SharedCameraStage(context, SharedPass::kFirstLook, intrinsics, tracks, state, &looked);
+  for (std::size_t c = 0; c < looked.cameras.size(); ++c) {
+    if (looked.found[c]) cameras->cameras[c] = looked.cameras[c];
+  }
+}
+
 void CameraStages(const StageContext& context, const std::vector<CameraStart>& intrinsics,
                   CameraInitialization cameras, const std::vector<ImageFeatures>& features,
                   Refinement* refinement) {
   CalibrationState state = refinement->state();
-  state.cameras = cameras.cameras;
-  const auto tracks = SharedTrackStage(context, state, features);
   const bool map = !context.rig.lidars.empty();
+  if (map && cameras.cameras.size() > 1) LookFirst(context, intrinsics, features, state, &cameras);
+  state.cameras = cameras.cameras;
+  const auto tracks = SharedTrackStage(context, SharedPass::kAll, state, features);
   if (map) {
-    SharedCameraStage(context, intrinsics, tracks, state, &cameras);
+    SharedCameraStage(context, SharedPass::kAll, intrinsics, tracks, state, &cameras);
     AddReasons(cameras, context.result);
   }
   refinement->AddCameras(cameras, tracks);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <map>
 
 namespace mlic {
 namespace {
@@ -69,6 +70,33 @@ void CountTracks(const StageContext& context, const std::vector<TrackSet>& track
   }
 }
 
+struct PassNames {
+  const char *tracks, *tracks_file, *cameras, *cameras_file;
+};
+
+PassNames Names(SharedPass pass) {
+  if (pass == SharedPass::kFirstLook) {
+    return {"first tracks across cameras", "first_shared_tracks", "cameras on first shared tracks",
+            "first_cameras_shared"};
+  }
+  return {"tracks across cameras", "shared_tracks", "cameras on shared tracks", "cameras_shared"};
+}
+
+// Every second keyframe of the cameras that have many.
+ImageFeatures Thinned(const ImageFeatures& all) {
+  constexpr int kMany = 40;
+  std::map<int, int> counts, seen;
+  for (const Keyframe& keyframe : all.keyframes) ++counts[keyframe.camera];
+  ImageFeatures thinned;
+  for (std::size_t k = 0; k < all.keyframes.size(); ++k) {
+    const int camera = all.keyframes[k].camera;
+    if (seen[camera]++ % 2 == 1 && counts[camera] >= kMany) continue;
+    thinned.keyframes.push_back(all.keyframes[k]);
+    thinned.features.push_back(all.features[k]);
+  }
+  return thinned;
+}
+
 }  // namespace
 
 std::vector<ImageFeatures> FeatureStage(const StageContext& context, const std::vector<CameraStart>& start,
@@ -106,9 +134,10 @@ std::vector<TrackSet> TrackStage(const StageContext& context, const std::vector<
   return tracks;
 }
 
-std::vector<TrackSet> SharedTrackStage(const StageContext& context, const CalibrationState& state,
-                                       const std::vector<ImageFeatures>& features) {
-  StageClock stage("tracks across cameras", context);
+std::vector<TrackSet> SharedTrackStage(const StageContext& context, SharedPass pass,
+                                       const CalibrationState& state,
+                                       const std::vector<ImageFeatures>& all_features) {
+  StageClock stage(Names(pass).tracks, context);
   const Watch watch{&stage, &context.cancellation};
   TrackingOptions options;
   options.largest_epipolar_error = 2.0;
@@ -116,7 +145,10 @@ std::vector<TrackSet> SharedTrackStage(const StageContext& context, const Calibr
   options.selection.most_in_keyframe = 450;  // most do not survive their refinement
   std::vector<CameraIntrinsics> intrinsics;
   for (const CameraCalibration& camera : state.cameras) intrinsics.push_back(camera.intrinsics);
-  const auto tracks = ForEveryDrive<TrackSet>(context, "shared_tracks", &stage, [&](std::size_t d) {
+  const auto tracks = ForEveryDrive<TrackSet>(context, Names(pass).tracks_file, &stage, [&](std::size_t d) {
+    ImageFeatures thinned;
+    if (pass == SharedPass::kFirstLook) thinned = Thinned(all_features[d]);
+    const ImageFeatures& features = pass == SharedPass::kFirstLook ? thinned : all_features[d];
     auto cameras = Cameras(context.dataset.drives[d], intrinsics);
     for (std::size_t c = 0; c < cameras.size(); ++c) cameras[c].readout = state.cameras[c].readout;
     const SplitSpline& trajectory = state.drives[d].trajectory;
@@ -126,10 +158,9 @@ std::vector<TrackSet> SharedTrackStage(const StageContext& context, const Calibr
       const double t = std::clamp(time + sensor.time_offset, trajectory.Start(), trajectory.End());
       return trajectory.Pose(t) * sensor.T_imu_sensor;
     };
-    const auto pairs = ChoosePairs(cameras, features[d].keyframes, pose, options);
-    const auto matches =
-        MatchPairs(cameras, features[d], pairs, pose, Matcher(context.options), options, watch);
-    return TracksFromMatches(cameras, features[d], matches, pose, options, watch);
+    const auto pairs = ChoosePairs(cameras, features.keyframes, pose, options);
+    const auto matches = MatchPairs(cameras, features, pairs, pose, Matcher(context.options), options, watch);
+    return TracksFromMatches(cameras, features, matches, pose, options, watch);
   });
   CountTracks(context, tracks, &stage);
   return tracks;
@@ -152,18 +183,17 @@ CameraInitialization CameraInitializationStage(const StageContext& context,
   return cameras;
 }
 
-void SharedCameraStage(const StageContext& context, const std::vector<CameraStart>& start,
+void SharedCameraStage(const StageContext& context, SharedPass pass, const std::vector<CameraStart>& start,
                        const std::vector<TrackSet>& shared_tracks, const CalibrationState& state,
                        CameraInitialization* found) {
-  constexpr const char* kName = "cameras_shared";
-  StageClock stage("cameras on shared tracks", context);
-  if (context.store.Load(kName, found)) {
+  StageClock stage(Names(pass).cameras, context);
+  if (context.store.Load(Names(pass).cameras_file, found)) {
     stage.TakeOver({});
   } else {
     found->notes.clear();
     found->problems.clear();
     AdjustCamerasFurther(context.rig, start, shared_tracks, state, context.cancellation, found);
-    context.store.Save(kName, *found);
+    context.store.Save(Names(pass).cameras_file, *found);
   }
   for (const std::string& note : found->notes) stage.Line(note);
   for (const std::string& problem : found->problems) stage.Line(problem);

@@ -17,9 +17,15 @@ std::vector<ImageFeatures> FeatureStage(const StageContext& context, const std::
 std::vector<TrackSet> TrackStage(const StageContext& context, const std::vector<CameraStart>& start,
                                  const std::vector<ImageFeatures>& features);
 
+// Cameras found from their own tracks are decimetres from each other, which misleads the search for matches
+// of near places across cameras. So that is done twice: a first look at every second keyframe brings them
+// together to millimetres.
+enum class SharedPass { kFirstLook, kAll };
+
 // Tracks again, now that the cameras of the state say which images share their view: across cameras and
 // across time.
-std::vector<TrackSet> SharedTrackStage(const StageContext& context, const CalibrationState& state,
+std::vector<TrackSet> SharedTrackStage(const StageContext& context, SharedPass pass,
+                                       const CalibrationState& state,
                                        const std::vector<ImageFeatures>& features);
 
 // Intrinsics from COLMAP for the cameras that the rig file gives only a field of view of, where the options
@@ -36,7 +42,7 @@ CameraInitialization CameraInitializationStage(const StageContext& context,
 
 // The cameras found again on the same trajectories, with the tracks across cameras and time: the joint
 // adjustment judges each sight by cameras that agree with all of them. Says so in `found`.
-void SharedCameraStage(const StageContext& context, const std::vector<CameraStart>& start,
+void SharedCameraStage(const StageContext& context, SharedPass pass, const std::vector<CameraStart>& start,
                        const std::vector<TrackSet>& shared_tracks, const CalibrationState& state,
                        CameraInitialization* found);
 
