@@ -20,8 +20,8 @@ struct Case {
   TrackSet tracks;
 };
 
-// Every other track errs `times` as much as it claims.
-Case MakeCase(double times) {
+// Every other track errs `times` as much as it claims. Points are seen for up to 2 `visible` seconds.
+Case MakeCase(double times, double visible = 1.2) {
   Case c;
   const double duration = 10.0;
   const auto trajectory = sim::MakeTrajectory(sim::Scenario::kHandheld, 3, duration, RigidTransform());
@@ -37,6 +37,7 @@ Case MakeCase(double times) {
   SyntheticTracksOptions options;
   options.duration = duration;
   options.points = 3000;
+  options.visible_seconds = visible;
   c.tracks = MakeTracks(drive.trajectory, c.state.cameras, options);
   Random random(5);
   for (std::size_t t = 0; t < c.tracks.tracks.size(); ++t) {
@@ -103,6 +104,27 @@ TEST(Landmarks, ThatErrMoreDoNotMakeTheirCameraNoisier) {
   const LandmarkNoise own = noise();
   EXPECT_LT(own.spread, 1.15);
   EXPECT_LT(own.dependence, 1.1);
+}
+
+// A landmark of many sights counts for a dozen, and that is not taken for noise of its camera.
+TEST(Landmarks, CountForTwelveSightsAtMost) {
+  const Case c = MakeCase(1.0, 3.0);
+  LandmarkOptions options;
+  options.noise_of_each = true;
+  const LandmarkSet set = TriangulateLandmarks(c.tracks, c.state, 0, options);
+  std::vector<double> of_few, of_many;
+  for (std::size_t p = 0; p < set.points.size(); ++p) {
+    const double sights = static_cast<double>(set.begin[p + 1] - set.begin[p]);
+    const double counted = sights * std::pow(kClaimed / set.observations[set.begin[p]].sigma, 2);
+    if (sights >= 8.0 && sights <= 12.0) of_few.push_back(counted / sights);
+    if (sights > 16.0) of_many.push_back(counted);
+  }
+  ASSERT_GT(std::min(of_few.size(), of_many.size()), 50u);
+  EXPECT_NEAR(Median(of_few), 1.0, 0.1);
+  EXPECT_NEAR(Median(of_many), 12.0, 1.0);
+  const LandmarkNoise noise = MeasureLandmarkNoise({set}, c.state, options)[0];
+  EXPECT_NEAR(noise.spread, 1.0, 0.05);
+  EXPECT_NEAR(noise.dependence, 1.0, 0.1);
 }
 
 // What the measured noise was made with is taken out again.

@@ -151,9 +151,9 @@ void AddLandmark(const Ground& ground, std::size_t drive, const std::vector<std:
   if (count == 0) return;
   sums->of_landmarks += move.cwiseAbs2();
   if (!ground.made_with.noise_of_each) return;
-  // Sights that count for less by their dependence have smaller gradients by as much.
-  const double curve =
-      2.0 * dependence / static_cast<double>(count) / (kPriorFreedom + LandmarkFreedom(count));
+  // Sights that count for less, by their dependence or for being many, have smaller gradients by as much.
+  const double less = dependence / static_cast<double>(count) * std::pow(ManySightsScale(count), 2);
+  const double curve = 2.0 * less / (kPriorFreedom + LandmarkFreedom(count));
   sums->self_weighing.noalias() += curve * gradient * gradient.transpose();
 }
 

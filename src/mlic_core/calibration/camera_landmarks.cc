@@ -75,7 +75,8 @@ Landmark Triangulate(const TrackSet& tracks, const Track& track, const Calibrati
   }
   landmark.observations = std::move(agreeing);
   if (!point) return landmark;
-  const double own = options.noise_of_each ? OwnNoise(*point) : 1.0;
+  const double own =
+      options.noise_of_each ? OwnNoise(*point) * ManySightsScale(landmark.observations.size()) : 1.0;
   for (LandmarkObservation& o : landmark.observations) {
     o.sigma *= static_cast<float>(own * (options.noise.empty() ? 1.0 : options.noise[o.camera].dependence));
   }

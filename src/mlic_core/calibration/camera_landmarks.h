@@ -24,6 +24,14 @@ inline double LandmarkFreedom(std::size_t sights) {
   return std::max(1.0, 2.0 * static_cast<double>(sights) - 3.0);
 }
 
+// By how much larger the sigmas of a landmark's sights are, where its noise is its own, for being many: what
+// the piece of surface looks like from all of its views (a reveal that is seen from below only, an edge that
+// shade moves) does not average out, so a landmark counts for a dozen sights at most.
+inline double ManySightsScale(std::size_t sights) {
+  constexpr double kMostSights = 12.0;
+  return std::sqrt(std::max(1.0, static_cast<double>(sights) / kMostSights));
+}
+
 struct LandmarkOptions {
   std::vector<LandmarkNoise> noise;  // of each camera; empty: as the tracks claim
   double least_sigma = 0.0;          // px; no observation counts for better

@@ -21,18 +21,20 @@ struct Whitened {
 
 // Points take up three of the residuals of a landmark: with few sights they look better than they are, and
 // what the point takes up is about the same of neighbouring sights.
-void Collect(const LandmarkSet& set, const std::vector<Eigen::Vector2d>& residuals,
+void Collect(const LandmarkSet& set, const std::vector<Eigen::Vector2d>& residuals, bool noise_of_each,
              std::vector<std::vector<Whitened>>* of_cameras) {
   for (std::size_t p = 0; p < set.points.size(); ++p) {
     if (set.IsOnMap(p)) continue;
     const double sights = static_cast<double>(set.begin[p + 1] - set.begin[p]);
+    // Single sights are no worse for being many.
+    const double many = noise_of_each ? ManySightsScale(set.begin[p + 1] - set.begin[p]) : 1.0;
     for (std::size_t k = set.begin[p]; k < set.begin[p + 1]; ++k) {
       if (!residuals[k].allFinite()) continue;
       const LandmarkObservation& o = set.observations[k];
-      Whitened w{residuals[k] / o.sigma, std::sqrt((2.0 * sights - 3.0) / (2.0 * sights))};
+      Whitened w{many * residuals[k] / o.sigma, std::sqrt((2.0 * sights - 3.0) / (2.0 * sights))};
       if (k > set.begin[p] && residuals[k - 1].allFinite() && set.observations[k - 1].camera == o.camera) {
         w.follows = 1.0;
-        w.previous = residuals[k - 1] / set.observations[k - 1].sigma;
+        w.previous = many * residuals[k - 1] / set.observations[k - 1].sigma;
         w.shared = -2.4 / sights;
       }
       (*of_cameras)[o.camera].push_back(w);
@@ -75,7 +77,7 @@ std::vector<LandmarkNoise> MeasureLandmarkNoise(const std::vector<LandmarkSet>& 
                                                 const LandmarkOptions& made_with, double least) {
   std::vector<std::vector<Whitened>> residuals(state.cameras.size());
   for (std::size_t d = 0; d < landmarks.size(); ++d) {
-    Collect(landmarks[d], LandmarkResiduals(landmarks[d], state, d), &residuals);
+    Collect(landmarks[d], LandmarkResiduals(landmarks[d], state, d), made_with.noise_of_each, &residuals);
   }
   std::vector<LandmarkNoise> noise(state.cameras.size(), {least, 1.0});
   for (std::size_t c = 0; c < noise.size(); ++c) {
