@@ -70,6 +70,18 @@ std::vector<MapSample> DrawMap(const Drive& drive, const CalibrationState& state
 
 }  // namespace
 
+double RootVoxelSize(const Drive& drive) {
+  std::vector<float> ranges;
+  for (const LidarRecording& lidar : drive.lidars) {
+    const LidarScan& scan = lidar.scans[lidar.scans.size() / 2];
+    for (std::size_t i = 0; i < scan.points.size(); i += 7) ranges.push_back(scan.points[i].position.norm());
+  }
+  if (ranges.empty()) return 2.0;
+  const auto far = ranges.begin() + ranges.size() * 9 / 10;
+  std::nth_element(ranges.begin(), far, ranges.end());
+  return std::clamp(0.1 * *far, 1.0, 2.0);
+}
+
 PlaneAssociation AssociatePlanes(const Drive& drive, const CalibrationState& state, std::size_t drive_index,
                                  const std::vector<PlaneNoise>& noise, const AssociationOptions& options) {
   const std::vector<MapSample> samples = DrawMap(drive, state, drive_index, options);

@@ -13,6 +13,10 @@ struct AssociationOptions {
   std::vector<bool> lidars;            // which take part; empty: all
 };
 
+// The size of root voxels, m, that suits what a drive's LiDARs see: a hundredth of what they see far, between
+// one and two metres, as halls have shelves and yards have facades.
+double RootVoxelSize(const Drive& drive);
+
 // Draws the map of one drive with the current state and ties points to its planes (SPEC stage 6b). A place
 // that is seen for longer than kLongestTie (time_windows.h) comes as one plane for each such stretch of time,
 // in order of time.

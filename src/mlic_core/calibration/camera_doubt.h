@@ -13,11 +13,10 @@ namespace mlic {
 // themselves. Two things are missing in it:
 //
 // - Landmarks are weighed by how well their own sights agree (LandmarkOptions::noise_of_each). An error of
-// the
-//   calibration makes sights disagree, and so takes weight from the very landmarks that would show it. The
-//   loss (v + f) log(1 + s / v) of a landmark's squared residuals s (v: kPriorFreedom, f: LandmarkFreedom)
-//   curves by 2 / (v + f) g g^T less than its weights say, g being the landmark's gradient: three sights lose
-//   half of their information, ten a tenth.
+//   the calibration makes sights disagree, and so takes weight from the very landmarks that would show it.
+//   The loss (v + f) log(1 + s / v) of a landmark's squared residuals s (v: kPriorFreedom, f:
+//   LandmarkFreedom) curves by 2 / (v + f) g g^T less than its weights say, g being the landmark's gradient:
+//   three sights lose half of their information, ten a tenth.
 // - Sights share errors: those of one landmark, those of the same seconds (trajectory, light, the surfaces
 //   that happen to be in view), and those of one part of the image (lens, what patches look like there). Each
 //   is measured by the scatter of the gradients' sums over such groups (Liang and Zeger, Biometrika 1986),

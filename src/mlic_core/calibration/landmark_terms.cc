@@ -215,12 +215,32 @@ bool WhitenedRows(const LandmarkObservation& o, const CameraSight& sight, const 
   return true;
 }
 
+// use(observation, sight, rotation basis, position basis) for each of a landmark's sights that the trajectory
+// reaches and the camera can see, with its whitened rows; all costs are added.
+template <typename Use>
+void ForEachSight(const LinearizationPoint& at, std::size_t d, std::size_t p,
+                  const std::vector<Reprojection::Camera>& cameras, const Eigen::Matrix3d& J_chart,
+                  Rows* rows, double* cost, const Use& use) {
+  const LandmarkSet& set = at.problem.landmarks[d];
+  const SplitSpline& trajectory = at.state.drives[d].trajectory;
+  for (std::size_t k = set.begin[p]; k < set.begin[p + 1]; ++k) {
+    const LandmarkObservation& o = set.observations[k];
+    const CameraSight sight(o, at.state);
+    if (!trajectory.Contains(sight.time)) continue;
+    const SplineBasis rb(trajectory.rotation.knots(), sight.time);
+    const SplineBasis pb(trajectory.position.knots(), sight.time);
+    if (WhitenedRows(o, sight, trajectory, rb, pb, cameras[o.camera], set.points[p].position, J_chart, rows,
+                     cost)) {
+      use(o, sight, rb, pb);
+    }
+  }
+}
+
 }  // namespace
 
 void AddLandmarks(const LinearizationPoint& at, std::size_t d, std::size_t begin, std::size_t end,
                   LandmarkTies* ties, Accumulator* sum) {
   const LandmarkSet& set = at.problem.landmarks[d];
-  const SplitSpline& trajectory = at.state.drives[d].trajectory;
   const std::vector<Reprojection::Camera> cameras = Cameras(at.state);
   const bool with_knots = !at.problem.hold_trajectory;
   TieSlots slots(at.layout.knots);
@@ -231,16 +251,8 @@ void AddLandmarks(const LinearizationPoint& at, std::size_t d, std::size_t begin
     landmark.calibration = Eigen::MatrixXd::Zero(at.layout.calibration, 3);
     const PointChart chart(set.points[p]);
     const Eigen::Matrix3d J_chart = chart.Jacobian().transpose();
-    for (std::size_t k = set.begin[p]; k < set.begin[p + 1]; ++k) {
-      const LandmarkObservation& o = set.observations[k];
-      const CameraSight sight(o, at.state);
-      if (!trajectory.Contains(sight.time)) continue;
-      const SplineBasis rb(trajectory.rotation.knots(), sight.time);
-      const SplineBasis pb(trajectory.position.knots(), sight.time);
-      if (!WhitenedRows(o, sight, trajectory, rb, pb, cameras[o.camera], set.points[p].position, J_chart,
-                        &rows, &sum->cost)) {
-        continue;
-      }
+    const auto add = [&](const LandmarkObservation& o, const CameraSight&, const SplineBasis& rb,
+                         const SplineBasis& pb) {
       const CameraColumns columns(at.layout, at.state, o.camera);
       if (with_knots) {
         H.noalias() = rows * rows.transpose();
@@ -251,30 +263,20 @@ void AddLandmarks(const LinearizationPoint& at, std::size_t d, std::size_t begin
             rows.bottomRows<kRest>() * rows.bottomRows<kRest>().transpose();
       }
       AddToCalibration(columns, H, &landmark, sum);
-    }
+    };
+    ForEachSight(at, d, p, cameras, J_chart, &rows, &sum->cost, add);
     if (set.IsOnMap(p)) AddLidarSight(at, d, p, J_chart, &slots, &landmark, sum);
     slots.Release(landmark);
   }
 }
 
 std::vector<SightRows> RowsOfLandmark(const LinearizationPoint& at, std::size_t d, std::size_t p) {
-  const LandmarkSet& set = at.problem.landmarks[d];
-  const SplitSpline& trajectory = at.state.drives[d].trajectory;
-  const std::vector<Reprojection::Camera> cameras = Cameras(at.state);
-  const Eigen::Matrix3d J_chart = PointChart(set.points[p]).Jacobian().transpose();
+  const Eigen::Matrix3d J_chart = PointChart(at.problem.landmarks[d].points[p]).Jacobian().transpose();
   std::vector<SightRows> sights;
   Rows rows;
   double cost = 0.0;
-  for (std::size_t k = set.begin[p]; k < set.begin[p + 1]; ++k) {
-    const LandmarkObservation& o = set.observations[k];
-    const CameraSight sight(o, at.state);
-    if (!trajectory.Contains(sight.time)) continue;
-    const SplineBasis rb(trajectory.rotation.knots(), sight.time);
-    const SplineBasis pb(trajectory.position.knots(), sight.time);
-    if (!WhitenedRows(o, sight, trajectory, rb, pb, cameras[o.camera], set.points[p].position, J_chart, &rows,
-                      &cost)) {
-      continue;
-    }
+  const auto add = [&](const LandmarkObservation& o, const CameraSight& sight, const SplineBasis& rb,
+                       const SplineBasis& pb) {
     const CameraColumns camera(at.layout, at.state, o.camera);
     SightRows out{&o, sight.time, {}, {}, rows.middleRows<3>(kPoint), rows.row(kResidual).transpose()};
     const KnotColumns knots(at.layout, d, rb.first, pb.first);
@@ -284,7 +286,8 @@ std::vector<SightRows> RowsOfLandmark(const LinearizationPoint& at, std::size_t 
     out.jacobian.resize(static_cast<Eigen::Index>(out.columns.size()), 2);
     out.jacobian << rows.topRows<kExtrinsic + 7>(), rows.middleRows(camera.from, camera.count);
     sights.push_back(std::move(out));
-  }
+  };
+  ForEachSight(at, d, p, Cameras(at.state), J_chart, &rows, &cost, add);
   return sights;
 }
 

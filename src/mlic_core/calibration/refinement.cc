@@ -66,23 +66,9 @@ Refinement::Refinement(const Rig& rig, const Dataset& dataset, Initialization st
   }
 }
 
-double Refinement::RootVoxel() const {
-  // A hundredth of what the LiDARs see far, between one and two metres: halls have shelves, yards have
-  // facades.
-  std::vector<float> ranges;
-  for (const LidarRecording& lidar : dataset_.drives[0].lidars) {
-    const LidarScan& scan = lidar.scans[lidar.scans.size() / 2];
-    for (std::size_t i = 0; i < scan.points.size(); i += 7) ranges.push_back(scan.points[i].position.norm());
-  }
-  if (ranges.empty()) return 2.0;
-  const auto far = ranges.begin() + ranges.size() * 9 / 10;
-  std::nth_element(ranges.begin(), far, ranges.end());
-  return std::clamp(0.1 * *far, 1.0, 2.0);
-}
-
 void Refinement::Associate(const std::vector<bool>& lidars, std::size_t points_per_scan) {
   AssociationOptions options;
-  options.root_voxel = RootVoxel();
+  options.root_voxel = RootVoxelSize(dataset_.drives[0]);
   options.points_per_scan = points_per_scan;
   options.lidars = lidars;
   problem_.planes.clear();

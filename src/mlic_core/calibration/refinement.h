@@ -86,7 +86,6 @@ class Refinement {
   ObservabilityAnalysis Analyze() const;
 
  private:
-  double RootVoxel() const;
   void Associate(const std::vector<bool>& lidars, std::size_t points_per_scan);
   void AssociateLandmarks(const Progress& progress, const Line& line);
   void HoldWhatIsNotShown();
