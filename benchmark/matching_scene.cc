@@ -1,7 +1,7 @@
 #include "matching_scene.h"
 
 #include "../test/true_spline.h"
-#include "mlic_core/camera/image_quality.h"
+#include "mlic_core/camera/features/image_quality.h"
 #include "mlic_core/common/error.h"
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/lidar/scan_filter.h"

@@ -17,7 +17,7 @@ struct MatchingSceneOptions {
   std::string sensors;  // of config/simulation, without .yaml; or a path
   std::string camera;   // its name
   sim::Scenario scenario = sim::Scenario::kHandheld;
-  double duration = 12.0;  // s, as calibration/map_matching.h's windows
+  double duration = 12.0;  // s, as association/map_matches.h's windows
   std::size_t photos = 8;
   std::uint64_t seed = 1;
   std::size_t map_points = 3000000;

@@ -7,9 +7,9 @@
 #include <opencv2/imgproc.hpp>
 #include <set>
 
-#include "mlic_core/camera/feature_matcher.h"
-#include "mlic_core/camera/image_pairs.h"
-#include "mlic_core/camera/two_view.h"
+#include "mlic_core/camera/features/feature_matcher.h"
+#include "mlic_core/camera/tracks/image_pairs.h"
+#include "mlic_core/camera/two_view/two_view.h"
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/evaluation/pose_interpolation.h"
 

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "mlic_core/calibration/result.h"
+#include "mlic_core/result/result.h"
 
 namespace mlic {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "mlic_core/calibration/result.h"
+#include "mlic_core/result/result.h"
 
 namespace mlic {
 

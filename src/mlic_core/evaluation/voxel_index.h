@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "mlic_core/calibration/result.h"
+#include "mlic_core/result/result.h"
 
 namespace mlic {
 

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/result/result.h"
+#include "mlic_core/camera/tracks/tracks.h"
+#include "mlic_core/common/progress.h"
+
+namespace mlic {
+
+struct MapMatchingOptions {
+  // A map is made of so many seconds of scans and matched to photos of the same time only: what a camera sees
+  // is then tied to LiDARs at nearly the same time, whatever the trajectory drifts by in between.
+  double window = 12.0;              // s
+  std::size_t views = 20;            // of each camera in all drives, spread over the windows
+  std::size_t map_points = 3000000;  // returns that one window's map is made of
+  double sigma_along = 5e-3;         // m, of a place of the map along its beam
+  double sigma_across = 3e-3;        // m
+  std::vector<double> noise_scale;   // of each camera: of the claimed sigmas; empty: as claimed
+  int fewest_matches = 30;           // of a camera; with fewer it has none
+};
+
+// SPEC stage 7: places of the LiDAR map found in photos.
+struct MapMatches {
+  std::vector<LandmarkSet>
+      landmarks;  // of each drive: each point has one sight of a LiDAR and one of a camera
+  // Of each camera:
+  std::vector<std::size_t> counts;   // matches that agree with one pose
+  std::vector<double> inlier_share;  // of all matches
+  std::vector<double> nid;           // mean normalised information distance of photos and renderings
+};
+
+// Renders the map of each window into each camera's most telling photos and matches them, at full resolution
+// or, where that gives few matches, at a coarser one; a robust pose of each camera sorts out what does not
+// agree. tracks: their keyframes are the photos to choose from. sigmas: of each camera against the LiDARs, as
+// they are thought to be now: they size the search. found: of each camera.
+MapMatches MatchCamerasToMap(const Dataset& dataset, const std::vector<TrackSet>& tracks,
+                             const CalibrationState& state, const std::vector<PoseSigma>& sigmas,
+                             const std::vector<bool>& found, const MapMatchingOptions& options,
+                             const std::function<void(double)>& progress,
+                             const CancellationToken& cancellation);
+
+// By what factor the claimed sigmas of matches are too small, for each camera (1 without matches): matches
+// of one part of a photo share what is wrong with the map and the rendering there, so that many are little
+// better than one. From the mean whitened residuals of blocks of the photos against what independent ones
+// would give, at a solved state.
+std::vector<double> MeasureMatchNoise(const std::vector<LandmarkSet>& landmarks,
+                                      const CalibrationState& state);
+
+// Adds the points of one set to another.
+void Append(const LandmarkSet& more, LandmarkSet* landmarks);
+
+}  // namespace mlic

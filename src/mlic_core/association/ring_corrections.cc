@@ -1,0 +1,260 @@
+#include "mlic_core/association/ring_corrections.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "mlic_core/common/parallel.h"
+
+namespace mlic {
+namespace {
+
+constexpr std::size_t kFewestRings = 8;
+constexpr std::uint16_t kMostRings = 1024;  // higher numbers are no rings
+constexpr double kFewestPoints = 300.0;     // of a ring, in either half
+// Of the points' variance: what corrections from one half must take away in the other.
+constexpr double kLeastExplained = 0.2;
+constexpr double kLeastExplainedFurther = 1e-3;  // once some are taken
+// What rings err by at least, root mean square, to be worth correcting: either.
+constexpr double kLeastRange = 3e-3;      // m
+constexpr double kLeastElevation = 3e-4;  // rad
+// What lasers may err by: m, rad. Keeps rings that see walls only, or ground only, from trading one for the
+// other.
+constexpr double kRangeSigma = 0.03;
+constexpr double kElevationSigma = 2e-3;
+constexpr std::size_t kChunks = 16;
+
+// Towards higher elevation, one unit long times the distance from the z axis' foot: d position / d elevation.
+Eigen::Vector3d ElevationTangent(const Eigen::Vector3d& x) {
+  const double across = std::hypot(x.x(), x.y());
+  if (across < 1e-3) return Eigen::Vector3d::Zero();
+  return Eigen::Vector3d(-x.z() * x.x() / across, -x.z() * x.y() / across, across);
+}
+
+// Normal equations of one ring's range and elevation.
+struct RingSum {
+  Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d gradient = Eigen::Vector2d::Zero();
+  double count = 0.0, elevation = 0.0;
+  double squares = 0.0;  // of the whitened residuals
+
+  void Add(const RingSum& other) {
+    information += other.information;
+    gradient += other.gradient;
+    count += other.count;
+    elevation += other.elevation;
+    squares += other.squares;
+  }
+  // By how much a step lowers the squares.
+  double Gain(const Eigen::Vector2d& step) const {
+    return -2.0 * gradient.dot(step) - step.dot(information * step);
+  }
+  Eigen::Vector2d Solve() const {
+    Eigen::Matrix2d H = information;
+    H(0, 0) += 1.0 / (kRangeSigma * kRangeSigma);
+    H(1, 1) += 1.0 / (kElevationSigma * kElevationSigma);
+    return -H.ldlt().solve(gradient);
+  }
+};
+
+using Rings = std::vector<RingSum>;
+// One LiDAR's points by the half of the drive and by the side of its view: early left, early right, late
+// left, late right.
+using Quarters = std::array<Rings, 4>;
+
+// The middle of each LiDAR's view, as far as it takes part.
+std::vector<Eigen::Vector3d> ViewCentres(const PlaneAssociation& association, std::size_t lidars) {
+  std::vector<Eigen::Vector3d> centres(lidars, Eigen::Vector3d::Zero());
+  for (const PlaneObservation& o : association.observations) {
+    centres[o.lidar] += o.position.cast<double>().normalized();
+  }
+  return centres;
+}
+
+struct RingSums {
+  const PlaneAssociation& association;
+  const CalibrationState& state;
+  const SplitSpline& trajectory;
+  std::vector<float> residuals;
+  std::vector<Eigen::Vector3d> centres;
+
+  void AddPlane(std::size_t p, std::vector<Quarters>* sums) const;
+};
+
+void RingSums::AddPlane(std::size_t p, std::vector<Quarters>* sums) const {
+  const So3Spline& rotation = trajectory.rotation;
+  for (std::size_t k = association.begin[p]; k < association.begin[p + 1]; ++k) {
+    const PlaneObservation& o = association.observations[k];
+    const double whitened = residuals[k] / o.sigma;
+    const double t = o.time + state.lidars[o.lidar].time_offset;
+    if (o.ring >= kMostRings || std::abs(whitened) > 3.0 || !rotation.knots().Contains(t)) continue;
+    const Eigen::Matrix3d R_map_imu = rotation.Evaluate(SplineBasis(rotation.knots(), t)).rotation;
+    const Eigen::Vector3d normal = state.lidars[o.lidar].T_imu_sensor.rotation.conjugate() *
+                                   (R_map_imu.transpose() * association.planes[p].plane.normal);
+    const Eigen::Vector3d x = o.position.cast<double>();
+    const Eigen::Vector2d row(-1.0, normal.dot(ElevationTangent(x)) / o.cos_incidence);
+    const Eigen::Vector3d& centre = centres[o.lidar];
+    const bool right = centre.x() * x.y() < centre.y() * x.x();
+    const bool late = t > 0.5 * (trajectory.Start() + trajectory.End());
+    Rings& rings = (*sums)[o.lidar][2 * late + right];
+    if (rings.size() <= o.ring) rings.resize(o.ring + 1);
+    RingSum& sum = rings[o.ring];
+    const double weight = 1.0 / (static_cast<double>(o.sigma) * o.sigma);
+    sum.information += weight * row * row.transpose();
+    sum.gradient += weight * residuals[k] * row;
+    sum.count += 1.0;
+    sum.elevation += std::asin(x.z() / x.norm());
+    sum.squares += whitened * whitened;
+  }
+}
+
+void AddTo(const Rings& more, Rings* rings) {
+  if (rings->size() < more.size()) rings->resize(more.size());
+  for (std::size_t r = 0; r < more.size(); ++r) (*rings)[r].Add(more[r]);
+}
+
+std::vector<Quarters> SumRings(const std::vector<PlaneAssociation>& associations,
+                               const CalibrationState& state) {
+  const std::size_t lidars = state.lidars.size();
+  std::vector<Quarters> sums(lidars);
+  for (std::size_t d = 0; d < associations.size(); ++d) {
+    const RingSums of_drive{associations[d], state, state.drives[d].trajectory,
+                            PlaneResiduals(associations[d], state, d), ViewCentres(associations[d], lidars)};
+    std::vector<std::vector<Quarters>> parts(kChunks, std::vector<Quarters>(lidars));
+    ParallelChunks(associations[d].planes.size(), kChunks,
+                   [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+                     for (std::size_t p = begin; p < end; ++p) of_drive.AddPlane(p, &parts[chunk]);
+                   });
+    for (const auto& part : parts) {
+      for (std::size_t l = 0; l < lidars; ++l) {
+        for (int quarter = 0; quarter < 4; ++quarter) AddTo(part[l][quarter], &sums[l][quarter]);
+      }
+    }
+  }
+  return sums;
+}
+
+// Takes the mean off, and the slope over the elevation where asked.
+Eigen::VectorXd WithoutTrend(const Eigen::VectorXd& values, const Eigen::VectorXd& elevations, bool slope) {
+  Eigen::VectorXd left = values.array() - values.mean();
+  if (!slope) return left;
+  const Eigen::VectorXd from_mean = elevations.array() - elevations.mean();
+  const double squares = from_mean.squaredNorm();
+  return squares > 0.0 ? Eigen::VectorXd(left - from_mean * (from_mean.dot(left) / squares)) : left;
+}
+
+// What the rings need, one row for each of `which`.
+Eigen::MatrixX2d Steps(const Rings& sums, const std::vector<std::size_t>& which) {
+  const Eigen::Index count = static_cast<Eigen::Index>(which.size());
+  Eigen::MatrixX2d steps(count, 2);
+  Eigen::VectorXd elevations(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const RingSum& sum = sums[which[i]];
+    steps.row(i) = sum.Solve().transpose();
+    elevations[i] = sum.elevation / sum.count;
+  }
+  for (int kind = 0; kind < 2; ++kind) steps.col(kind) = WithoutTrend(steps.col(kind), elevations, kind == 1);
+  return steps;
+}
+
+// The share of the variance of one half's points that steps from another half take away.
+double Explained(const Eigen::MatrixX2d& steps, const Rings& half, const std::vector<std::size_t>& which) {
+  double gain = 0.0, squares = 1e-300;
+  for (std::size_t i = 0; i < which.size(); ++i) {
+    gain += half[which[i]].Gain(steps.row(static_cast<Eigen::Index>(i)).transpose());
+    squares += half[which[i]].squares;
+  }
+  return gain / squares;
+}
+
+// The rings that have enough points in every half.
+std::vector<std::size_t> RichRings(const std::array<Rings, 4>& halves) {
+  std::vector<std::size_t> which;
+  for (std::size_t r = 0; r < halves[0].size(); ++r) {
+    const auto is_rich = [&](const Rings& half) { return r < half.size() && half[r].count >= kFewestPoints; };
+    if (std::all_of(halves.begin(), halves.end(), is_rich)) which.push_back(r);
+  }
+  return which;
+}
+
+// False where nothing is beyond doubt.
+bool Improve(const Quarters& quarters, RingCorrections* corrections) {
+  constexpr int kHalves[4][2] = {{0, 1}, {2, 3}, {0, 2}, {1, 3}};  // early, late; left, right
+  std::array<Rings, 4> halves;
+  for (int h = 0; h < 4; ++h) {
+    for (const int quarter : kHalves[h]) AddTo(quarters[quarter], &halves[h]);
+  }
+  const std::vector<std::size_t> which = RichRings(halves);
+  if (which.size() < kFewestRings) return false;
+  Rings all = halves[0];
+  AddTo(halves[1], &all);
+  const Eigen::MatrixX2d steps = Steps(all, which);
+  const Eigen::RowVector2d typical =
+      (steps.colwise().squaredNorm() / static_cast<double>(which.size())).cwiseSqrt();
+  const bool begins = corrections->empty();
+  if (begins && typical[0] < kLeastRange && typical[1] < kLeastElevation) return false;
+  for (int h = 0; h < 4; ++h) {
+    const double explained = Explained(Steps(halves[h], which), halves[h ^ 1], which);
+    if (explained < (begins ? kLeastExplained : kLeastExplainedFurther)) return false;
+  }
+  corrections->resize(std::max(corrections->size(), which.back() + 1));
+  for (std::size_t i = 0; i < which.size(); ++i) {
+    const auto step = steps.row(static_cast<Eigen::Index>(i));
+    (*corrections)[which[i]].range += static_cast<float>(step[0]);
+    (*corrections)[which[i]].elevation += static_cast<float>(step[1]);
+  }
+  return true;
+}
+
+}  // namespace
+
+Eigen::Vector3f CorrectedPoint(const Eigen::Vector3f& position, const RingCorrection& correction) {
+  if (correction.range == 0.0f && correction.elevation == 0.0f) return position;
+  const Eigen::Vector3d x = position.cast<double>();
+  return (x * (1.0 + correction.range / x.norm()) + correction.elevation * ElevationTangent(x)).cast<float>();
+}
+
+Eigen::Vector3f CorrectedPoint(const LidarPoint& point, const CalibrationState& state, std::size_t lidar) {
+  if (state.rings.empty() || point.ring >= state.rings[lidar].size()) return point.position;
+  return CorrectedPoint(point.position, state.rings[lidar][point.ring]);
+}
+
+PointCorrection CorrectionOfRings(const CalibrationState& state) {
+  const auto has_none = [](const RingCorrections& rings) { return rings.empty(); };
+  if (std::all_of(state.rings.begin(), state.rings.end(), has_none)) return nullptr;
+  return [&state](std::size_t lidar, const LidarPoint& point) { return CorrectedPoint(point, state, lidar); };
+}
+
+bool CorrectRings(const std::vector<PlaneAssociation>& associations, CalibrationState* state) {
+  const std::vector<Quarters> sums = SumRings(associations, *state);
+  state->rings.resize(state->lidars.size());
+  bool changed = false;
+  for (std::size_t l = 0; l < sums.size(); ++l) changed |= Improve(sums[l], &state->rings[l]);
+  return changed;
+}
+
+RingCorrection TypicalCorrection(const RingCorrections& corrections) {
+  double range = 0.0, elevation = 0.0, count = 0.0;
+  for (const RingCorrection& c : corrections) {
+    if (c.range == 0.0f && c.elevation == 0.0f) continue;
+    range += c.range * c.range;
+    elevation += c.elevation * c.elevation;
+    count += 1.0;
+  }
+  if (count == 0.0) return {};
+  return {static_cast<float>(std::sqrt(range / count)), static_cast<float>(std::sqrt(elevation / count))};
+}
+
+std::string DescribeCorrections(const RingCorrections& corrections) {
+  const RingCorrection typical = TypicalCorrection(corrections);
+  if (typical.range == 0.0f && typical.elevation == 0.0f) return "";
+  char text[120];
+  std::snprintf(text, sizeof(text),
+                ": its rings err by %.1f mm in range and %.3f deg in elevation (rms); corrected",
+                1e3 * typical.range, typical.elevation * 180.0 / M_PI);
+  return text;
+}
+
+}  // namespace mlic

@@ -1,0 +1,148 @@
+#include "mlic_core/ingest/imu_check.h"
+
+#include <algorithm>
+#include <functional>
+#include <iterator>
+#include <map>
+#include <sstream>
+
+#include "mlic_core/common/error.h"
+#include "mlic_core/common/order_statistics.h"
+
+namespace mlic {
+namespace {
+
+constexpr double kLeastForce = 6.0, kMostForce = 20.0;  // m/s^2, median of a drive
+constexpr double kFastestMedianTurn = 6.0;              // rad/s
+constexpr double kFastestTurn = 35.0;                   // rad/s, 2000 deg/s: the range of common gyroscopes
+constexpr double kFrozen = 0.1;                         // s
+constexpr std::size_t kFewestFrozen = 5;                // samples in a row
+constexpr std::size_t kFewestSaturated = 20;
+constexpr std::size_t kFewestLevels = 50;  // of different values: fewer are no sensor's
+constexpr double kLeastSpread = 0.01;      // rad/s, m/s^2: below it, rounding alone makes the levels
+
+template <typename Norm>
+std::vector<double> Norms(const std::vector<StampedImu>& samples, const Norm& norm) {
+  std::vector<double> values;
+  for (const StampedImu& sample : samples) values.push_back(norm(sample));
+  return values;
+}
+
+void CheckForce(const std::vector<StampedImu>& samples, const std::string& topic) {
+  const double force = Quantile(Norms(samples, [](const auto& s) { return s.specific_force.norm(); }), 0.5);
+  if (force >= kLeastForce && force <= kMostForce) return;
+  std::ostringstream text;
+  text << "topic " << topic << ": the median of |linear_acceleration| is " << force
+       << ", expected about 9.8 (specific force in m/s^2, with gravity)";
+  if (force > 0.7 && force < 1.5) {
+    text << "; it looks like g: multiply by 9.80665";
+  } else if (force < kLeastForce) {
+    text << "; it looks as if gravity had been removed: record the raw acceleration";
+  } else if (force > 700.0 && force < 1500.0) {
+    text << "; it looks like thousandths of g: multiply by 0.00980665";
+  } else {
+    text << "; correct the unit";
+  }
+  throw InputError(text.str());
+}
+
+void CheckTurnRate(const std::vector<StampedImu>& samples, const std::string& topic) {
+  const std::vector<double> rates = Norms(samples, [](const auto& s) { return s.angular_velocity.norm(); });
+  const double median = Quantile(rates, 0.5), high = Quantile(rates, 0.98);
+  if (median <= kFastestMedianTurn && high <= kFastestTurn) return;
+  std::ostringstream text;
+  text << "topic " << topic << ": |angular_velocity| has a median of " << median << " and reaches " << high
+       << ", which no vehicle turns in rad/s; it looks like deg/s: multiply by 0.0174533";
+  throw InputError(text.str());
+}
+
+// Marks readings that repeat the one before exactly for kFrozen or longer.
+std::vector<bool> FindFrozen(const std::vector<StampedImu>& samples) {
+  std::vector<bool> frozen(samples.size(), false);
+  for (std::size_t begin = 0, end = 1; begin < samples.size(); begin = end++) {
+    while (end < samples.size() && samples[end].angular_velocity == samples[begin].angular_velocity &&
+           samples[end].specific_force == samples[begin].specific_force) {
+      ++end;
+    }
+    if (end - begin < kFewestFrozen || SecondsSince(samples[begin].stamp, samples[end - 1].stamp) < kFrozen) {
+      continue;
+    }
+    std::fill(frozen.begin() + begin + 1, frozen.begin() + end, true);
+  }
+  return frozen;
+}
+
+// Marks readings of one axis at the end of its range: the largest or smallest value comes often, and much
+// more often than the next one. In the noise of quantised readings it is the rarest.
+void FindSaturated(const std::vector<StampedImu>& samples, const std::function<double(std::size_t)>& value,
+                   std::vector<bool>* saturated) {
+  std::map<double, std::size_t> counts;
+  for (std::size_t i = 0; i < samples.size(); ++i) ++counts[value(i)];
+  const double spread = counts.rbegin()->first - counts.begin()->first;
+  if (counts.size() < kFewestLevels || spread < kLeastSpread) return;
+  const auto is_limit = [](std::size_t at, std::size_t next) {
+    return at >= kFewestSaturated && at > 5 * next;
+  };
+  const bool low = is_limit(counts.begin()->second, std::next(counts.begin())->second);
+  const bool high = is_limit(counts.rbegin()->second, std::next(counts.rbegin())->second);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if ((low && value(i) == counts.begin()->first) || (high && value(i) == counts.rbegin()->first)) {
+      (*saturated)[i] = true;
+    }
+  }
+}
+
+void DropUnmeasured(std::vector<StampedImu>& samples, ImuCounts* counts) {
+  std::vector<bool> frozen = FindFrozen(samples), saturated(samples.size(), false);
+  for (int axis = 0; axis < 3; ++axis) {
+    FindSaturated(
+        samples, [&](std::size_t i) { return samples[i].angular_velocity[axis]; }, &saturated);
+    FindSaturated(
+        samples, [&](std::size_t i) { return samples[i].specific_force[axis]; }, &saturated);
+  }
+  const auto count = static_cast<std::size_t>(std::count(frozen.begin(), frozen.end(), true));
+  if (2 * count > samples.size()) std::fill(frozen.begin(), frozen.end(), false);
+  std::vector<StampedImu> kept;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (frozen[i]) {
+      ++counts->frozen;
+    } else if (saturated[i]) {
+      ++counts->saturated;
+    } else {
+      kept.push_back(samples[i]);
+    }
+  }
+  samples = std::move(kept);
+}
+
+}  // namespace
+
+ImuCounts CleanImu(std::vector<StampedImu>& samples, const std::string& topic) {
+  ImuCounts counts;
+  const std::size_t all = samples.size();
+  samples.erase(std::remove_if(samples.begin(), samples.end(),
+                               [](const StampedImu& sample) {
+                                 return !sample.angular_velocity.allFinite() ||
+                                        !sample.specific_force.allFinite();
+                               }),
+                samples.end());
+  counts.not_finite = all - samples.size();
+  if (samples.empty()) {
+    throw InputError("topic " + topic + ": " +
+                     (all == 0 ? "no IMU samples in the chosen time"
+                               : "all " + std::to_string(all) + " IMU samples hold NaN or infinite values") +
+                     "; expected angular_velocity and linear_acceleration");
+  }
+  std::stable_sort(samples.begin(), samples.end(),
+                   [](const StampedImu& a, const StampedImu& b) { return a.stamp < b.stamp; });
+  const auto last = std::unique(samples.begin(), samples.end(),
+                                [](const StampedImu& a, const StampedImu& b) { return a.stamp == b.stamp; });
+  counts.duplicates = static_cast<std::size_t>(samples.end() - last);
+  samples.erase(last, samples.end());
+  CheckForce(samples, topic);
+  CheckTurnRate(samples, topic);
+  DropUnmeasured(samples, &counts);
+  return counts;
+}
+
+}  // namespace mlic

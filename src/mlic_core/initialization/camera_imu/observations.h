@@ -1,0 +1,31 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "mlic_core/initialization/camera_imu/positions.h"
+
+namespace mlic {
+
+// A camera's sight of a point when only rotations are known.
+struct Sight {
+  int camera = 0;
+  double time = 0.0;          // IMU clock
+  Eigen::Matrix3d rotation;   // of the IMU in the gyro frame
+  Eigen::Vector3d direction;  // unit, gyro frame
+  double sigma = 0.01;        // rad
+  double distance = 1.0;      // m, to the point, as far as known
+  double weight = 1.0;        // robust
+};
+
+struct SightedPoint {
+  std::size_t drive = 0;
+  std::vector<Sight> sights;  // at least two, within the longest duration
+};
+
+// The tracks of the cameras that were found as sights. Tracks are cut where they last longer than `longest`
+// (s); parts whose sights turn by less than rounding against each other do not tell of motion and are left
+// out. Distances are guessed from the parallax, as if the rig moved at 1 m/s.
+std::vector<SightedPoint> CollectSights(const KnownRotations& known, double longest);
+
+}  // namespace mlic

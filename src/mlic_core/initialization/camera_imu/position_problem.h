@@ -1,0 +1,62 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "mlic_core/solver/normal_equations.h"
+#include "mlic_core/initialization/camera_imu/observations.h"
+
+namespace mlic {
+
+// The parts of the linear problem of positions (positions.h).
+
+// Where the unknowns stand: control points of all drives in order of time; then, in the border, gravity knots
+// and bias of each drive, then lever arms.
+struct PositionUnknowns {
+  // longest: s, of a point's sights.
+  PositionUnknowns(const KnownRotations& known, double longest);
+
+  // The two gravity knots about a time and the share of the second.
+  void GravityAt(std::size_t drive, double time, int* first, double* share) const;
+
+  std::vector<UniformKnots> knots;                 // of each drive
+  std::vector<int> first_knot;                     // scalar, of each drive
+  std::vector<int> gravity;                        // first scalar of each drive's
+  std::vector<std::vector<double>> gravity_times;  // of each drive, s
+  std::vector<int> bias, lever;                    // of each drive, of each camera
+  int knot_scalars = 0, border = 0, bandwidth = 0;
+};
+
+// One linear measurement of three components: residual = sum of coefficients * unknowns - value.
+struct LinearRow {
+  int knot = 0;               // scalar of the first of four control points
+  Eigen::Vector4d weights;    // of them
+  int border[3];              // scalars of border blocks
+  Eigen::Matrix3d blocks[3];  // their coefficients
+  int border_count = 0;
+
+  // Of these unknowns, without the value.
+  Eigen::Vector3d Of(const Eigen::VectorXd& knots, const Eigen::VectorXd& border_values) const;
+};
+
+// p''(t) - g(t) + R b, R of the IMU.
+LinearRow ForceRow(const PositionUnknowns& unknowns, std::size_t drive, double time,
+                   const Eigen::Matrix3d& R);
+// p(t) + R l.
+LinearRow SightRow(const PositionUnknowns& unknowns, const SightedPoint& point, const Sight& sight);
+
+// Information of a sight across its direction, 1/m^2.
+Eigen::Matrix3d WeightOf(const Sight& sight);
+// Of a point, from its sights alone; along the rays of points without parallax next to nothing is known.
+Eigen::Matrix3d PointCovariance(const SightedPoint& point);
+
+// Normal equations of the unknowns themselves, not of steps: H x = -g.
+void AddRow(const LinearRow& row, const Eigen::Matrix3d& W, const Eigen::Vector3d& value, Accumulator* sum);
+// All sights of a point, the point eliminated.
+void AddPoint(const PositionUnknowns& unknowns, const SightedPoint& point, Accumulator* sum);
+// First positions, biases, guesses of lever arms, and gravity that turns slowly. gravity: the border as it
+// was found in the round before, where the length of gravity is to be kept; else null.
+void AddPriors(const PositionUnknowns& unknowns, const KnownRotations& known, const Eigen::VectorXd* gravity,
+               Accumulator* sum);
+
+}  // namespace mlic

@@ -1,0 +1,191 @@
+#include "mlic_core/initialization/camera_imu/positions.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "mlic_core/initialization/camera_imu/position_problem.h"
+#include "mlic_core/common/order_statistics.h"
+#include "mlic_core/common/parallel.h"
+#include "mlic_core/imu/imu_samples.h"
+#include "mlic_core/imu/robust.h"
+
+namespace mlic {
+namespace {
+
+constexpr double kLongestTrack = 3.0;      // s; longer ones are cut, which keeps the band narrow
+constexpr double kLeastForceSigma = 0.02;  // m/s^2: rotations are not exact
+constexpr int kRounds = 12;
+constexpr int kConvexRounds = 5;
+
+class PositionSolver {
+ public:
+  PositionSolver(const KnownRotations& known)
+      : known_(known), unknowns_(known, kLongestTrack), sights_(CollectSights(known, kLongestTrack)) {
+    knots_ = Eigen::VectorXd::Zero(unknowns_.knot_scalars);
+    border_ = Eigen::VectorXd::Zero(unknowns_.border);
+    for (const ImuSigma& sigma : known.imu_sigma) {
+      force_sigma_.push_back(std::max(kLeastForceSigma, 2.0 * sigma.accelerometer.maxCoeff()));
+    }
+  }
+
+  bool Solve(const CancellationToken& cancellation, VisualPositions* result) {
+    for (int round = 0; round < kRounds; ++round) {
+      cancellation.ThrowIfCancelled();
+      sum_ = Accumulator(unknowns_.knot_scalars, unknowns_.bandwidth, unknowns_.border);
+      AddForces();
+      AddSights();
+      AddPriors(unknowns_, known_, round >= 2 ? &border_ : nullptr, &sum_);
+      const NormalSolution solution = SolveFor(sum_);
+      if (!solution.solved) return false;
+      knots_ = solution.delta.head(unknowns_.knot_scalars);
+      border_ = solution.delta.tail(unknowns_.border);
+      MovePoints(round + 1 >= kConvexRounds);
+    }
+    Fill(result);
+    return true;
+  }
+
+ private:
+  NormalSolution SolveFor(const Accumulator& sum) const {
+    const Eigen::MatrixXd no_prior = Eigen::MatrixXd::Zero(unknowns_.border, unknowns_.border);
+    const Eigen::VectorXd no_gradient = Eigen::VectorXd::Zero(unknowns_.border);
+    return SolveNormalEquations(sum, {}, no_prior, no_gradient, std::vector<bool>(unknowns_.border, true),
+                                0.0, false);
+  }
+
+  void AddForces() {
+    double squares = 0.0, count = 0.0;
+    for (std::size_t d = 0; d < known_.gyro.size(); ++d) {
+      const double weight = 1.0 / (force_sigma_[d] * force_sigma_[d]);
+      for (const ImuSample& sample : OrderedFiniteSamples(known_.dataset->drives[d].imu)) {
+        const Eigen::Matrix3d R = known_.gyro[d].RotationTo(sample.time).toRotationMatrix();
+        const LinearRow row = ForceRow(unknowns_, d, sample.time, R);
+        const Eigen::Vector3d value = R * sample.specific_force;
+        AddRow(row, weight * Eigen::Matrix3d::Identity(), value, &sum_);
+        const Eigen::Vector3d residual = row.Of(knots_, border_) - value;
+        squares += residual.squaredNorm();
+        count += 3.0;
+      }
+    }
+    force_rms_ = std::sqrt(squares / std::max(1.0, count));
+  }
+
+  void AddSights() {
+    constexpr std::size_t kChunks = 8;
+    std::vector<Accumulator> parts(
+        kChunks, Accumulator(unknowns_.knot_scalars, unknowns_.bandwidth, unknowns_.border));
+    ParallelChunks(sights_.size(), kChunks, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+      for (std::size_t p = begin; p < end; ++p) AddPoint(unknowns_, sights_[p], &parts[chunk]);
+    });
+    for (const Accumulator& part : parts) sum_ += part;
+  }
+
+  // Points by the positions found, then distances and robust weights by the points.
+  void MovePoints(bool redescending) {
+    std::vector<std::vector<double>> errors(sights_.size());
+    ParallelFor(sights_.size(), [&](std::size_t p) {
+      SightedPoint& point = sights_[p];
+      std::vector<Eigen::Vector3d> centres;
+      Eigen::Vector3d right = Eigen::Vector3d::Zero();
+      for (const Sight& sight : point.sights) {
+        const Eigen::Vector3d centre = SightRow(unknowns_, point, sight).Of(knots_, border_);
+        centres.push_back(centre);
+        right += WeightOf(sight) * centre;
+      }
+      const Eigen::Vector3d position = PointCovariance(point) * right;
+      for (std::size_t i = 0; i < centres.size(); ++i) {
+        Sight& sight = point.sights[i];
+        const Eigen::Vector3d ray = position - centres[i];
+        const double range = ray.norm(), along = sight.direction.dot(ray);
+        constexpr double kNearest = 0.05;  // m
+        sight.distance = std::max(kNearest, range);
+        const double error = along > 0.0 ? ray.cross(sight.direction).norm() / sight.distance : 1.0;
+        errors[p].push_back(error / sight.sigma);
+      }
+    });
+    std::vector<double> all;
+    for (const auto& of_point : errors) all.insert(all.end(), of_point.begin(), of_point.end());
+    constexpr double kMedianOfNorm = 1.1774;  // of a standard normal 2-vector
+    const double sigma = std::max(0.25, Median(all) / kMedianOfNorm);
+    std::size_t inliers = 0;
+    for (std::size_t p = 0; p < sights_.size(); ++p) {
+      for (std::size_t i = 0; i < errors[p].size(); ++i) {
+        const double error = errors[p][i];
+        const double weight = redescending ? TukeyWeight(error, sigma) : AbsoluteWeight(error, sigma);
+        sights_[p].sights[i].weight = weight / (sigma * sigma);
+        inliers += error < 4.0 * sigma;
+      }
+    }
+    inlier_share_ = static_cast<double>(inliers) / static_cast<double>(std::max<std::size_t>(1, all.size()));
+  }
+
+  // Relative sigma of the extent of one drive's positions about their mean.
+  double ScaleSigma(std::size_t d) const {
+    const int count = unknowns_.knots[d].count, first = unknowns_.first_knot[d];
+    Eigen::VectorXd extent = Eigen::VectorXd::Zero(unknowns_.knot_scalars);
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (int j = 0; j < count; ++j) mean += knots_.segment<3>(first + 3 * j) / count;
+    for (int j = 0; j < count; ++j)
+      extent.segment<3>(first + 3 * j) = knots_.segment<3>(first + 3 * j) - mean;
+    const Eigen::VectorXd functional = extent / std::max(1e-12, extent.squaredNorm());
+    Accumulator system = sum_;
+    system.gradient_knots = -functional;
+    system.gradient_calibration.setZero();
+    const NormalSolution solution = SolveFor(system);
+    if (!solution.solved) return 1e3;
+    const double variance = functional.dot(solution.delta.head(unknowns_.knot_scalars));
+    const double misfit = std::max(1.0, force_rms_ / force_sigma_[d]);
+    return misfit * std::sqrt(std::max(0.0, variance));
+  }
+
+  void Fill(VisualPositions* result) const {
+    for (std::size_t d = 0; d < known_.gyro.size(); ++d) {
+      DrivePositions drive;
+      std::vector<Eigen::Vector3d> control_points;
+      for (int j = 0; j < unknowns_.knots[d].count; ++j) {
+        control_points.push_back(knots_.segment<3>(unknowns_.first_knot[d] + 3 * j));
+      }
+      drive.positions = PositionSpline(unknowns_.knots[d], control_points);
+      drive.gravity_times = unknowns_.gravity_times[d];
+      drive.start = known_.gyro[d].End();
+      drive.end = known_.gyro[d].Start();
+      for (const SightedPoint& point : sights_) {
+        if (point.drive != d) continue;
+        drive.start = std::min(drive.start, point.sights.front().time);
+        drive.end = std::max(drive.end, point.sights.back().time);
+      }
+      for (std::size_t i = 0; i < drive.gravity_times.size(); ++i) {
+        drive.gravity.push_back(border_.segment<3>(unknowns_.gravity[d] + 3 * static_cast<int>(i)));
+      }
+      drive.accelerometer_bias = border_.segment<3>(unknowns_.bias[d]);
+      result->drives.push_back(drive);
+      result->scale_sigma = std::max(result->scale_sigma, ScaleSigma(d));
+    }
+    for (const int lever : unknowns_.lever) result->lever_arms.push_back(border_.segment<3>(lever));
+    result->accelerometer_rms = force_rms_;
+    result->inlier_share = inlier_share_;
+  }
+
+  const KnownRotations& known_;
+  const PositionUnknowns unknowns_;
+  std::vector<SightedPoint> sights_;
+  std::vector<double> force_sigma_;  // of each drive, m/s^2
+  Eigen::VectorXd knots_, border_;
+  Accumulator sum_{0, 0, 0};
+  double force_rms_ = 0.0, inlier_share_ = 0.0;
+};
+
+}  // namespace
+
+VisualPositions SolvePositions(const KnownRotations& known, const CancellationToken& cancellation) {
+  VisualPositions result;
+  PositionSolver solver(known);
+  if (!solver.Solve(cancellation, &result)) {
+    result.failure =
+        "positions and scale could not be solved for: too few points are seen from several places";
+  }
+  return result;
+}
+
+}  // namespace mlic

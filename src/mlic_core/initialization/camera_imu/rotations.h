@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "mlic_core/initialization/camera_on_trajectory.h"
+
+namespace mlic {
+
+// What turning alone tells of the cameras.
+struct VisualRotations {
+  std::vector<CameraCalibration> cameras;  // rotation, time offset; focal length from the field of view
+  std::vector<bool> found;
+  std::vector<Eigen::Vector3d> gyroscope_bias;  // of each drive, rad/s
+  std::vector<std::string> problems;
+  std::vector<std::string> notes;
+};
+
+// Visual rotations between keyframes against the gyroscope's, in turn with the gyroscope's bias, which is
+// what the two disagree by in the mean.
+VisualRotations AlignWithGyroscope(const Rig& rig, const Dataset& dataset,
+                                   const std::vector<CameraStart>& start, const std::vector<TrackSet>& tracks,
+                                   const CancellationToken& cancellation);
+
+}  // namespace mlic

@@ -1,0 +1,274 @@
+#include "mlic_core/initialization/camera_on_trajectory.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "mlic_core/initialization/camera_rotation.h"
+#include "mlic_core/uncertainty/intrinsics_observability.h"
+#include "mlic_core/common/error.h"
+#include "mlic_core/geometry/so3.h"
+
+namespace mlic {
+namespace {
+
+constexpr std::size_t kFewestObservations = 200;
+
+// Of visual rotations that agree with the trajectory's. By chance a few per cent do; with a rough focal
+// length and unknown distortion not many more than this.
+constexpr double kLeastShare = 0.15;
+
+// What one round of triangulation and solve does.
+struct Round {
+  double least_sigma;  // px; covers what the calibration is still off by
+  double least_parallax_deg;
+  int parameters;  // that may move beside pose and offset; see HeldInRound
+};
+constexpr Round kRounds[] = {{8.0, 1.0, 1}, {6.0, 1.0, 2}, {4.0, 1.0, 2}, {2.0, 1.0, 3}, {1.0, 0.5, 3}};
+constexpr int kAllParameters = 3;
+constexpr double kStandsStill = 0.1;  // of a sigma
+
+// The distortion that images show most: k1, or double_sphere's alpha.
+int FirstDistortion(CameraModel model) { return model == CameraModel::kDoubleSphere ? 5 : 4; }
+
+// Holds all but what is meant to move in this round: with 1 the focal lengths that come from a field of view,
+// with 2 also their first term of distortion and readouts, with 3 everything.
+std::vector<HeldCameraParameters> HeldInRound(const Rig& rig, const std::vector<CameraStart>& start,
+                                              const std::vector<bool>& found, int parameters) {
+  std::vector<HeldCameraParameters> held(rig.cameras.size());
+  for (std::size_t c = 0; c < held.size(); ++c) {
+    const bool fixed = rig.cameras[c].fixed || !found[c];
+    held[c] = {fixed, fixed, fixed, parameters < 2 || !found[c], {}};
+    auto& intrinsics = held[c].intrinsics;
+    intrinsics.assign(start[c].intrinsics.parameters.size(), parameters < 3 || !found[c]);
+    if (!found[c] || !start[c].from_field_of_view) continue;
+    intrinsics[0] = intrinsics[1] = false;
+    if (parameters >= 2) intrinsics[FirstDistortion(start[c].intrinsics.model)] = false;
+  }
+  return held;
+}
+
+// Largest change of what is not held, in sigmas.
+double ChangeInSigmas(const CalibrationState& before, const CalibrationState& after, const Layout& layout,
+                      const std::vector<HeldCameraParameters>& held, const Eigen::MatrixXd& information) {
+  const Eigen::VectorXd limits = CalibrationLimits(after, layout);
+  Eigen::MatrixXd known = InformationWithHeld(information, after, layout, held);
+  known.diagonal() += 1e-6 * limits.cwiseAbs2().cwiseInverse();
+  const int cameras = 7 * layout.sensors;
+  const Eigen::MatrixXd scaled = limits.asDiagonal() * known * limits.asDiagonal();
+  const Eigen::VectorXd sigmas = scaled.ldlt()
+                                     .solve(Eigen::MatrixXd::Identity(scaled.rows(), scaled.cols()))
+                                     .diagonal()
+                                     .cwiseAbs()
+                                     .cwiseSqrt();
+  double largest = 0.0;
+  for (std::size_t c = 0; c < after.cameras.size(); ++c) {
+    const SensorCalibration &a = before.cameras[c].sensor, &b = after.cameras[c].sensor;
+    Eigen::Matrix<double, 7, 1> change;
+    change << Log(b.T_imu_sensor.rotation * a.T_imu_sensor.rotation.conjugate()),
+        b.T_imu_sensor.translation - a.T_imu_sensor.translation, b.time_offset - a.time_offset;
+    for (int i = 0; i < 7; ++i) {
+      const int at = layout.Camera(c) + i;
+      if (at < cameras) largest = std::max(largest, std::abs(change[i]) / (limits[at] * sigmas[at]));
+    }
+  }
+  return largest;
+}
+
+}  // namespace
+
+std::vector<CameraStart> StartFromRig(const Rig& rig, const Dataset& dataset) {
+  std::vector<CameraStart> starts;
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+    const CameraConfig& config = rig.cameras[c];
+    int width = 0, height = 0;
+    for (const Drive& drive : dataset.drives) {
+      if (width > 0 || c >= drive.cameras.size()) continue;
+      width = drive.cameras[c].width;
+      height = drive.cameras[c].height;
+    }
+    if (config.intrinsics) {
+      starts.push_back({{config.model, width, height, *config.intrinsics}, false});
+    } else if (config.fov_deg) {
+      starts.push_back({IntrinsicsFromFieldOfView(config.model, width, height, *config.fov_deg), true});
+    } else {
+      throw InputError(
+          "camera '" + config.name +
+          "': the rig file gives neither intrinsics nor fov_deg; add the horizontal field of view "
+          "in degrees as fov_deg");
+    }
+  }
+  return starts;
+}
+
+bool AlignCamera(const CameraConfig& config, const CameraStart& start, std::size_t c,
+                 const std::vector<TrackSet>& tracks, const std::vector<const SplitSpline*>& T_map_imu,
+                 CameraCalibration* camera, CameraRotation* rotation) {
+  // Distortion that is not known yet bends bearings by several pixels.
+  const double largest_error = start.from_field_of_view ? 8.0 : 3.0;
+  *rotation = CameraRotation();
+  CameraIntrinsics intrinsics = camera->intrinsics;
+  for (int iteration = 0; iteration < 4; ++iteration) {
+    const auto motions = VisualMotions(tracks, static_cast<int>(c), intrinsics, largest_error);
+    const CameraRotation next = AlignCameraRotation(motions, T_map_imu, config.guess, config.time_offset);
+    // In a narrow view rotation and translation trade, and the ratio may mislead: it has to prove itself.
+    if (!next.valid || (rotation->valid && next.cost >= rotation->cost)) break;
+    *rotation = next;
+    camera->intrinsics = intrinsics;
+    if (!start.from_field_of_view || std::abs(rotation->focal_ratio - 1.0) < 0.02) break;
+    intrinsics.parameters[0] *= rotation->focal_ratio;
+    intrinsics.parameters[1] *= rotation->focal_ratio;
+  }
+  if (!rotation->valid || rotation->inlier_share < kLeastShare) return false;
+  camera->sensor.T_imu_sensor.rotation = rotation->R_imu_camera;
+  camera->sensor.time_offset = rotation->time_offset;
+  return true;
+}
+
+std::string AlignmentNote(const std::string& name, const CameraCalibration& camera,
+                          const CameraRotation& rotation) {
+  char line[200];
+  std::snprintf(line, sizeof(line), "%s: offset %.1f ms, focal length %.0f px, turns as the IMU to %.2f deg",
+                name.c_str(), 1e3 * rotation.time_offset, camera.intrinsics.parameters[0],
+                rotation.residual * 180.0 / M_PI);
+  return line;
+}
+
+std::string AlignmentProblem(const std::string& name) {
+  return name +
+         ": its images do not turn as the IMU does (too few matches, a blocked view, or another vehicle's "
+         "topic)";
+}
+
+CameraCalibration CameraAsGiven(const CameraConfig& config, const CameraStart& start) {
+  CameraCalibration camera;
+  camera.intrinsics = start.intrinsics;
+  camera.rolling_shutter = config.shutter == Shutter::kRolling;
+  if (config.guess) camera.sensor.T_imu_sensor = config.guess->T_imu_sensor;
+  camera.sensor.time_offset = config.time_offset.value_or(0.0);
+  return camera;
+}
+
+void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start,
+                   const std::vector<TrackSet>& all_tracks, JointProblem problem,
+                   const CancellationToken& cancellation, CalibrationState* state,
+                   CameraInitialization* result, const AdjustmentRounds& rounds) {
+  const std::size_t cameras = rig.cameras.size();
+  const std::vector<TrackSet> tracks = WithoutLostCameras(all_tracks, result->found);
+  for (const CameraConfig& camera : rig.cameras) {
+    problem.camera_guesses.push_back(camera.fixed ? std::nullopt : camera.guess);
+  }
+  LandmarkOptions options;
+  options.noise.assign(cameras, LandmarkNoise());
+  std::vector<HeldCameraParameters> held;
+  const Layout layout(*state, false);
+  constexpr int kPlanned = static_cast<int>(std::size(kRounds));
+  for (int round = rounds.first; round < rounds.end; ++round) {
+    cancellation.ThrowIfCancelled();
+    const bool planned = round < kPlanned;
+    options.least_sigma = planned ? kRounds[round].least_sigma : 0.0;
+    options.least_parallax_deg = planned ? kRounds[round].least_parallax_deg : 0.5;
+    problem.landmarks = TriangulateLandmarks(tracks, *state, options);
+    const CalibrationState before = *state;
+    const int parameters = planned ? kRounds[round].parameters : kAllParameters;
+    problem.camera_held = HeldInRound(rig, start, result->found, parameters);
+    if (parameters == kAllParameters) {
+      // What can be told is decided by the information at the present state.
+      Eigen::MatrixXd prior;
+      Eigen::VectorXd gradient;
+      CalibrationPrior(problem, *state, layout, &prior, &gradient);
+      CalibrationState probe = *state;
+      const Eigen::MatrixXd information = SolveJointProblem(problem, 1, cancellation, &probe).information;
+      if (information.size() == 0) break;
+      problem.camera_held =
+          HoldUndeterminedIntrinsics(information + prior, *state, layout, problem.camera_held,
+                                     PatternSensitivity(problem.landmarks, cameras));
+    }
+    const SolveSummary summary = SolveJointProblem(problem, planned ? 4 : 3, cancellation, state);
+    if (summary.information.size() == 0 && planned) continue;  // all steps damped: the next round goes on
+    if (summary.information.size() == 0) break;
+    for (std::size_t d = 0; d < summary.points.size(); ++d) problem.landmarks[d].points = summary.points[d];
+    // The least sigma of planned rounds is not the tracks' own.
+    if (!planned) options.noise = MeasureLandmarkNoise(problem.landmarks, *state, options);
+    result->information = summary.information;
+    if (planned) continue;
+    if (ChangeInSigmas(before, *state, layout, problem.camera_held, summary.information) < kStandsStill)
+      break;
+  }
+  result->held = problem.camera_held;
+  result->noise = options.noise;
+  result->landmarks = std::move(problem.landmarks);
+}
+
+CameraInitialization InitializeCameras(const Rig& rig, const std::vector<CameraStart>& start,
+                                       const std::vector<TrackSet>& tracks, const CalibrationState& given,
+                                       const CancellationToken& cancellation) {
+  CameraInitialization result;
+  const std::size_t cameras = rig.cameras.size();
+  result.cameras.resize(cameras);
+  result.found.assign(cameras, false);
+  std::vector<const SplitSpline*> trajectories;
+  for (const DriveState& drive : given.drives) trajectories.push_back(&drive.trajectory);
+  for (std::size_t c = 0; c < cameras; ++c) {
+    cancellation.ThrowIfCancelled();
+    const CameraConfig& config = rig.cameras[c];
+    CameraCalibration& camera = result.cameras[c] = CameraAsGiven(config, start[c]);
+    CameraRotation rotation;
+    result.found[c] =
+        config.fixed || AlignCamera(config, start[c], c, tracks, trajectories, &camera, &rotation);
+    if (!result.found[c]) {
+      result.problems.push_back(AlignmentProblem(config.name));
+    } else if (!config.fixed) {
+      result.notes.push_back(AlignmentNote(config.name, camera, rotation));
+    }
+  }
+  CalibrationState state;
+  state.drives = given.drives;
+  state.cameras = result.cameras;
+  JointProblem problem;
+  problem.hold_trajectory = true;
+  AdjustCameras(rig, start, tracks, std::move(problem), cancellation, &state, &result);
+  result.cameras = state.cameras;
+  JudgeCameras(rig, &result);
+  return result;
+}
+
+void AdjustCamerasFurther(const Rig& rig, const std::vector<CameraStart>& start,
+                          const std::vector<TrackSet>& tracks, const CalibrationState& given,
+                          const CancellationToken& cancellation, CameraInitialization* cameras) {
+  CalibrationState state;
+  state.drives = given.drives;
+  state.cameras = cameras->cameras;
+  JointProblem problem;
+  problem.hold_trajectory = true;
+  // The last of the planned rounds lets cameras as they were found agree with other tracks.
+  const AdjustmentRounds rounds{static_cast<int>(std::size(kRounds)) - 1, AdjustmentRounds().end};
+  AdjustCameras(rig, start, tracks, std::move(problem), cancellation, &state, cameras, rounds);
+  cameras->cameras = state.cameras;
+  JudgeCameras(rig, cameras);
+}
+
+void JudgeCameras(const Rig& rig, CameraInitialization* judged) {
+  CameraInitialization& result = *judged;
+  const std::size_t cameras = rig.cameras.size();
+  const std::vector<std::size_t> counts = CountObservations(result.landmarks, cameras);
+  for (std::size_t c = 0; c < cameras; ++c) {
+    if (!result.found[c]) continue;
+    char line[240];
+    if (counts[c] < kFewestObservations) {
+      result.found[c] = false;
+      std::snprintf(line, sizeof(line),
+                    "%s: only %zu sights of points agree with the trajectory; record more texture or nearer "
+                    "structure, or check model and field of view",
+                    rig.cameras[c].name.c_str(), counts[c]);
+      result.problems.push_back(line);
+      continue;
+    }
+    const SensorCalibration& sensor = result.cameras[c].sensor;
+    std::snprintf(line, sizeof(line), "%s: %zu sights, %.2f of the expected noise, offset %.2f ms",
+                  rig.cameras[c].name.c_str(), counts[c], result.noise[c].spread, 1e3 * sensor.time_offset);
+    result.notes.push_back(line);
+  }
+}
+
+}  // namespace mlic

@@ -1,0 +1,229 @@
+#include "mlic_core/initialization/camera_rotation.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "mlic_core/camera/two_view/two_view.h"
+#include "mlic_core/common/order_statistics.h"
+#include "mlic_core/common/parallel.h"
+#include "mlic_core/geometry/so3.h"
+#include "mlic_core/imu/robust.h"
+#include "mlic_core/imu/rotation_fit.h"
+
+namespace mlic {
+namespace {
+
+constexpr double kLargestGap = 3.0;      // s, between keyframes
+constexpr double kAgreement = 0.05;      // rad, residual beyond which a motion has no more say
+constexpr double kRotationSigma = 0.01;  // rad, of a visual rotation
+constexpr double kDirectionSigma = 0.3;  // rad, of a direction of motion: the lever arm is not known
+
+struct KeyframePair {
+  std::size_t drive = 0;
+  double time_a = 0.0, time_b = 0.0;
+  std::vector<Eigen::Vector3d> bearings_a, bearings_b;
+};
+
+void CollectPairs(const TrackSet& tracks, std::size_t drive, int camera, const CameraIntrinsics& intrinsics,
+                  std::vector<KeyframePair>* pairs) {
+  std::vector<int> pair_of(tracks.keyframes.size(), -1);  // of each keyframe with the next one
+  for (std::size_t k = 0; k + 1 < tracks.keyframes.size(); ++k) {
+    const Keyframe &a = tracks.keyframes[k], &b = tracks.keyframes[k + 1];
+    if (a.camera != camera || b.camera != camera || b.time - a.time > kLargestGap) continue;
+    pair_of[k] = static_cast<int>(pairs->size());
+    pairs->push_back({drive, a.time, b.time, {}, {}});
+  }
+  for (const Track& track : tracks.tracks) {
+    for (std::size_t i = 0; i + 1 < track.observations.size(); ++i) {
+      const TrackObservation &a = track.observations[i], &b = track.observations[i + 1];
+      if (b.keyframe != a.keyframe + 1 || pair_of[a.keyframe] < 0) continue;
+      Eigen::Vector3d bearing_a, bearing_b;
+      if (!Unproject(intrinsics, a.pixel.cast<double>(), &bearing_a)) continue;
+      if (!Unproject(intrinsics, b.pixel.cast<double>(), &bearing_b)) continue;
+      KeyframePair& pair = (*pairs)[pair_of[a.keyframe]];
+      pair.bearings_a.push_back(bearing_a);
+      pair.bearings_b.push_back(bearing_b);
+    }
+  }
+}
+
+// Rotation vectors of IMU and camera over the same intervals, and their directions of motion in the frame at
+// the interval's end.
+struct Correspondences {
+  std::vector<Eigen::Vector3d> imu, camera, imu_direction, camera_direction;
+};
+
+Correspondences At(const std::vector<VisualMotion>& motions, const std::vector<const SplitSpline*>& T_map_imu,
+                   double offset, const Eigen::Vector3d& lever, bool with_directions) {
+  Correspondences result;
+  for (const VisualMotion& motion : motions) {
+    const SplitSpline& trajectory = *T_map_imu[motion.drive];
+    const double a = motion.time_a + offset, b = motion.time_b + offset;
+    if (!trajectory.Contains(a) || !trajectory.Contains(b)) continue;
+    const Eigen::Quaterniond R_a = trajectory.rotation.Rotation(a), R_b = trajectory.rotation.Rotation(b);
+    result.imu.push_back(Log(Eigen::Quaterniond(R_a.conjugate() * R_b)));
+    result.camera.push_back(Log(motion.R_a_b));
+    if (!with_directions || motion.direction.isZero()) continue;
+    const auto position = [&](double t) {
+      return trajectory.position.Position(SplineBasis(trajectory.position.knots(), t));
+    };
+    const Eigen::Vector3d moved = R_b.conjugate() * (position(b) - position(a) + R_b * lever - R_a * lever);
+    if (moved.norm() < 0.05) continue;
+    result.imu_direction.push_back(moved.normalized());
+    result.camera_direction.push_back(motion.direction);
+  }
+  return result;
+}
+
+struct Fit {
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+  double cost = 1e300;  // truncated squares, mean
+  std::size_t count = 0;
+};
+
+// Robust rotation between corresponding vectors. scale: of the camera's rotation vectors across its axis.
+Fit FitRotation(const Correspondences& c, const std::optional<ExtrinsicGuess>& guess, double scale,
+                bool use_directions) {
+  Fit fit;
+  fit.count = c.imu.size();
+  if (c.imu.empty()) return fit;
+  const Eigen::Vector3d stretch(scale, scale, 1.0);
+  Eigen::Matrix3d prior = Eigen::Matrix3d::Zero();
+  if (guess) {
+    const double sigma = guess->sigma_rotation.norm() / std::sqrt(3.0);
+    prior = guess->T_imu_sensor.rotation.toRotationMatrix() / (2.0 * sigma * sigma);
+  }
+  std::vector<double> weights(c.imu.size(), 1.0), direction_weights(c.imu_direction.size(), 1.0);
+  for (int iteration = 0; iteration < 6; ++iteration) {
+    Eigen::Matrix3d profile = prior;
+    for (std::size_t k = 0; k < c.imu.size(); ++k) {
+      profile += weights[k] / (kRotationSigma * kRotationSigma) * c.imu[k] *
+                 c.camera[k].cwiseProduct(stretch).transpose();
+    }
+    for (std::size_t k = 0; k < c.imu_direction.size() && use_directions; ++k) {
+      profile += direction_weights[k] / (kDirectionSigma * kDirectionSigma) * c.imu_direction[k] *
+                 c.camera_direction[k].transpose();
+    }
+    fit.rotation = WahbaRotation(profile);
+    fit.cost = 0.0;
+    for (std::size_t k = 0; k < c.imu.size(); ++k) {
+      const double error = (c.imu[k] - fit.rotation * c.camera[k].cwiseProduct(stretch)).norm();
+      fit.cost += std::min(error * error, kAgreement * kAgreement);
+      // Lets all speak at first, then those that agree.
+      weights[k] = iteration < 2 ? AbsoluteWeight(error, kRotationSigma) : TukeyWeight(error, kRotationSigma);
+    }
+    for (std::size_t k = 0; k < c.imu_direction.size(); ++k) {
+      const double error = (c.imu_direction[k] - fit.rotation * c.camera_direction[k]).norm();
+      direction_weights[k] = AbsoluteWeight(error, kDirectionSigma);
+    }
+  }
+  fit.cost /= static_cast<double>(fit.count);
+  return fit;
+}
+
+// By how much longer the camera's rotation vectors must be made across its axis to fit the IMU's.
+double FocalRatio(const Correspondences& c, const Eigen::Quaterniond& R_imu_camera) {
+  double numerator = 0.0, denominator = 0.0;
+  for (int iteration = 0; iteration < 3; ++iteration) {
+    const double ratio = denominator > 0.0 ? numerator / denominator : 1.0;
+    numerator = denominator = 0.0;
+    for (std::size_t k = 0; k < c.imu.size(); ++k) {
+      const Eigen::Vector3d truth = R_imu_camera.conjugate() * c.imu[k];
+      const double error = (c.camera[k].head<2>() - ratio * truth.head<2>()).norm();
+      const double weight = AbsoluteWeight(error, kRotationSigma);
+      numerator += weight * truth.head<2>().dot(c.camera[k].head<2>());
+      denominator += weight * truth.head<2>().squaredNorm();
+    }
+  }
+  // Turns of 0.5 rad in all, in the root of squares, show the ratio to some per cent.
+  return denominator > 0.25 ? std::clamp(numerator / denominator, 0.6, 1.6) : 1.0;
+}
+
+}  // namespace
+
+std::vector<VisualMotion> VisualMotions(const std::vector<TrackSet>& tracks, int camera,
+                                        const CameraIntrinsics& intrinsics, double largest_error) {
+  std::vector<KeyframePair> pairs;
+  for (std::size_t d = 0; d < tracks.size(); ++d) CollectPairs(tracks[d], d, camera, intrinsics, &pairs);
+  TwoViewOptions options;
+  options.largest_error = largest_error / intrinsics.parameters[0];
+  std::vector<std::optional<TwoViewGeometry>> geometries(pairs.size());
+  ParallelFor(pairs.size(), [&](std::size_t k) {
+    geometries[k] = EstimateTwoView(pairs[k].bearings_a, pairs[k].bearings_b, options);
+  });
+  std::vector<VisualMotion> motions;
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    if (!geometries[k]) continue;
+    VisualMotion motion{
+        pairs[k].drive, pairs[k].time_a, pairs[k].time_b, geometries[k]->R_b_a.transpose(), {}};
+    // The first camera's centre stands at t_b_a in frame b: the camera came from there.
+    motion.direction = -geometries[k]->t_b_a;
+    motions.push_back(motion);
+  }
+  return motions;
+}
+
+CameraRotation AlignCameraRotation(const std::vector<VisualMotion>& motions,
+                                   const std::vector<const SplitSpline*>& T_map_imu,
+                                   const std::optional<ExtrinsicGuess>& guess,
+                                   const std::optional<double>& time_offset) {
+  CameraRotation result;
+  constexpr std::size_t kFewest = 10;
+  if (motions.size() < kFewest) return result;
+  const Eigen::Vector3d lever = guess ? guess->T_imu_sensor.translation : Eigen::Vector3d::Zero();
+  const double middle = time_offset.value_or(0.0);
+  double scale = 1.0;
+  bool use_directions = false;
+  double best_offset = middle;
+  // The search is wide first, then narrower about the best; the focal length's ratio is found on the way.
+  constexpr double kRanges[] = {1.0, 0.04, 0.04, 0.006};
+  constexpr double kSteps[] = {0.01, 0.002, 0.002, 0.0005};
+  Fit best;
+  for (int level = 0; level < 4; ++level) {
+    const double range = kRanges[level], step = kSteps[level], centre = best_offset;
+    const int count = 2 * static_cast<int>(std::lround(range / step)) + 1;
+    std::vector<Fit> fits(count);
+    ParallelFor(count, [&](std::size_t i) {
+      const double offset = centre - range + step * static_cast<double>(i);
+      fits[i] =
+          FitRotation(At(motions, T_map_imu, offset, lever, use_directions), guess, scale, use_directions);
+    });
+    best = Fit();
+    for (int i = 0; i < count; ++i) {
+      // Offsets that push much of the drive off the trajectory are no better for what they leave out.
+      if (2 * fits[i].count < motions.size() || fits[i].count < kFewest || fits[i].cost >= best.cost)
+        continue;
+      best = fits[i];
+      best_offset = centre - range + step * i;
+    }
+    if (best.count == 0) return result;
+    const Correspondences c = At(motions, T_map_imu, best_offset, lever, false);
+    Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+    for (const Eigen::Vector3d& v : c.imu) information += v * v.transpose();
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(information);
+    result.weakest_axis = std::sqrt(std::max(0.0, eigen.eigenvalues()[1])) / kRotationSigma;
+    use_directions = result.weakest_axis < 20.0;
+    result.focal_ratio = FocalRatio(c, best.rotation);
+    scale = 1.0 / result.focal_ratio;
+  }
+  const Correspondences c = At(motions, T_map_imu, best_offset, lever, false);
+  std::vector<double> errors;
+  std::size_t inliers = 0;
+  const Eigen::Quaterniond unstretched = FitRotation(c, guess, 1.0, false).rotation;
+  for (std::size_t k = 0; k < c.imu.size(); ++k) {
+    const Eigen::Vector3d stretched = c.camera[k].cwiseProduct(Eigen::Vector3d(scale, scale, 1.0));
+    errors.push_back((c.imu[k] - best.rotation * stretched).norm());
+    inliers += errors.back() < kAgreement;
+    const double plain = (c.imu[k] - unstretched * c.camera[k]).squaredNorm();
+    result.cost += std::min(plain, kAgreement * kAgreement) / static_cast<double>(c.imu.size());
+  }
+  result.valid = true;
+  result.R_imu_camera = best.rotation;
+  result.time_offset = best_offset;
+  result.residual = Median(errors);
+  result.inlier_share = static_cast<double>(inliers) / static_cast<double>(errors.size());
+  return result;
+}
+
+}  // namespace mlic

@@ -1,0 +1,55 @@
+#include "mlic_core/initialization/guess_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "mlic_core/geometry/so3.h"
+
+namespace mlic {
+namespace {
+
+struct Distance {
+  double angle = 0.0;   // rad
+  double length = 0.0;  // m
+  double sigmas = 0.0;  // of the guess, about or along the worst axis
+};
+
+Distance FromGuess(const ExtrinsicGuess& guess, const RigidTransform& found) {
+  const RigidTransform& given = guess.T_imu_sensor;
+  const Eigen::Vector3d turn = Log(Eigen::Quaterniond(found.rotation * given.rotation.conjugate()));
+  const Eigen::Vector3d shift = found.translation - given.translation;
+  return {turn.norm(), shift.norm(),
+          std::max(turn.cwiseQuotient(guess.sigma_rotation).cwiseAbs().maxCoeff(),
+                   shift.cwiseQuotient(guess.sigma_translation).cwiseAbs().maxCoeff())};
+}
+
+}  // namespace
+
+bool IsLostFromGuess(const LidarConfig& config, const RigidTransform& T_imu_lidar) {
+  constexpr double kNear = 2.0;
+  return !config.guess || FromGuess(*config.guess, T_imu_lidar).sigmas > kNear;
+}
+
+std::string WhyLeftOut(const LidarConfig& config) {
+  return config.name + ": its odometry does not agree with the gyroscope and " +
+         (config.guess
+              ? "its planes do not tie it to the others from the given T_imu_sensor; give a better one"
+              : "the rig file gives no T_imu_sensor to start from; give one") +
+         ", or leave it out by enabled: false";
+}
+
+std::string DescribeIfFarFromGuess(const ExtrinsicGuess& guess, const RigidTransform& T_imu_sensor) {
+  constexpr double kFar = 4.0;
+  const Distance distance = FromGuess(guess, T_imu_sensor);
+  if (distance.sigmas < kFar) return "";
+  char text[200];
+  std::snprintf(
+      text, sizeof(text),
+      "%.1f deg and %.2f m from the given T_imu_sensor, %.0f of its sigmas; does that map points of the "
+      "sensor into the IMU's frame?",
+      distance.angle * 180.0 / M_PI, distance.length, distance.sigmas);
+  return text;
+}
+
+}  // namespace mlic

@@ -1,0 +1,307 @@
+#include "mlic_core/initialization/lidar_imu.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdio>
+
+#include "mlic_core/initialization/knot_spacing.h"
+#include "mlic_core/initialization/pose_fit.h"
+#include "mlic_core/common/order_statistics.h"
+#include "mlic_core/common/parallel.h"
+#include "mlic_core/imu/accelerometer_lag.h"
+#include "mlic_core/imu/excitation.h"
+#include "mlic_core/imu/gravity_lever_arm.h"
+#include "mlic_core/imu/gyro_integration.h"
+#include "mlic_core/imu/hand_eye.h"
+#include "mlic_core/imu/relative_motion.h"
+
+namespace mlic {
+namespace {
+
+std::vector<TimedPose> TimedPoses(const OdometryResult& odometry) {
+  std::vector<TimedPose> poses;
+  for (const OdometryPose& pose : odometry.poses) poses.push_back({pose.time, pose.pose});
+  return poses;
+}
+
+std::optional<RotationGuess> GuessOfRotation(const LidarConfig& lidar) {
+  if (!lidar.guess) return std::nullopt;
+  return RotationGuess{lidar.guess->T_imu_sensor.rotation, lidar.guess->sigma_rotation};
+}
+
+// The alignment tells something: a peak well above chance and an offset good to a tenth of a second.
+bool IsUsable(const AngularRateAlignment& alignment) {
+  return alignment.valid && alignment.time_offset_sigma < 0.05 && alignment.inlier_share > 0.3;
+}
+
+// With the guess; where nothing fits it, the guess is worse than it claims and counts for little. Where it is
+// worse still, as a transform that was given the wrong way round, and the motion shows all of the rotation,
+// it is dropped.
+AngularRateAlignment Align(const Drive& drive, const OdometryResult& odometry,
+                           std::optional<RotationGuess>* guess) {
+  constexpr double kVague = 30.0 * M_PI / 180.0;
+  const std::vector<TimedPose> poses = TimedPoses(odometry);
+  const AngularRateAlignment alignment = AlignAngularRates(drive.imu, poses, *guess);
+  if (!*guess || IsUsable(alignment)) return alignment;
+  RotationGuess vague = **guess;
+  vague.sigma = vague.sigma.cwiseMax(kVague);
+  const AngularRateAlignment nearly = AlignAngularRates(drive.imu, poses, vague);
+  if (IsUsable(nearly)) {
+    *guess = vague;
+    return nearly;
+  }
+  const AngularRateAlignment without = AlignAngularRates(drive.imu, poses, std::nullopt);
+  if (!IsUsable(without) || without.rotation_directions_shown < 3) return alignment;
+  guess->reset();
+  return without;
+}
+
+// Whether it is the motion or the LiDARs, the gyroscope tells.
+std::string WhyNoneAgrees(const Dataset& dataset) {
+  constexpr double kTurning = 0.1;  // rad/s, root mean square
+  constexpr double kShort = 5.0;    // s
+  double turning = 0.0, longest = 0.0;
+  for (const Drive& drive : dataset.drives) {
+    turning = std::max(turning, MeasureExcitation(drive.imu).principal_rms[2]);
+    longest = std::max(longest, drive.imu.back().time - drive.imu.front().time);
+  }
+  const std::string what = "no LiDAR's rotation agrees with the gyroscope's: ";
+  if (longest < kShort) return what + "the drive lasts less than 5 s; record 30 s or more";
+  if (turning < kTurning) {
+    return what +
+           "the drive turns too little, or too evenly, to show time offset and rotation; record a drive with "
+           "turns "
+           "(figure-eights; by hand: about all axes)";
+  }
+  return what +
+         "it turns enough, but the LiDARs' scans cannot be followed (they see too little structure, such as "
+         "a floor alone, or come from another drive) or lie more than 1 s off; record among walls and "
+         "objects";
+}
+
+// First guess of the trajectory's control points from poses at their times.
+SplitSpline SplineThrough(const std::vector<TimedPose>& poses, const UniformKnots& rotation_knots,
+                          const UniformKnots& position_knots) {
+  const auto at = [&](double time) {
+    const auto next = std::lower_bound(poses.begin(), poses.end(), time,
+                                       [](const TimedPose& p, double t) { return p.time < t; });
+    if (next == poses.begin()) return poses.front().pose;
+    if (next == poses.end()) return poses.back().pose;
+    const TimedPose& a = *(next - 1);
+    const double share = (time - a.time) / (next->time - a.time);
+    return RigidTransform{a.pose.rotation.slerp(share, next->pose.rotation),
+                          a.pose.translation + share * (next->pose.translation - a.pose.translation)};
+  };
+  std::vector<Eigen::Quaterniond> rotations;
+  std::vector<Eigen::Vector3d> positions;
+  for (int j = 0; j < rotation_knots.count; ++j)
+    rotations.push_back(at(rotation_knots.ControlPointTime(j)).rotation);
+  for (int j = 0; j < position_knots.count; ++j) {
+    positions.push_back(at(position_knots.ControlPointTime(j)).translation);
+  }
+  return {So3Spline(rotation_knots, rotations), PositionSpline(position_knots, positions)};
+}
+
+// Says when gyroscope and accelerometer do not keep one clock.
+void CheckAccelerometerLag(const Drive& drive, const OdometryResult& odometry,
+                           const AngularRateAlignment& alignment,
+                           const std::optional<LeverArmGuess>& lever_guess, Initialization* result) {
+  constexpr double kLeast = 0.01;  // s: what an offset can hide between the two
+  const AccelerometerLag lag =
+      MeasureAccelerometerLag(drive.imu, TimedPoses(odometry), alignment, lever_guess);
+  if (!lag.valid || std::abs(lag.lag) < std::max(kLeast, 4.0 * lag.sigma)) return;
+  char line[300];
+  std::snprintf(
+      line, sizeof(line),
+      "the IMU's %s is %.0f ms later than its %s (sigma %.0f ms), as the filtered rates of navigation "
+      "systems are: no time offset serves both, so the offsets are off by a part of that; record "
+      "the raw IMU",
+      lag.lag > 0.0 ? "accelerometer" : "gyroscope", 1e3 * std::abs(lag.lag),
+      lag.lag > 0.0 ? "gyroscope" : "accelerometer", 1e3 * lag.sigma);
+  result->problems.push_back(line);
+}
+
+std::optional<LeverArmGuess> LeverArmGuessOf(const LidarConfig& lidar) {
+  if (!lidar.guess) return std::nullopt;
+  return LeverArmGuess{lidar.guess->T_imu_sensor.translation, lidar.guess->sigma_translation};
+}
+
+// A LiDAR's odometry against gyroscope and accelerometer, rad m; smaller is better. Where a narrow view holds
+// floor and one wall for some seconds, odometry slips along them: rotation does not tell, accelerations do.
+double Disagreement(const AngularRateAlignment& alignment, const GravityLeverArm& arm) {
+  constexpr double kLeastShare = 0.1;
+  constexpr double kUnknown = 1.0;  // m
+  const double position = arm.valid ? arm.residual_rms / std::max(kLeastShare, arm.inlier_share) : kUnknown;
+  return position * alignment.residual_rms / std::max(kLeastShare, alignment.inlier_share);
+}
+
+// Starts the drive's trajectory from the base LiDAR's odometry: gravity-aligned, position and yaw of the
+// first pose zero; then the spline is fitted to poses and IMU together.
+bool InitializeDrive(const Dataset& dataset, std::size_t d, const OdometryResult& odometry,
+                     const AngularRateAlignment& alignment, const GravityLeverArm& arm,
+                     Initialization* result, RigidTransform* T_imu_base) {
+  const Drive& drive = dataset.drives[d];
+  const std::vector<TimedPose> poses = TimedPoses(odometry);
+  if (!arm.valid) {
+    result->problems.push_back("gravity and lever arm were not found: " + arm.failure);
+    return false;
+  }
+  // Accelerations show what of the rotation turning about one axis leaves open.
+  if (d == 0) *T_imu_base = {arm.R_imu_lidar, arm.p_imu_lidar};
+  // Turns the odometry's gravity down, then the first pose's yaw to zero.
+  const Eigen::Quaterniond upright = Eigen::Quaterniond::FromTwoVectors(arm.gravity, kGravity);
+  const RigidTransform T_base_imu = T_imu_base->Inverse();
+  std::vector<TimedPose> imu_poses;
+  for (const TimedPose& pose : poses) {
+    const RigidTransform T = RigidTransform{upright, Eigen::Vector3d::Zero()} * pose.pose * T_base_imu;
+    imu_poses.push_back({pose.time + alignment.time_offset, T});
+  }
+  const Eigen::Vector3d x_axis = imu_poses.front().pose.rotation * Eigen::Vector3d::UnitX();
+  const double yaw = std::atan2(x_axis.y(), x_axis.x());
+  const RigidTransform level{Eigen::Quaterniond(Eigen::AngleAxisd(-yaw, Eigen::Vector3d::UnitZ())),
+                             Eigen::Vector3d::Zero()};
+  const Eigen::Vector3d origin = level * imu_poses.front().pose.translation;
+  for (TimedPose& pose : imu_poses) {
+    pose.pose = level * pose.pose;
+    pose.pose.translation -= origin;
+  }
+  const double start = std::max(drive.imu.front().time, imu_poses.front().time - 0.05);
+  const double end = std::min(drive.imu.back().time, imu_poses.back().time + 0.05);
+  const KnotSpacing spacing = ChooseKnotSpacing(drive.imu, MedianPeriod(poses));
+  char line[160];
+  std::snprintf(line, sizeof(line), "knots every %.0f ms (rotation) and %.0f ms (position)",
+                1e3 * spacing.rotation, 1e3 * spacing.position);
+  result->notes.push_back(line);
+  DriveState state;
+  state.trajectory = SplineThrough(imu_poses, UniformKnots::Covering(start, end, spacing.rotation),
+                                   UniformKnots::Covering(start, end, spacing.position));
+  state.gyroscope_bias = alignment.gyroscope_bias;
+  state.accelerometer_bias = arm.accelerometer_bias;
+  result->state.drives.push_back(FitToPoses(drive, result->imu_sigma[d], imu_poses,
+                                            std::max(1e-3, alignment.residual_rms),
+                                            std::max(5e-3, arm.residual_rms), std::move(state)));
+  return true;
+}
+
+}  // namespace
+
+DriveOdometry RunDriveOdometry(const Rig& rig, const Drive& drive, const CancellationToken& cancellation,
+                               const std::function<void(double)>& on_progress) {
+  const std::size_t count = drive.lidars.size();
+  DriveOdometry result;
+  result.lidars.resize(count);
+  result.alignments.resize(count);
+  std::vector<std::atomic<double>> parts(count);
+  ParallelFor(count, [&](std::size_t l) {
+    const auto report = [&](double fraction, double from) {
+      parts[l] = from + 0.5 * fraction;
+      double sum = 0.0;
+      for (const auto& part : parts) sum += part;
+      on_progress(sum / static_cast<double>(count));
+    };
+    result.lidars[l] = RunOdometry(drive.lidars[l], nullptr, cancellation, [&](double f) { report(f, 0.0); });
+    auto guess = GuessOfRotation(rig.lidars[l]);
+    AngularRateAlignment& alignment = result.alignments[l];
+    alignment = Align(drive, result.lidars[l], &guess);
+    if (!IsUsable(alignment) || alignment.rotation_directions_shown < 2) return;
+    const GyroIntegration gyro(drive.imu, alignment.gyroscope_bias);
+    const Eigen::Quaterniond R_lidar_imu = alignment.R_imu_lidar.conjugate();
+    const Eigen::Quaterniond R_imu_lidar = alignment.R_imu_lidar;
+    const double offset = alignment.time_offset;
+    const RotationBetween rotation_between = [&](double from,
+                                                 double to) -> std::optional<Eigen::Quaterniond> {
+      if (!gyro.Covers(from + offset, to + offset)) return std::nullopt;
+      return R_lidar_imu * gyro.RotationBetween(from + offset, to + offset) * R_imu_lidar;
+    };
+    result.lidars[l] =
+        RunOdometry(drive.lidars[l], rotation_between, cancellation, [&](double f) { report(f, 0.5); });
+    alignment = Align(drive, result.lidars[l], &guess);
+  });
+  return result;
+}
+
+Initialization Initialize(const Rig& rig, const Dataset& dataset, const std::vector<DriveOdometry>& odometry,
+                          const CancellationToken& cancellation) {
+  Initialization result;
+  const std::size_t lidars = rig.lidars.size();
+  for (const Drive& drive : dataset.drives) {
+    result.imu_sigma.push_back(SampleSigma(drive.imu, rig.imu.noise));
+  }
+  // The base is the LiDAR that agrees best with gyroscope and accelerometer over all drives.
+  double best = 1e9;
+  std::vector<GravityLeverArm> arms;  // of the base, for each drive
+  for (std::size_t l = 0; l < lidars; ++l) {
+    double disagreement = 0.0;
+    std::vector<GravityLeverArm> of_lidar(odometry.size());
+    for (std::size_t d = 0; d < odometry.size(); ++d) {
+      const AngularRateAlignment& a = odometry[d].alignments[l];
+      if (!IsUsable(a)) {
+        disagreement += 1e9;
+        continue;
+      }
+      of_lidar[d] = SolveGravityLeverArm(dataset.drives[d].imu, TimedPoses(odometry[d].lidars[l]),
+                                         a.R_imu_lidar, a.time_offset, a.gyroscope_bias,
+                                         LeverArmGuessOf(rig.lidars[l]), a.rotation_covariance);
+      disagreement += Disagreement(a, of_lidar[d]);
+    }
+    if (disagreement < best) {
+      best = disagreement;
+      result.base_lidar = l;
+      arms = std::move(of_lidar);
+    }
+  }
+  if (best >= 1e9) {
+    result.problems.push_back(WhyNoneAgrees(dataset));
+    return result;
+  }
+  const std::size_t base = result.base_lidar;
+  result.notes.push_back("base LiDAR: " + rig.lidars[base].name);
+  result.state.lidars.resize(lidars);
+  result.unaligned.assign(lidars, false);
+  RigidTransform T_imu_base;
+  const std::optional<LeverArmGuess> lever_guess = LeverArmGuessOf(rig.lidars[base]);
+  for (std::size_t d = 0; d < dataset.drives.size(); ++d) {
+    cancellation.ThrowIfCancelled();
+    if (!InitializeDrive(dataset, d, odometry[d].lidars[base], odometry[d].alignments[base], arms[d], &result,
+                         &T_imu_base)) {
+      return result;
+    }
+    CheckAccelerometerLag(dataset.drives[d], odometry[d].lidars[base], odometry[d].alignments[base],
+                          lever_guess, &result);
+  }
+  for (std::size_t l = 0; l < lidars; ++l) {
+    SensorCalibration& calibration = result.state.lidars[l];
+    const AngularRateAlignment& alignment = odometry[0].alignments[l];
+    if (l == base) {
+      calibration = {T_imu_base, alignment.time_offset};
+      continue;
+    }
+    if (!IsUsable(alignment)) {
+      result.problems.push_back(
+          rig.lidars[l].name +
+          ": its odometry does not agree with the gyroscope's rotation (field of view blocked, "
+          "too little structure, or another vehicle's topic)");
+      if (rig.lidars[l].guess) calibration.T_imu_sensor = rig.lidars[l].guess->T_imu_sensor;
+      result.unaligned[l] = true;
+      continue;
+    }
+    calibration.time_offset = alignment.time_offset;
+    constexpr double kInterval = 1.0;
+    const auto motions = RelativeMotions(result.state.drives[0].trajectory, TimedPoses(odometry[0].lidars[l]),
+                                         alignment.time_offset, kInterval);
+    const HandEyeResult hand_eye = SolveHandEye(motions, rig.lidars[l].guess, 10.0 * kInterval);
+    calibration.T_imu_sensor = hand_eye.valid
+                                   ? hand_eye.T_imu_lidar
+                                   : RigidTransform{alignment.R_imu_lidar, Eigen::Vector3d::Zero()};
+    if (!hand_eye.valid) result.problems.push_back(rig.lidars[l].name + ": " + hand_eye.failure);
+  }
+  for (std::size_t l = 0; l < lidars; ++l) {
+    if (!rig.lidars[l].fixed) continue;
+    result.state.lidars[l].T_imu_sensor = rig.lidars[l].guess->T_imu_sensor;
+    result.state.lidars[l].time_offset = rig.lidars[l].time_offset.value_or(0.0);
+  }
+  return result;
+}
+
+}  // namespace mlic

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/common/progress.h"
+#include "mlic_core/imu/angular_rate_alignment.h"
+#include "mlic_core/lidar/odometry.h"
+
+namespace mlic {
+
+// Odometry of every LiDAR in one drive, and each LiDAR's alignment with the gyroscope.
+struct DriveOdometry {
+  std::vector<OdometryResult> lidars;
+  std::vector<AngularRateAlignment> alignments;
+};
+
+// What the initialisation found; problems are reasons for refusal, in plain words.
+struct Initialization {
+  CalibrationState state;
+  std::vector<ImuSigma> imu_sigma;
+  std::size_t base_lidar = 0;
+  // Of each LiDAR: it starts from its guess alone, as its odometry told nothing.
+  std::vector<bool> unaligned;
+  std::vector<std::string> problems;
+  std::vector<std::string> notes;
+};
+
+// SPEC stage 1: all LiDARs in parallel; aligned with the gyroscope; run again with gyro de-skew where that is
+// known.
+DriveOdometry RunDriveOdometry(const Rig& rig, const Drive& drive, const CancellationToken& cancellation,
+                               const std::function<void(double)>& on_progress);
+
+// SPEC stages 2 and 3: base LiDAR by the smallest disagreement with the gyroscope, gravity, biases and lever
+// arm, the IMU spline, hand-eye for the other LiDARs.
+Initialization Initialize(const Rig& rig, const Dataset& dataset, const std::vector<DriveOdometry>& odometry,
+                          const CancellationToken& cancellation);
+
+}  // namespace mlic

@@ -1,0 +1,24 @@
+#include "mlic_core/initialization/pose_fit.h"
+
+namespace mlic {
+
+DriveState FitToPoses(const Drive& drive, const ImuSigma& imu_sigma, const std::vector<TimedPose>& poses,
+                      double sigma_rotation, double sigma_translation, DriveState start) {
+  CalibrationState fit;
+  fit.drives.push_back(std::move(start));
+  Dataset one;
+  one.drives.emplace_back();
+  one.drives[0].epoch = drive.epoch;
+  one.drives[0].imu = drive.imu;
+  JointProblem problem;
+  problem.dataset = &one;
+  problem.imu_sigma = {imu_sigma};
+  problem.poses.emplace_back();
+  for (const TimedPose& pose : poses) {
+    problem.poses.back().push_back({pose.time, pose.pose, sigma_rotation, sigma_translation});
+  }
+  SolveJointProblem(problem, 6, CancellationToken(), &fit);
+  return fit.drives.front();
+}
+
+}  // namespace mlic

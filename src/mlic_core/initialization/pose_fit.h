@@ -1,0 +1,16 @@
+#pragma once
+
+#include <vector>
+
+#include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/state.h"
+#include "mlic_core/geometry/timed_pose.h"
+
+namespace mlic {
+
+// One drive's trajectory and biases drawn to poses of the IMU and its samples, from a start. sigmas: of the
+// poses (rad, m).
+DriveState FitToPoses(const Drive& drive, const ImuSigma& imu_sigma, const std::vector<TimedPose>& poses,
+                      double sigma_rotation, double sigma_translation, DriveState start);
+
+}  // namespace mlic

@@ -1,0 +1,66 @@
+#include "mlic_core/io/checkpoint/serialize.h"
+
+#include "mlic_core/io/checkpoint/archive_types.h"
+
+namespace mlic {
+
+template <>
+struct IsFlat<ImuCalibration> : std::true_type {};
+template <>
+struct IsFlat<ImuSample> : std::true_type {};
+template <>
+struct IsFlat<LidarPoint> : std::true_type {};
+template <>
+struct IsFlat<StampedPose> : std::true_type {};
+template <>
+struct IsFlat<MapPoint> : std::true_type {};
+template <>
+struct IsFlat<UnobservableDirection> : std::true_type {};
+template <>
+struct IsFlat<HeldOutMatches> : std::true_type {};
+
+auto Members(LidarScan& scan) { return std::tie(scan.time, scan.points); }
+auto Members(LidarRecording& recording) {
+  return std::tie(recording.scans, recording.scan_period, recording.point_times_from_azimuth);
+}
+
+auto Members(Drive& drive) { return std::tie(drive.epoch, drive.imu, drive.lidars); }
+auto Members(Dataset& dataset) { return std::tie(dataset.drives); }
+
+auto Members(SensorResult& sensor) {
+  return std::tie(sensor.name, sensor.type, sensor.frame_id, sensor.topic, sensor.calibration, sensor.sigma,
+                  sensor.translation_observable, sensor.rotation_observable, sensor.time_offset_observable,
+                  sensor.unobservable, sensor.intrinsics, sensor.intrinsics_sigma, sensor.intrinsics_held,
+                  sensor.rolling_shutter_readout, sensor.readout_sigma, sensor.held_out);
+}
+
+auto Members(PairResult& pair) { return std::tie(pair.a, pair.b, pair.T_a_b, pair.sigma); }
+auto Members(StageSummary& stage) {
+  return std::tie(stage.name, stage.seconds, stage.processor_seconds, stage.lines);
+}
+
+auto Members(ResidualField& field) { return std::tie(field.columns, field.rows, field.mean, field.counts); }
+auto Members(ResidualSummary& residual) {
+  return std::tie(residual.sensor, residual.unit, residual.sigma, residual.inlier_share, residual.histogram,
+                  residual.over_time_seconds, residual.over_time_rms, residual.rms, residual.over_image);
+}
+
+auto Members(CameraKeyframes& keyframes) { return std::tie(keyframes.camera, keyframes.stamps); }
+auto Members(CalibrationResult& result) {
+  return std::tie(result.trusted, result.reasons, result.warnings, result.imu_frame_id, result.imu,
+                  result.gravity, result.sensors, result.initial_sensors, result.pairs, result.trajectories,
+                  result.map, result.stages, result.residuals, result.keyframes,
+                  result.peak_memory_megabytes);
+}
+
+std::vector<char> ToBytes(const Dataset& dataset) { return WrittenBytes(dataset); }
+std::vector<char> ToBytes(const std::vector<OdometryResult>& odometry) { return WrittenBytes(odometry); }
+std::vector<char> ToBytes(const CalibrationResult& result) { return WrittenBytes(result); }
+
+bool FromBytes(const std::vector<char>& bytes, Dataset* dataset) { return ReadBytes(bytes, dataset); }
+bool FromBytes(const std::vector<char>& bytes, std::vector<OdometryResult>* odometry) {
+  return ReadBytes(bytes, odometry);
+}
+bool FromBytes(const std::vector<char>& bytes, CalibrationResult* result) { return ReadBytes(bytes, result); }
+
+}  // namespace mlic

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <vector>
+
+#include "mlic_core/result/result.h"
+#include "mlic_core/pipeline/stage_store.h"
+#include "mlic_core/lidar/odometry.h"
+#include "mlic_core/sensors/measurements.h"
+
+namespace mlic {
+
+// Objects as bytes for checkpoints on the same machine: native byte order, no promise between versions of the
+// program (CheckpointStore's key must hold the version). Large arrays are copied whole.
+std::vector<char> ToBytes(const Dataset& dataset);
+std::vector<char> ToBytes(const std::vector<OdometryResult>& odometry);
+std::vector<char> ToBytes(const CalibrationResult& result);
+std::vector<char> ToBytes(const DriveOdometry& odometry);
+std::vector<char> ToBytes(const Initialization& start);
+std::vector<char> ToBytes(const RefinementProgress& progress);
+std::vector<char> ToBytes(const ImageFeatures& features);
+std::vector<char> ToBytes(const TrackSet& tracks);
+std::vector<char> ToBytes(const CameraInitialization& cameras);  // without landmarks and information
+
+// False, with the object unspecified, when the bytes are not exactly one such object.
+bool FromBytes(const std::vector<char>& bytes, Dataset* dataset);
+bool FromBytes(const std::vector<char>& bytes, std::vector<OdometryResult>* odometry);
+bool FromBytes(const std::vector<char>& bytes, CalibrationResult* result);
+bool FromBytes(const std::vector<char>& bytes, DriveOdometry* odometry);
+bool FromBytes(const std::vector<char>& bytes, Initialization* start);
+bool FromBytes(const std::vector<char>& bytes, RefinementProgress* progress);
+bool FromBytes(const std::vector<char>& bytes, ImageFeatures* features);
+bool FromBytes(const std::vector<char>& bytes, TrackSet* tracks);
+bool FromBytes(const std::vector<char>& bytes, CameraInitialization* cameras);
+
+}  // namespace mlic

@@ -1,0 +1,138 @@
+// Stages of the calibration as bytes. A field that is added to the state, or to what a stage hands on, is
+// added here too: test/mlic_core/pipeline/stage_resume_test.cc compares a resumed run with an uninterrupted one bit for bit.
+#include "mlic_core/io/checkpoint/archive_types.h"
+#include "mlic_core/io/checkpoint/serialize.h"
+
+namespace mlic {
+
+template <>
+struct IsFlat<UniformKnots> : std::true_type {};
+template <>
+struct IsFlat<ImuSigma> : std::true_type {};
+template <>
+struct IsFlat<PlaneNoise> : std::true_type {};
+template <>
+struct IsFlat<LandmarkNoise> : std::true_type {};
+template <>
+struct IsFlat<RingCorrection> : std::true_type {};
+
+// Splines are their knots and control points; the rest follows from these.
+template <typename Spline>
+void SplineFields(ByteWriter& archive, const Spline& spline) {
+  archive(spline.knots(), spline.control_points());
+}
+
+template <typename Spline>
+void SplineFields(ByteReader& archive, Spline& spline) {
+  UniformKnots knots;
+  auto control_points = spline.control_points();
+  archive(knots, control_points);
+  if (knots.count < 4 || control_points.size() != static_cast<std::size_t>(knots.count)) {
+    archive.Fail();
+    return;
+  }
+  spline = Spline(knots, std::move(control_points));
+}
+
+template <typename Archive>
+void Fields(Archive& archive, So3Spline& spline) {
+  SplineFields(archive, spline);
+}
+
+template <typename Archive>
+void Fields(Archive& archive, PositionSpline& spline) {
+  SplineFields(archive, spline);
+}
+
+auto Members(DriveState& drive) {
+  return std::tie(drive.trajectory.rotation, drive.trajectory.position, drive.gyroscope_bias,
+                  drive.accelerometer_bias);
+}
+
+auto Members(CameraCalibration& camera) {
+  return std::tie(camera.sensor, camera.intrinsics, camera.rolling_shutter, camera.readout);
+}
+auto Members(CalibrationState& state) {
+  return std::tie(state.lidars, state.rings, state.cameras, state.gyroscope_matrix,
+                  state.accelerometer_matrix, state.drives);
+}
+
+auto Members(AngularRateAlignment& alignment) {
+  return std::tie(alignment.valid, alignment.failure, alignment.time_offset, alignment.R_imu_lidar,
+                  alignment.gyroscope_bias, alignment.rotation_information, alignment.information_values,
+                  alignment.information_directions, alignment.rotation_covariance,
+                  alignment.rotation_directions_shown, alignment.time_offset_sigma, alignment.residual_rms,
+                  alignment.inlier_share, alignment.peak_correlation, alignment.second_peak_ratio,
+                  alignment.second_peak_offset);
+}
+
+auto Members(DriveOdometry& odometry) { return std::tie(odometry.lidars, odometry.alignments); }
+auto Members(Initialization& start) {
+  return std::tie(start.state, start.imu_sigma, start.base_lidar, start.unaligned, start.problems,
+                  start.notes);
+}
+
+auto Members(HeldCameraParameters& held) {
+  return std::tie(held.rotation, held.translation, held.time_offset, held.readout, held.intrinsics,
+                  held.square_pixels);
+}
+
+template <>
+struct IsFlat<PointLandmark> : std::true_type {};
+
+auto Members(LandmarkObservation& o) { return std::tie(o.camera, o.sigma, o.time, o.pixel, o.shape); }
+auto Members(LidarSight& sight) {
+  return std::tie(sight.lidar, sight.time, sight.position, sight.sigma_along, sight.sigma_across);
+}
+
+auto Members(LandmarkSet& set) { return std::tie(set.points, set.observations, set.begin, set.lidar_sights); }
+auto Members(RefinementProgress& progress) {
+  return std::tie(progress.state, progress.imu_sigma, progress.noise, progress.landmark_noise,
+                  progress.camera_held, progress.sigmas, progress.match_noise, progress.landmarks,
+                  progress.rounds, progress.points_per_scan, progress.lines, progress.held_out);
+}
+
+template <>
+struct IsFlat<FeatureMatch> : std::true_type {};
+template <>
+struct IsFlat<TrackObservation> : std::true_type {};
+
+auto Members(Keyframe& keyframe) { return std::tie(keyframe.camera, keyframe.image, keyframe.time); }
+auto Members(FeatureSet& features) {
+  return std::tie(features.pixels, features.scales, features.angles, features.scores,
+                  features.descriptor_size, features.descriptors, features.float_descriptors, features.width,
+                  features.height);
+}
+
+auto Members(PairMatches& pair) { return std::tie(pair.keyframe_a, pair.keyframe_b, pair.matches); }
+auto Members(ImageFeatures& features) {
+  return std::tie(features.keyframes, features.features, features.followed);
+}
+
+auto Members(Track& track) { return std::tie(track.observations); }
+auto Members(TrackSet& tracks) { return std::tie(tracks.keyframes, tracks.tracks); }
+
+auto Members(CameraInitialization& cameras) {
+  return std::tie(cameras.cameras, cameras.held, cameras.noise, cameras.found, cameras.problems,
+                  cameras.notes);
+}
+
+std::vector<char> ToBytes(const DriveOdometry& odometry) { return WrittenBytes(odometry); }
+std::vector<char> ToBytes(const Initialization& start) { return WrittenBytes(start); }
+std::vector<char> ToBytes(const RefinementProgress& progress) { return WrittenBytes(progress); }
+std::vector<char> ToBytes(const ImageFeatures& features) { return WrittenBytes(features); }
+std::vector<char> ToBytes(const TrackSet& tracks) { return WrittenBytes(tracks); }
+std::vector<char> ToBytes(const CameraInitialization& cameras) { return WrittenBytes(cameras); }
+
+bool FromBytes(const std::vector<char>& bytes, DriveOdometry* odometry) { return ReadBytes(bytes, odometry); }
+bool FromBytes(const std::vector<char>& bytes, Initialization* start) { return ReadBytes(bytes, start); }
+bool FromBytes(const std::vector<char>& bytes, RefinementProgress* progress) {
+  return ReadBytes(bytes, progress);
+}
+bool FromBytes(const std::vector<char>& bytes, ImageFeatures* features) { return ReadBytes(bytes, features); }
+bool FromBytes(const std::vector<char>& bytes, TrackSet* tracks) { return ReadBytes(bytes, tracks); }
+bool FromBytes(const std::vector<char>& bytes, CameraInitialization* cameras) {
+  return ReadBytes(bytes, cameras);
+}
+
+}  // namespace mlic

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <filesystem>
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+#include "mlic_core/result/result.h"
+
+namespace mlic {
+
+// Six panels of the photo's size, at most 960 px wide each. Left and right: the photo with the matches (a
+// ring where a place of the map was found, a red arrow to where the calibration projects it, magnified) and
+// the rendering (blue where nothing is seen); LiDAR points on the photo by depth (red near, blue far,
+// logarithmic), before and after; LiDAR points by intensity, before and after. photo: CV_8UC1 or CV_8UC3.
+cv::Mat DrawProjection(const cv::Mat& photo, const CameraProjection& projection);
+
+// Loads the photos and writes DIRECTORY/NAME_projection.png.
+void WriteProjectionPictures(const std::filesystem::path& directory,
+                             const std::vector<CameraProjection>& projections);
+
+}  // namespace mlic

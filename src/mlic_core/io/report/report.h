@@ -1,0 +1,14 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "mlic_core/result/result.h"
+
+namespace mlic {
+
+// Writes report.html: one file that opens offline, figures inside. First the verdict in plain words, then
+// what was found with its uncertainty, the figures, the time of each stage, and what to do next.
+void WriteReport(const std::filesystem::path& path, const CalibrationResult& result);
+
+}  // namespace mlic

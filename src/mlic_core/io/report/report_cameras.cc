@@ -1,0 +1,128 @@
+#include "mlic_core/io/report/report_cameras.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "mlic_core/io/result/export_frames.h"
+#include "mlic_core/io/pictures/png_image.h"
+#include "mlic_core/io/report/report_figures.h"
+#include "mlic_core/io/text_file.h"
+#include "mlic_core/io/pictures/track_picture.h"
+
+namespace mlic {
+namespace {
+
+constexpr double kWidth = 340.0;     // of a figure, in its own units
+constexpr int kFewestSights = 10;    // of a cell whose mean error says something
+constexpr int kPictureWidth = 800;   // px
+constexpr int kPictureQuality = 80;  // of JPEG
+
+std::string N(double value) { return FixedNumber(value, 1); }
+
+// 1, 2 or 5 times a power of ten: nine of ten arrows then stay within their cells.
+double Magnification(const ResidualField& field, double pixels_of_cell) {
+  std::vector<float> lengths;
+  for (std::size_t i = 0; i < field.mean.size(); ++i) {
+    if (field.counts[i] >= kFewestSights) lengths.push_back(field.mean[i].norm());
+  }
+  if (lengths.empty()) return 1.0;
+  const auto long_one = lengths.begin() + lengths.size() * 9 / 10;
+  std::nth_element(lengths.begin(), long_one, lengths.end());
+  const double largest = pixels_of_cell / std::max(1e-3f, *long_one);
+  const double power = std::pow(10.0, std::floor(std::log10(std::max(1.0, largest))));
+  for (const double factor : {5.0, 2.0}) {
+    if (factor * power <= largest) return factor * power;
+  }
+  return power;
+}
+
+std::string Arrow(double x, double y, const Eigen::Vector2d& arrow, const std::string& color) {
+  const Eigen::Vector2d tip = Eigen::Vector2d(x, y) + arrow;
+  return "<line x1=\"" + N(x) + "\" y1=\"" + N(y) + "\" x2=\"" + N(tip.x()) + "\" y2=\"" + N(tip.y()) +
+         "\" stroke=\"" + color + "\" stroke-width=\"1.4\"/><circle cx=\"" + N(x) + "\" cy=\"" + N(y) +
+         "\" r=\"1.2\" fill=\"" + color + "\"/>";
+}
+
+std::string JpegFigure(const CameraView& view) {
+  cv::Mat picture = DrawTracks(view.images->Load(view.image), view);
+  if (picture.cols > kPictureWidth) {
+    cv::resize(picture, picture, {kPictureWidth, picture.rows * kPictureWidth / picture.cols}, 0.0, 0.0,
+               cv::INTER_AREA);
+  }
+  std::vector<unsigned char> jpeg;
+  cv::imencode(".jpg", picture, jpeg, {cv::IMWRITE_JPEG_QUALITY, kPictureQuality});
+  const std::string size = std::to_string(picture.cols) + "\" height=\"" + std::to_string(picture.rows);
+  return "<svg style=\"margin-top:8px\" role=\"img\" aria-label=\"tracks of " + EscapeXml(view.camera) +
+         "\" viewBox=\"0 0 " + std::to_string(picture.cols) + " " + std::to_string(picture.rows) +
+         "\"><image width=\"" + size + "\" href=\"data:image/jpeg;base64," +
+         EncodeBase64(std::string(jpeg.begin(), jpeg.end())) + "\"/></svg>\n";
+}
+
+}  // namespace
+
+std::string ResidualFieldFigure(const ResidualSummary& residual, int width, int height,
+                                const std::string& color) {
+  const ResidualField& field = residual.over_image;
+  const int most = field.counts.empty() ? 0 : *std::max_element(field.counts.begin(), field.counts.end());
+  if (most == 0) return "<p class=\"none\">no residuals over the image</p>";
+  const double scale = kWidth / width, figure_height = scale * height;
+  const double cell = scale * std::max(width, height) / std::max(field.columns, field.rows);
+  const double factor = Magnification(field, cell / scale);
+  std::string svg = "<svg viewBox=\"0 0 " + N(kWidth) + " " + N(figure_height) +
+                    "\" role=\"img\" aria-label=\"residuals of " + EscapeXml(residual.sensor) +
+                    " over the image\">";
+  std::string arrows;
+  for (int row = 0; row < field.rows; ++row) {
+    for (int column = 0; column < field.columns; ++column) {
+      const std::size_t i = static_cast<std::size_t>(row) * field.columns + column;
+      const double x = column * cell, y = row * cell;
+      svg += "<rect x=\"" + N(x) + "\" y=\"" + N(y) + "\" width=\"" + N(cell) + "\" height=\"" +
+             N(std::max(0.0, std::min(cell, figure_height - y))) + "\" fill=\"#2f6fb5\" fill-opacity=\"" +
+             FixedNumber(0.3 * field.counts[i] / most, 3) + "\"/>";
+      if (field.counts[i] < kFewestSights) continue;
+      arrows += Arrow(x + 0.5 * cell, y + 0.5 * cell, scale * factor * field.mean[i].cast<double>(), color);
+    }
+  }
+  const long sights = std::accumulate(field.counts.begin(), field.counts.end(), 0L);
+  return svg + arrows + "<rect width=\"" + N(kWidth) + "\" height=\"" + N(figure_height) +
+         "\" fill=\"none\" stroke=\"#9aa7b4\"/></svg>\n<p class=\"note\">" + std::to_string(sights) +
+         " sights, rms " + FixedNumber(residual.rms, 3) +
+         " px of each coordinate; arrows: mean errors &times; " + std::to_string(static_cast<int>(factor)) +
+         "</p>\n";
+}
+
+std::string CameraResiduals(const CalibrationResult& result) {
+  std::string html;
+  for (std::size_t i = 0; i < result.sensors.size(); ++i) {
+    const SensorResult& sensor = result.sensors[i];
+    if (!sensor.intrinsics) continue;
+    std::string card;
+    for (const ResidualSummary& residual : result.residuals) {
+      if (residual.sensor != sensor.name) continue;
+      card +=
+          ResidualFieldFigure(residual, sensor.intrinsics->width, sensor.intrinsics->height, SensorColor(i));
+    }
+    for (const CameraView& view : result.views) {
+      if (view.camera == sensor.name) card += JpegFigure(view);
+    }
+    if (card.empty()) continue;
+    if (sensor.held_out) {
+      card += "<p class=\"note\">" + std::to_string(sensor.held_out->count) +
+              " places of the LiDAR map that no solve used: off by " +
+              FixedNumber(sensor.held_out->median, 2) + " px in the median, " +
+              FixedNumber(sensor.held_out->rms, 2) + " px rms</p>\n";
+    }
+    html += "<div class=\"card\"><h3><i style=\"background:" + SensorColor(i) + "\"></i>" +
+            EscapeXml(sensor.name) + "</h3>\n" + card + "</div>\n";
+  }
+  if (html.empty()) return "";
+  return "<div class=\"grid\">\n" + html +
+         "</div>\n<p class=\"note\">Reprojection errors over the image: arrows that turn or stretch in a "
+         "pattern show what the "
+         "model of the lens does not follow. The darker a cell, the more sights.</p>\n";
+}
+
+}  // namespace mlic

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+
+#include "mlic_core/result/result.h"
+
+namespace mlic {
+
+// Figures of the report, each a piece of HTML that needs nothing from outside.
+
+// The colour of a sensor, "#rrggbb", by its index in CalibrationResult::sensors.
+std::string SensorColor(std::size_t sensor);
+
+// Residuals in units of their assumed sigma as bars, the normal distribution that they should follow as a
+// line.
+std::string HistogramFigure(const ResidualSummary& residual, const std::string& color);
+
+// Root mean square over the drive in units of the assumed sigma.
+std::string OverTimeFigure(const ResidualSummary& residual, const std::string& color);
+
+// The first drive from above: points coloured by LiDAR, the path, start and end, a scale; empty without a
+// trajectory and a map.
+std::string TopViewFigure(const CalibrationResult& result);
+
+}  // namespace mlic

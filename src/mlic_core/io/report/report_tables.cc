@@ -1,0 +1,202 @@
+#include "mlic_core/io/report/report_tables.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "mlic_core/geometry/so3.h"
+#include "mlic_core/io/result/export_frames.h"
+#include "mlic_core/io/report/report_figures.h"
+#include "mlic_core/io/rig/rig_parsing.h"
+#include "mlic_core/io/text_file.h"
+
+namespace mlic {
+namespace {
+
+constexpr double kDegreesPerRadian = 180.0 / M_PI;
+
+std::string Cell(const std::string& content, const std::string& style = "") {
+  return (style.empty() ? "<td>" : "<td class=\"" + style + "\">") + content + "</td>";
+}
+
+// A value with its sigma below it; held: not shown by the data.
+std::string ValueCell(const std::string& value, const std::string& sigma, bool observable) {
+  return Cell(value + "<small>&plusmn; " + sigma + (observable ? "" : " <b>held</b>") + "</small>",
+              observable ? "n" : "n held");
+}
+
+std::string PoseCells(const RigidTransform& pose, const PoseSigma& sigma,
+                      const std::array<bool, 3>& translation, const std::array<bool, 3>& rotation) {
+  std::string cells;
+  for (int k = 0; k < 3; ++k) {
+    cells += ValueCell(FixedNumber(pose.translation[k], 4),
+                       FixedNumber(1e3 * sigma.translation[k], 2) + " mm", translation[k]);
+  }
+  const Eigen::Vector3d rpy = kDegreesPerRadian * ToRollPitchYaw(pose.rotation);
+  const Eigen::Vector3d millidegrees = 1e3 * kDegreesPerRadian * sigma.rotation;
+  for (int k = 0; k < 3; ++k) cells += Cell(FixedNumber(rpy[k], 3), "n");
+  for (int k = 0; k < 3; ++k) {
+    cells += Cell("<small>&plusmn; " + FixedNumber(millidegrees[k], 1) + " m&deg;" +
+                      (rotation[k] ? "" : " <b>held</b>") + "</small>",
+                  rotation[k] ? "n" : "n held");
+  }
+  return cells;
+}
+
+std::string Vector(const Eigen::Vector3d& v, int decimals) {
+  return FixedNumber(v.x(), decimals) + ", " + FixedNumber(v.y(), decimals) + ", " +
+         FixedNumber(v.z(), decimals);
+}
+
+std::string DirectionLine(const SensorResult& sensor, const UnobservableDirection& direction) {
+  const std::string name = "<li><b>" + EscapeXml(sensor.name) + "</b>: ";
+  switch (direction.quantity) {
+    case UnobservableDirection::Quantity::kTranslation:
+      return name + "translation along (" + Vector(direction.direction, 2) + "), held to &plusmn; " +
+             FixedNumber(1e3 * direction.sigma, 1) + " mm</li>\n";
+    case UnobservableDirection::Quantity::kRotation:
+      return name + "rotation about (" + Vector(direction.direction, 2) + "), held to &plusmn; " +
+             FixedNumber(kDegreesPerRadian * direction.sigma, 2) + "&deg;</li>\n";
+    case UnobservableDirection::Quantity::kTimeOffset:
+      return name + "time offset, held to &plusmn; " + FixedNumber(1e3 * direction.sigma, 2) + " ms</li>\n";
+  }
+  return "";
+}
+
+std::string MatrixText(const Eigen::Matrix3d& m) {
+  std::string text;
+  for (int row = 0; row < 3; ++row) text += (row > 0 ? "<br>" : "") + Vector(m.row(row).transpose(), 6);
+  return text;
+}
+
+// Colour, name, model and image size.
+std::string CameraNameCell(std::size_t index, const SensorResult& sensor) {
+  const CameraIntrinsics& intrinsics = *sensor.intrinsics;
+  return Cell("<i style=\"background:" + SensorColor(index) + "\"></i>" + EscapeXml(sensor.name) + "<small>" +
+              CameraModelNames()[static_cast<std::size_t>(intrinsics.model)] + ", " +
+              std::to_string(intrinsics.width) + " &times; " + std::to_string(intrinsics.height) +
+              "</small>");
+}
+
+// One cell for each parameter, its name above the value; the last one is the readout, where there is one.
+std::string IntrinsicsCells(const SensorResult& sensor) {
+  const std::vector<std::string> names = ParameterNames(sensor.intrinsics->model);
+  const std::vector<double>& values = sensor.intrinsics->parameters;
+  std::string cells;
+  for (std::size_t k = 0; k < values.size() && k < names.size(); ++k) {
+    const int decimals = k < 4 ? 2 : 6;  // pixels; shares of the radius
+    const bool held = k < sensor.intrinsics_held.size() && sensor.intrinsics_held[k];
+    const std::string sigma = k < sensor.intrinsics_sigma.size()
+                                  ? FixedNumber(sensor.intrinsics_sigma[k], decimals + 1)
+                                  : std::string("?");
+    cells += ValueCell("<small>" + names[k] + "</small>" + FixedNumber(values[k], decimals), sigma, !held);
+  }
+  if (sensor.rolling_shutter_readout) {
+    const std::string sigma = sensor.readout_sigma ? FixedNumber(1e3 * *sensor.readout_sigma, 3) : "?";
+    cells += ValueCell("<small>readout, ms</small>" + FixedNumber(1e3 * *sensor.rolling_shutter_readout, 3),
+                       sigma, true);
+  }
+  return cells;
+}
+
+const char* const kPoseHeader =
+    "<th>x, m</th><th>y, m</th><th>z, m</th><th>roll, &deg;</th><th>pitch, &deg;</th><th>yaw, &deg;</th>"
+    "<th>&sigma; rot x</th><th>&sigma; rot y</th><th>&sigma; rot z</th>";
+
+}  // namespace
+
+std::string SensorTable(const CalibrationResult& result) {
+  if (result.sensors.empty()) return "<p class=\"none\">No sensor's pose in the IMU's frame was shown.</p>\n";
+  std::string html = std::string("<div class=\"wide\"><table><tr><th>sensor</th>") + kPoseHeader +
+                     "<th>time offset, ms</th></tr>\n";
+  std::string directions;
+  for (std::size_t i = 0; i < result.sensors.size(); ++i) {
+    const SensorResult& sensor = result.sensors[i];
+    html += "<tr>" + Cell("<i style=\"background:" + SensorColor(i) + "\"></i>" + EscapeXml(sensor.name) +
+                          "<small>" + EscapeXml(sensor.frame_id) + "</small>");
+    html += PoseCells(sensor.calibration.T_imu_sensor, sensor.sigma, sensor.translation_observable,
+                      sensor.rotation_observable);
+    html += ValueCell(FixedNumber(1e3 * sensor.calibration.time_offset, 3),
+                      FixedNumber(1e3 * sensor.sigma.time_offset, 3) + " ms", sensor.time_offset_observable);
+    html += "</tr>\n";
+    for (const UnobservableDirection& direction : sensor.unobservable) {
+      directions += DirectionLine(sensor, direction);
+    }
+  }
+  html +=
+      "</table></div>\n<p class=\"note\">Poses of the sensors in the IMU's frame, roll-pitch-yaw about fixed "
+      "axes. Sigmas: "
+      "one standard deviation along and about the IMU's axes. t_imu = t_sensor + time offset.</p>\n";
+  if (directions.empty())
+    return html + "<p class=\"note\">The drive showed every direction of every sensor.</p>\n";
+  return html + "<p>The drive did not show these; they stand at the guess:</p><ul>\n" + directions +
+         "</ul>\n";
+}
+
+std::string CameraTable(const CalibrationResult& result) {
+  std::string html;
+  for (std::size_t i = 0; i < result.sensors.size(); ++i) {
+    const SensorResult& sensor = result.sensors[i];
+    if (sensor.intrinsics) html += "<tr>" + CameraNameCell(i, sensor) + IntrinsicsCells(sensor) + "</tr>\n";
+  }
+  if (html.empty()) return "";
+  return "<div class=\"wide\"><table>\n" + html +
+         "</table></div>\n<p class=\"note\">Pixels for focal lengths and centre (a pixel's centre is at "
+         "whole "
+         "coordinates). Held: not shown by the drive, or held by the rig file; it stands at its guess.</p>\n";
+}
+
+std::string PairTable(const CalibrationResult& result) {
+  std::string html = std::string("<div class=\"wide\"><table><tr><th>pair a / b</th>") + kPoseHeader +
+                     "<th>&sigma; offset</th></tr>\n";
+  const std::array<bool, 3> all{true, true, true};
+  for (const PairResult& pair : result.pairs) {
+    html += "<tr>" + Cell(EscapeXml(pair.a) + " / " + EscapeXml(pair.b)) +
+            PoseCells(pair.T_a_b, pair.sigma, all, all) +
+            Cell("<small>&plusmn; " + FixedNumber(1e3 * pair.sigma.time_offset, 3) + " ms</small>", "n") +
+            "</tr>\n";
+  }
+  return html +
+         "</table></div>\n<p class=\"note\">Pose of b in the frame of a; sigmas along and about the axes of "
+         "a.</p>\n";
+}
+
+std::string ImuTable(const CalibrationResult& result) {
+  const ImuCalibration& imu = result.imu;
+  std::string html =
+      "<table>\n<tr><th>gyroscope bias</th>" + Cell(Vector(imu.gyroscope_bias, 6) + " rad/s", "n") +
+      "</tr>\n<tr><th>accelerometer bias</th>" + Cell(Vector(imu.accelerometer_bias, 5) + " m/s&sup2;", "n") +
+      "</tr>\n<tr><th>gravity in the map</th>" + Cell(Vector(result.gravity, 4) + " m/s&sup2;", "n") +
+      "</tr>\n";
+  if (!imu.gyroscope_matrix.isIdentity(0.0) || !imu.accelerometer_matrix.isIdentity(0.0)) {
+    html += "<tr><th>gyroscope matrix</th>" + Cell(MatrixText(imu.gyroscope_matrix), "n") +
+            "</tr>\n<tr><th>accelerometer matrix</th>" + Cell(MatrixText(imu.accelerometer_matrix), "n") +
+            "</tr>\n";
+  }
+  return html + "</table>\n<p class=\"note\">measured = matrix &times; true + bias</p>\n";
+}
+
+std::string StageTable(const CalibrationResult& result) {
+  double total = 0.0, processor = 0.0, longest = 1e-9;
+  for (const StageSummary& stage : result.stages) {
+    total += stage.seconds;
+    processor += stage.processor_seconds;
+    longest = std::max(longest, stage.seconds);
+  }
+  std::string html =
+      "<table class=\"stages\"><tr><th>stage</th><th>s</th><th>processor, s</th><th></th>"
+      "<th>what was found</th></tr>\n";
+  for (const StageSummary& stage : result.stages) {
+    std::string lines;
+    for (const std::string& line : stage.lines) lines += EscapeXml(line) + "<br>";
+    html += "<tr>" + Cell(EscapeXml(stage.name)) + Cell(FixedNumber(stage.seconds, 1), "n") +
+            Cell(FixedNumber(stage.processor_seconds, 1), "n") +
+            Cell("<div class=\"bar\" style=\"width:" + FixedNumber(90.0 * stage.seconds / longest, 0) +
+                 "px\"></div>") +
+            Cell(lines) + "</tr>\n";
+  }
+  html += "<tr><th>all</th>" + Cell("<b>" + FixedNumber(total, 1) + "</b>", "n") +
+          Cell("<b>" + FixedNumber(processor, 1) + "</b>", "n") + Cell("") + Cell("");
+  return html + "</tr>\n</table>\n";
+}
+
+}  // namespace mlic

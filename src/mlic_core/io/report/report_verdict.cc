@@ -1,0 +1,131 @@
+#include "mlic_core/io/report/report_verdict.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "mlic_core/io/result/export_frames.h"
+#include "mlic_core/io/text_file.h"
+
+namespace mlic {
+namespace {
+
+constexpr double kDegreesPerRadian = 180.0 / M_PI;
+
+bool HasUnobservable(const CalibrationResult& result, UnobservableDirection::Quantity quantity) {
+  for (const SensorResult& sensor : result.sensors) {
+    for (const UnobservableDirection& direction : sensor.unobservable) {
+      if (direction.quantity == quantity) return true;
+    }
+  }
+  return false;
+}
+
+std::string Tile(const std::string& number, const std::string& meaning) {
+  return "<div class=\"tile\"><b>" + number + "</b><span>" + meaning + "</span></div>";
+}
+
+// The largest sigmas among what the drive showed, in the units of people.
+std::string Tiles(const CalibrationResult& result) {
+  double rotation = 0.0, translation = 0.0, offset = 0.0;
+  for (const SensorResult& sensor : result.sensors) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto i = static_cast<Eigen::Index>(k);
+      if (sensor.rotation_observable[k]) rotation = std::max(rotation, sensor.sigma.rotation[i]);
+      if (sensor.translation_observable[k]) translation = std::max(translation, sensor.sigma.translation[i]);
+    }
+    if (sensor.time_offset_observable) offset = std::max(offset, sensor.sigma.time_offset);
+  }
+  std::string html =
+      "<div class=\"tiles\">" + Tile(std::to_string(result.sensors.size()), "sensors tied to the IMU");
+  if (!result.sensors.empty()) {
+    html += Tile(FixedNumber(kDegreesPerRadian * rotation, 4) + "&deg;", "largest &sigma; of a rotation");
+    html +=
+        Tile(FixedNumber(1e3 * translation, 1) + " mm", "largest &sigma; of a translation that was shown");
+    html += Tile(FixedNumber(1e3 * offset, 3) + " ms", "largest &sigma; of a time offset");
+  }
+  if (!result.trajectories.empty() && result.trajectories[0].size() > 1) {
+    double length = 0.0, seconds = 0.0;
+    for (const std::vector<StampedPose>& poses : result.trajectories) {
+      for (std::size_t i = 1; i < poses.size(); ++i) {
+        length += (poses[i].pose.translation - poses[i - 1].pose.translation).norm();
+      }
+      if (!poses.empty()) seconds += SecondsSince(poses.front().time, poses.back().time);
+    }
+    html += Tile(FixedNumber(length, 0) + " m", "driven in " + FixedNumber(seconds, 0) + " s");
+  }
+  if (result.peak_memory_megabytes > 0.0)
+    html += Tile(FixedNumber(result.peak_memory_megabytes / 1024.0, 2) + " GB", "peak memory");
+  return html + "</div>\n";
+}
+
+std::string List(const std::vector<std::string>& lines) {
+  std::string html = "<ul>\n";
+  for (const std::string& line : lines) html += "<li>" + EscapeXml(line) + "</li>\n";
+  return html + "</ul>\n";
+}
+
+}  // namespace
+
+std::string VerdictBlock(const CalibrationResult& result) {
+  const bool held = std::any_of(result.sensors.begin(), result.sensors.end(),
+                                [](const SensorResult& sensor) { return !sensor.unobservable.empty(); });
+  std::string html = std::string("<section class=\"verdict ") + (result.trusted ? "trusted" : "refused") +
+                     "\">\n<h1>" + (result.trusted ? "Trusted" : "Refused") + "</h1>\n<p class=\"lead\">";
+  if (!result.trusted) {
+    html += "Do not use this calibration: the recording does not show it, or a check failed.</p>\n" +
+            List(result.reasons.empty() ? std::vector<std::string>{"no reason was given; see log.txt"}
+                                        : result.reasons);
+  } else if (held) {
+    html +=
+        "The calibration can be used. Some directions, marked <b>held</b> below, could not be seen in this "
+        "drive and "
+        "stand at the given guess.</p>\n";
+  } else {
+    html += "The calibration can be used: the drive showed every direction of every sensor.</p>\n";
+  }
+  if (!result.warnings.empty()) html += "<p>To know:</p>\n" + List(result.warnings);
+  return html + Tiles(result) + "</section>\n";
+}
+
+std::vector<std::string> NextSteps(const CalibrationResult& result) {
+  using Quantity = UnobservableDirection::Quantity;
+  std::vector<std::string> steps;
+  if (!result.trusted) {
+    steps.push_back(
+        "Record again with turns: a figure of eight in a vehicle, or turns about all three axes by hand, "
+        "among "
+        "walls and poles, for about a minute.");
+    steps.push_back(
+        "Or give T_imu_sensor with sigma in the rig file: along what the drive does not show it is then "
+        "used.");
+  }
+  if (result.trusted && HasUnobservable(result, Quantity::kTranslation)) {
+    steps.push_back(
+        "Translations that were held: measure them by ruler or drawing and give them in the rig file with "
+        "their "
+        "sigma, or drive over kerbs and ramps so that the vehicle also rolls and pitches.");
+  }
+  if (HasUnobservable(result, Quantity::kRotation)) {
+    steps.push_back("Rotations that were held: turn about more than one axis, in both directions.");
+  }
+  if (HasUnobservable(result, Quantity::kTimeOffset)) {
+    steps.push_back("Time offsets that were held: change the rate of turning quickly, several times.");
+  }
+  for (const ResidualSummary& residual : result.residuals) {
+    if (residual.inlier_share < 0.8) {
+      steps.push_back(
+          residual.sensor + ": only " + FixedNumber(100.0 * residual.inlier_share, 0) +
+          " percent of its residuals are inliers; look for moving objects, its own vehicle in view, or a "
+          "wrong point time.");
+    }
+  }
+  if (result.trusted) {
+    steps.push_back(
+        "Use it: roslaunch static_transforms.launch, or include sensors.urdf.xacro in the vehicle's model.");
+    steps.push_back(
+        "Calibrate a second recording and compare: the two should differ by no more than their sigmas say.");
+  }
+  return steps;
+}
+
+}  // namespace mlic

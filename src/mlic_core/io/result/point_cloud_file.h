@@ -1,0 +1,14 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "mlic_core/result/result.h"
+
+namespace mlic {
+
+// Writes the map as a binary PCD file, version 0.7, fields x y z intensity (float32), lidar and plane
+// (int32). PCL's own writer is not used: its io component drags in VTK and Qt.
+void WritePointCloudFile(const std::filesystem::path& path, const std::vector<MapPoint>& points);
+
+}  // namespace mlic

@@ -1,0 +1,219 @@
+#include "mlic_core/pipeline/calibrator.h"
+
+#include <cmath>
+#include <cstdio>
+
+#include "mlic_core/pipeline/camera_stages.h"
+#include "mlic_core/initialization/lidar_imu.h"
+#include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/pipeline/refinement.h"
+#include "mlic_core/summary/result_assembly.h"
+#include "mlic_core/pipeline/stage_clock.h"
+#include "mlic_core/initialization/camera_imu/camera_imu.h"
+
+namespace mlic {
+namespace {
+
+std::vector<DriveOdometry> OdometryStage(const StageContext& context) {
+  StageClock stage("LiDAR odometry", context);
+  const Rig& rig = context.rig;
+  std::vector<DriveOdometry> odometry;
+  const double share = 1.0 / static_cast<double>(context.dataset.drives.size());
+  for (const Drive& drive : context.dataset.drives) {
+    const double done = share * static_cast<double>(odometry.size());
+    const std::string name = "odometry_" + std::to_string(odometry.size() + 1);
+    DriveOdometry of_drive;
+    if (context.store.Load(name, &of_drive)) {
+      stage.TakeOver(stage.lines());
+    } else {
+      of_drive = RunDriveOdometry(rig, drive, context.cancellation,
+                                  [&](double f) { stage.Progress(done + share * f); });
+      context.store.Save(name, of_drive);
+    }
+    odometry.push_back(std::move(of_drive));
+    for (std::size_t l = 0; l < rig.lidars.size(); ++l) {
+      const AngularRateAlignment& a = odometry.back().alignments[l];
+      char line[200];
+      std::snprintf(
+          line, sizeof(line), "%s: offset %.2f ms, agrees with the gyroscope to %.3f deg (correlation %.3f)",
+          rig.lidars[l].name.c_str(), 1e3 * a.time_offset, a.residual_rms * 180.0 / M_PI, a.peak_correlation);
+      stage.Line(a.valid ? line : rig.lidars[l].name + ": " + a.failure);
+    }
+  }
+  return odometry;
+}
+
+// make: the first state, and the cameras where the stage finds them as well (null: it does not).
+template <typename Make>
+Initialization InitializationStage(const StageContext& context, CameraInitialization* cameras,
+                                   const Make& make) {
+  StageClock stage("initialisation", context);
+  Initialization start;
+  if (context.store.Load("initialisation", &start) &&
+      (cameras == nullptr || context.store.Load("cameras", cameras))) {
+    stage.TakeOver({});
+  } else {
+    start = make();
+    if (cameras != nullptr) context.store.Save("cameras", *cameras);
+    context.store.Save("initialisation", start);
+  }
+  for (const std::string& note : start.notes) stage.Line(note);
+  for (const std::string& problem : start.problems) stage.Line(problem);
+  return start;
+}
+
+void Keep(const Refinement& refinement, const StageClock& stage, const std::string& name, StageStore& store) {
+  RefinementProgress progress = refinement.Checkpoint();
+  progress.lines = stage.lines();
+  store.Save(name, progress);
+}
+
+void LidarAdjustmentStage(const StageContext& context, Refinement* refinement) {
+  constexpr const char* kName = "lidar_adjustment";
+  StageClock stage("plane adjustment of each LiDAR", context);
+  const auto line = [&](const std::string& text) { stage.Line(text); };
+  RefinementProgress kept;
+  if (context.store.Load(kName, &kept)) {
+    refinement->Restore(kept);
+    stage.TakeOver(kept.lines);
+  } else {
+    refinement->AdjustEachLidar([&](double fraction) { stage.Progress(fraction); }, line);
+    Keep(*refinement, stage, kName, context.store);
+  }
+  refinement->LeaveOutLostLidars(line);
+}
+
+// last: no other adjustment follows, so that it goes on until the calibration stands still.
+void JointAdjustmentStage(const StageContext& context, const std::string& name, const std::string& file,
+                          bool last, Refinement* refinement) {
+  StageClock stage(name, context);
+  RefinementProgress kept;
+  if (context.store.Load(file, &kept)) {
+    refinement->Restore(kept);
+    stage.TakeOver(kept.lines, " up to round " + std::to_string(kept.rounds));
+  }
+  const auto line = [&](const std::string& text) { stage.Line(text); };
+  refinement->AdjustJointly(
+      last ? 0.1 : 1.0, [&](double fraction) { stage.Progress(fraction); }, line,
+      [&] { Keep(*refinement, stage, file, context.store); });
+  if (!last) return;
+  if (refinement->matched_map()) refinement->MeasureHeldOut(line);
+  refinement->MeasureCorrelation(line);
+}
+
+void AddReasons(const CameraInitialization& cameras, CalibrationResult* result) {
+  result->reasons.insert(result->reasons.end(), cameras.problems.begin(), cameras.problems.end());
+}
+
+// Brings the cameras together for the search for tracks across them. What the first look loses or takes for
+// noise is left as it is.
+void LookFirst(const StageContext& context, const std::vector<CameraStart>& intrinsics,
+               const std::vector<ImageFeatures>& features, CalibrationState state,
+               CameraInitialization* cameras) {
+  state.cameras = cameras->cameras;
+  CameraInitialization looked = *cameras;
+  const auto tracks = SharedTrackStage(context, SharedPass::kFirstLook, state, features);
+  SharedCameraStage(context, SharedPass::kFirstLook, intrinsics, tracks, state, &looked);
+  for (std::size_t c = 0; c < looked.cameras.size(); ++c) {
+    if (looked.found[c]) cameras->cameras[c] = looked.cameras[c];
+  }
+}
+
+void CameraStages(const StageContext& context, const std::vector<CameraStart>& intrinsics,
+                  CameraInitialization cameras, const std::vector<ImageFeatures>& features,
+                  Refinement* refinement) {
+  CalibrationState state = refinement->state();
+  const bool map = !context.rig.lidars.empty();
+  if (map && cameras.cameras.size() > 1) LookFirst(context, intrinsics, features, state, &cameras);
+  state.cameras = cameras.cameras;
+  const auto tracks = SharedTrackStage(context, SharedPass::kAll, state, features);
+  if (map) {
+    SharedCameraStage(context, SharedPass::kAll, intrinsics, tracks, state, &cameras);
+    AddReasons(cameras, context.result);
+  }
+  refinement->AddCameras(cameras, tracks);
+  JointAdjustmentStage(context, "joint adjustment with cameras", "joint_adjustment_cameras", !map,
+                       refinement);
+  if (!map) return;
+  refinement->MatchMap();
+  JointAdjustmentStage(context, "joint calibration on the map", "joint_calibration", true, refinement);
+}
+
+void ResultStage(const StageContext& context, const Refinement& refinement) {
+  StageClock stage("result", context);
+  AssembleResult(context.rig, context.dataset, refinement, context.result);
+}
+
+// The LiDARs first, then the cameras on their trajectory, then all.
+void CalibrateFromLidars(const StageContext& context) {
+  const auto odometry = OdometryStage(context);
+  Initialization start = InitializationStage(context, nullptr, [&] {
+    return Initialize(context.rig, context.dataset, odometry, context.cancellation);
+  });
+  CalibrationResult* result = context.result;
+  if (start.state.drives.size() < context.dataset.drives.size()) {
+    result->reasons = start.problems;
+    return FinishRefused(result);
+  }
+  result->warnings = start.problems;
+  const bool cameras = !context.rig.cameras.empty();
+  Refinement refinement(context.rig, context.dataset, std::move(start), context.cancellation,
+                        context.observer);
+  if (context.rig.lidars.size() > 1) LidarAdjustmentStage(context, &refinement);
+  JointAdjustmentStage(context, "joint adjustment", "joint_adjustment", !cameras, &refinement);
+  if (cameras) {
+    std::vector<CameraStart> intrinsics = StartFromRig(context.rig, context.dataset);
+    const auto features = FeatureStage(context, intrinsics, refinement.state());
+    const auto tracks = TrackStage(context, intrinsics, features);
+    ColmapStage(context, tracks, &intrinsics);
+    const CameraInitialization found =
+        CameraInitializationStage(context, intrinsics, tracks, refinement.state());
+    AddReasons(found, result);
+    CameraStages(context, intrinsics, found, features, &refinement);
+  }
+  ResultStage(context, refinement);
+}
+
+// The trajectory comes from the cameras themselves and the IMU.
+void CalibrateFromCameras(const StageContext& context) {
+  std::vector<CameraStart> intrinsics = StartFromRig(context.rig, context.dataset);
+  const auto features = FeatureStage(context, intrinsics, {});
+  const auto tracks = TrackStage(context, intrinsics, features);
+  ColmapStage(context, tracks, &intrinsics);
+  CameraInitialization cameras;
+  Initialization start = InitializationStage(context, &cameras, [&] {
+    return InitializeFromCameras(context.rig, context.dataset, intrinsics, tracks, context.cancellation,
+                                 &cameras);
+  });
+  CalibrationResult* result = context.result;
+  result->reasons = start.problems;
+  if (start.state.drives.size() < context.dataset.drives.size()) return FinishRefused(result);
+  Refinement refinement(context.rig, context.dataset, std::move(start), context.cancellation,
+                        context.observer);
+  CameraStages(context, intrinsics, std::move(cameras), features, &refinement);
+  ResultStage(context, refinement);
+}
+
+}  // namespace
+
+CalibrationResult Calibrate(const Rig& rig, const Dataset& dataset, const CancellationToken& cancellation,
+                            CalibrationObserver& observer) {
+  NoStageStore no_store;
+  return Calibrate(rig, dataset, cancellation, observer, no_store);
+}
+
+CalibrationResult Calibrate(const Rig& rig, const Dataset& dataset, const CancellationToken& cancellation,
+                            CalibrationObserver& observer, StageStore& store,
+                            const CalibrationOptions& options) {
+  CalibrationResult result;
+  result.imu_frame_id = rig.imu.frame_id;
+  if (rig.lidars.empty() && rig.cameras.empty()) {
+    throw InputError(
+        "the rig file has no enabled sensor under 'lidars' or 'cameras'; at least one is needed");
+  }
+  const StageContext context{rig, dataset, options, cancellation, observer, store, &result};
+  rig.lidars.empty() ? CalibrateFromCameras(context) : CalibrateFromLidars(context);
+  return result;
+}
+
+}  // namespace mlic

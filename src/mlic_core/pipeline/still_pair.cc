@@ -1,0 +1,302 @@
+#include "mlic_core/pipeline/still_pair.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <opencv2/imgproc.hpp>
+
+#include "mlic_core/camera/features/image_quality.h"
+#include "mlic_core/common/error.h"
+#include "mlic_core/crossmodal/camera_to_map.h"
+#include "mlic_core/crossmodal/structure_alignment.h"
+#include "mlic_core/crossmodal/view_selection.h"
+#include "mlic_core/geometry/so3.h"
+
+namespace mlic {
+namespace {
+
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+
+constexpr double kDegree = M_PI / 180.0;
+constexpr double kLeastScore = 0.15;     // of structure
+constexpr double kLeastDistinct = 0.05;  // by which the score exceeds that of poses degrees off
+constexpr double kLargestSigmaRotation = 0.5 * kDegree, kLargestSigmaTranslation = 0.05;  // SPEC 5
+constexpr std::size_t kFewestMatches = 60;   // that refine what all pixels together have found
+constexpr std::size_t kMostPoints = 400000;  // of a scan, in an overlay
+constexpr double kPictureScale = 0.3;        // of the rendering, as one scan is sparse
+
+// A photo in memory as an image source.
+class OnePhoto : public ImageSource {
+ public:
+  explicit OnePhoto(cv::Mat photo) : photo_(std::move(photo)) {}
+  std::size_t Count() const override { return 1; }
+  double Time(std::size_t) const override { return 0.0; }
+  cv::Mat Load(std::size_t) const override { return photo_; }
+
+ private:
+  cv::Mat photo_;
+};
+
+// Covariance of a small left rotation and translation of T_body_camera from that of T_camera_body, or back.
+Matrix6d OfInverse(const RigidTransform& T, const Matrix6d& covariance) {
+  const Eigen::Matrix3d R = T.rotation.conjugate().toRotationMatrix();
+  Matrix6d J = Matrix6d::Zero();
+  J.topLeftCorner<3, 3>() = -R;
+  J.bottomLeftCorner<3, 3>() = Hat(T.Inverse().translation) * R;
+  J.bottomRightCorner<3, 3>() = -R;
+  return J * covariance * J.transpose();
+}
+
+Matrix6d CovarianceOf(const ExtrinsicGuess& guess) {
+  Vector6d variances;
+  variances << guess.sigma_rotation.cwiseAbs2(), guess.sigma_translation.cwiseAbs2();
+  return variances.asDiagonal();
+}
+
+struct Start {
+  RigidTransform T_lidar_camera;
+  Matrix6d covariance;  // of a small left rotation and translation of it
+};
+
+Start StartOf(const Rig& rig) {
+  if (rig.lidars.size() != 1 || rig.cameras.size() != 1) {
+    throw InputError("the rig file has " + std::to_string(rig.lidars.size()) + " LiDARs and " +
+                     std::to_string(rig.cameras.size()) +
+                     " cameras; expected one of each: set 'enabled: false' for the others");
+  }
+  const LidarConfig& lidar = rig.lidars[0];
+  const CameraConfig& camera = rig.cameras[0];
+  if (!camera.guess) {
+    throw InputError(
+        "cameras." + camera.name +
+        ".T_imu_sensor is missing in the rig file; a still pair needs a first guess to within its "
+        "sigma (5 degrees and 0.1 m unless given)");
+  }
+  Start start{camera.guess->T_imu_sensor, CovarianceOf(*camera.guess)};
+  if (!lidar.guess) return start;
+  const RigidTransform T_lidar_imu = lidar.guess->T_imu_sensor.Inverse();
+  if (!lidar.fixed) start.covariance += CovarianceOf(*lidar.guess);
+  Matrix6d turn = Matrix6d::Zero();
+  turn.topLeftCorner<3, 3>() = turn.bottomRightCorner<3, 3>() = T_lidar_imu.rotation.toRotationMatrix();
+  start.covariance = turn * start.covariance * turn.transpose();
+  start.T_lidar_camera = T_lidar_imu * camera.guess->T_imu_sensor;
+  return start;
+}
+
+CameraIntrinsics IntrinsicsOf(const CameraConfig& camera, const cv::Mat& photo) {
+  if (camera.intrinsics) return {camera.model, photo.cols, photo.rows, *camera.intrinsics};
+  throw InputError("cameras." + camera.name +
+                   ".intrinsics is missing in the rig file; one still pair does not show them: give them as "
+                   "fx fy cx cy and the distortion, or calibrate from a drive");
+}
+
+double MeanNid(const std::vector<StillPair>& pairs, const CameraIntrinsics& intrinsics, double scale,
+               const RigidTransform& T_lidar_camera) {
+  const CameraIntrinsics small = ScaledIntrinsics(intrinsics, scale);
+  double sum = 0.0;
+  for (const StillPair& pair : pairs) {
+    cv::Mat gray, mask;
+    cv::resize(pair.gray, gray, {small.width, small.height}, 0.0, 0.0, cv::INTER_AREA);
+    if (!pair.mask.empty()) cv::resize(pair.mask, mask, gray.size(), 0.0, 0.0, cv::INTER_NEAREST);
+    const RenderedView view =
+        ViewRenderer(*pair.map, small, RenderOptions()).Render(FixedPose(T_lidar_camera));
+    sum += ViewNid(view.intensity, gray, mask, {});
+  }
+  return sum / static_cast<double>(pairs.size());
+}
+
+// Refines by single matches where scans are dense enough for them: of one pair that is one scan by itself.
+std::optional<CameraToMapResult> RefineByMatches(const std::vector<StillPair>& pairs,
+                                                 const CameraIntrinsics& intrinsics,
+                                                 const StructureAlignment& found) {
+  if (pairs.size() != 1) return std::nullopt;
+  const CameraIntrinsics small = ScaledIntrinsics(intrinsics, found.last_scale);
+  PhotoOnMap photo;
+  cv::resize(pairs[0].gray, photo.gray, {small.width, small.height}, 0.0, 0.0, cv::INTER_AREA);
+  if (!pairs[0].mask.empty()) {
+    cv::resize(pairs[0].mask, photo.mask, photo.gray.size(), 0.0, 0.0, cv::INTER_NEAREST);
+  }
+  photo.T_map_body = [](double) { return RigidTransform(); };
+  CameraUncertainty uncertainty;
+  uncertainty.pose = found.covariance;
+  return AlignCameraToMap(*pairs[0].map, small, {photo}, found.T_body_camera, uncertainty, {});
+}
+
+// Whether the matches agree with what all pixels together have found, and say more.
+bool IsBetter(const CameraToMapResult& refined, const StructureAlignment& found) {
+  if (!refined.settled || refined.matches[0].size() < kFewestMatches) return false;
+  if (refined.covariance.determinant() >= found.covariance.determinant()) return false;
+  const RigidTransform a = found.T_body_camera.Inverse(), b = refined.T_body_camera.Inverse();
+  Vector6d move;
+  move << Log(b.rotation * a.rotation.conjugate()), b.translation - a.translation;
+  return move.dot(found.covariance.ldlt().solve(move)) < 9.0 * 6.0;
+}
+
+// The directions of one quantity whose sigma from the data alone exceeds the limit, or the guess's.
+void FindUnobservable(const Eigen::Matrix3d& of_data, const Eigen::Matrix3d& of_guess,
+                      const Eigen::Matrix3d& claimed, UnobservableDirection::Quantity quantity, double limit,
+                      SensorResult* camera, std::array<bool, 3>* axes) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(of_data);
+  for (int k = 0; k < 3; ++k) {
+    const Eigen::Vector3d direction = eigen.eigenvectors().col(k);
+    const double sigma = std::sqrt(std::max(0.0, eigen.eigenvalues()[k]));
+    if (sigma <= limit && sigma <= std::sqrt(direction.dot(of_guess * direction))) continue;
+    camera->unobservable.push_back({quantity, direction, std::sqrt(direction.dot(claimed * direction))});
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (std::abs(direction[static_cast<int>(axis)]) > 0.5) (*axes)[axis] = false;
+    }
+  }
+}
+
+SensorResult DescribeCamera(const CameraConfig& config, const CameraIntrinsics& intrinsics,
+                            const Start& start, const RigidTransform& T_lidar_camera,
+                            const Matrix6d& covariance_of_camera, const Matrix6d& information_of_camera) {
+  SensorResult camera;
+  camera.name = config.name;
+  camera.type = SensorResult::Type::kCamera;
+  camera.frame_id = config.frame_id.empty() ? config.name : config.frame_id;
+  camera.topic = config.topic;
+  camera.calibration.T_imu_sensor = T_lidar_camera;
+  camera.intrinsics = intrinsics;
+  camera.intrinsics_held.assign(intrinsics.parameters.size(), true);
+  camera.time_offset_observable = false;
+  camera.unobservable.push_back({UnobservableDirection::Quantity::kTimeOffset, Eigen::Vector3d::Zero(), 0.0});
+  const RigidTransform T_camera_lidar = T_lidar_camera.Inverse();
+  const Matrix6d claimed = OfInverse(T_camera_lidar, covariance_of_camera);
+  camera.sigma.rotation = claimed.diagonal().head<3>().cwiseSqrt();
+  camera.sigma.translation = claimed.diagonal().tail<3>().cwiseSqrt();
+  // A metre and a radian of prior make directions invertible that the data do not show at all. Translations
+  // are held at the guess where they are not shown; rotations are judged with them so held.
+  const Matrix6d of_data =
+      OfInverse(T_camera_lidar, (information_of_camera + Matrix6d::Identity()).inverse());
+  Matrix6d held = information_of_camera + 1e-6 * Matrix6d::Identity();
+  held.bottomRightCorner<3, 3>() +=
+      OfInverse(start.T_lidar_camera, start.covariance).bottomRightCorner<3, 3>().inverse();
+  const Matrix6d with_translation = OfInverse(T_camera_lidar, held.inverse());
+  using Quantity = UnobservableDirection::Quantity;
+  FindUnobservable(with_translation.topLeftCorner<3, 3>(), start.covariance.topLeftCorner<3, 3>(),
+                   claimed.topLeftCorner<3, 3>(), Quantity::kRotation, kLargestSigmaRotation, &camera,
+                   &camera.rotation_observable);
+  FindUnobservable(of_data.bottomRightCorner<3, 3>(), start.covariance.bottomRightCorner<3, 3>(),
+                   claimed.bottomRightCorner<3, 3>(), Quantity::kTranslation, kLargestSigmaTranslation,
+                   &camera, &camera.translation_observable);
+  return camera;
+}
+
+CameraProjection MakeProjection(const std::string& name, const ScanPhoto& pair, const StillPair& still,
+                                const CameraIntrinsics& intrinsics, const RigidTransform& T_before,
+                                const RigidTransform& T_after, const CameraToMapResult* refined,
+                                double match_scale) {
+  CameraProjection out;
+  out.camera = name;
+  out.images = std::make_shared<OnePhoto>(pair.photo);
+  out.before = ProjectScan(pair.returns, intrinsics, T_before.Inverse(), kMostPoints);
+  out.after = ProjectScan(pair.returns, intrinsics, T_after.Inverse(), kMostPoints);
+  const CameraIntrinsics small = ScaledIntrinsics(intrinsics, kPictureScale);
+  out.rendering = ViewRenderer(*still.map, small, RenderOptions()).Render(FixedPose(T_after)).intensity;
+  if (refined == nullptr) return out;
+  for (const MapMatch& match : refined->matches[0]) {
+    Eigen::Vector2d before, after;
+    if (!Project(intrinsics, T_before.Inverse() * match.point, &before) ||
+        !Project(intrinsics, T_after.Inverse() * match.point, &after)) {
+      continue;
+    }
+    const Eigen::Vector2d half(0.5, 0.5);  // a pixel's centre is a whole number at both sizes
+    const Eigen::Vector2d observed = (match.pixel + half) / match_scale - half;
+    out.matches.push_back({observed.cast<float>(), before.cast<float>(), after.cast<float>()});
+  }
+  return out;
+}
+
+// Why the result cannot be used; none: it can.
+std::vector<std::string> ReasonsAgainst(const StructureAlignment& found, const SensorResult& camera) {
+  std::vector<std::string> reasons;
+  if (found.score_after < kLeastScore || found.score_after - found.elsewhere < kLeastDistinct) {
+    char text[240];
+    std::snprintf(text, sizeof(text),
+                  "the photo does not show the scan's structure at one clear place (score %.2f, %.2f degrees "
+                  "away); check that cloud and image are of one moment and the guess is within its sigma",
+                  found.score_after, found.elsewhere);
+    reasons.push_back(text);
+  } else if (!camera.rotation_observable[0] || !camera.rotation_observable[1] ||
+             !camera.rotation_observable[2]) {
+    reasons.push_back(
+        "the scan has too little structure in the photo to fix the camera's rotation; give more pairs");
+  }
+  return reasons;
+}
+
+}  // namespace
+
+std::vector<ProjectedPoint> ProjectScan(const std::vector<MapReturn>& returns, const CameraIntrinsics& camera,
+                                        const RigidTransform& T_camera_body, std::size_t largest) {
+  std::vector<ProjectedPoint> points;
+  const std::size_t stride = std::max<std::size_t>(1, (returns.size() + largest - 1) / largest);
+  for (std::size_t i = 0; i < returns.size(); i += stride) {
+    const Eigen::Vector3d p = T_camera_body * returns[i].position.cast<double>();
+    Eigen::Vector2d pixel;
+    if (!Project(camera, p, &pixel)) continue;
+    if (pixel.x() < -0.5 || pixel.y() < -0.5 || pixel.x() > camera.width - 0.5 ||
+        pixel.y() > camera.height - 0.5) {
+      continue;
+    }
+    points.push_back({pixel.cast<float>(), static_cast<float>(p.norm()), returns[i].intensity});
+  }
+  return points;
+}
+
+PairRegistration RegisterPairs(const Rig& rig, const std::vector<ScanPhoto>& pairs) {
+  Check(!pairs.empty(), "RegisterPairs: no pairs");
+  const Start start = StartOf(rig);
+  const CameraIntrinsics intrinsics = IntrinsicsOf(rig.cameras[0], pairs[0].photo);
+  std::vector<IntensityMap> maps;
+  std::vector<StillPair> stills(pairs.size());
+  IntensityMapOptions map_options;
+  map_options.remove_moving = false;  // a single look cannot tell
+  for (const ScanPhoto& pair : pairs) maps.push_back(BuildIntensityMap(pair.returns, map_options));
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    stills[i] = {&maps[i], ToGray(pairs[i].photo), pairs[i].mask};
+
+  const Matrix6d prior = OfInverse(start.T_lidar_camera, start.covariance);
+  const StructureAlignment found = AlignByStructure(stills, intrinsics, start.T_lidar_camera, prior, {});
+  const auto refined = RefineByMatches(stills, intrinsics, found);
+
+  PairRegistration out;
+  out.score_before = found.score_before;
+  out.score_after = found.score_after;
+  out.score_elsewhere = found.elsewhere;
+  out.matched = refined && IsBetter(*refined, found);
+  const RigidTransform T_lidar_camera = out.matched ? refined->T_body_camera : found.T_body_camera;
+  out.nid_before = MeanNid(stills, intrinsics, kPictureScale, start.T_lidar_camera);
+  out.nid_after = MeanNid(stills, intrinsics, kPictureScale, T_lidar_camera);
+
+  const LidarConfig& lidar = rig.lidars[0];
+  SensorResult base;
+  base.name = lidar.name;
+  base.type = SensorResult::Type::kLidar;
+  base.frame_id = lidar.frame_id.empty() ? lidar.name : lidar.frame_id;
+  base.topic = lidar.topic;
+  SensorResult camera = DescribeCamera(
+      rig.cameras[0], intrinsics, start, T_lidar_camera, out.matched ? refined->covariance : found.covariance,
+      out.matched ? Matrix6d(refined->covariance.inverse()) : found.information);
+
+  CalibrationResult& result = out.result;
+  result.imu_frame_id = base.frame_id;
+  result.reasons = ReasonsAgainst(found, camera);
+  result.trusted = result.reasons.empty();
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const std::string name = camera.name + (i == 0 ? "" : "_" + std::to_string(i + 1));
+    result.projections.push_back(MakeProjection(name, pairs[i], stills[i], intrinsics, start.T_lidar_camera,
+                                                T_lidar_camera, out.matched ? &*refined : nullptr,
+                                                found.last_scale));
+  }
+  if (result.trusted) {
+    result.pairs.push_back({base.name, camera.name, T_lidar_camera, camera.sigma});
+    result.sensors = {base, camera};
+  }
+  return out;
+}
+
+}  // namespace mlic

@@ -1,0 +1,156 @@
+#include "mlic_core/problem/imu_terms.h"
+
+#include <cmath>
+
+#include "mlic_core/factors/imu_residual.h"
+#include "mlic_core/geometry/so3.h"
+
+namespace mlic {
+
+namespace {
+
+double ImuSigmaOf(const ImuSigma& sigma, int component) {
+  return component < 3 ? sigma.gyroscope[component] : sigma.accelerometer[component - 3];
+}
+
+// Robust against shocks only: beyond 4 sigma.
+double ImuComponentCost(double whitened, double* weight) { return RobustCost(0.5 * whitened, weight) * 4.0; }
+
+// Whitened: rotation, then translation.
+Eigen::Matrix<double, 6, 1> PoseResidual(const PoseObservation& pose, const Eigen::Matrix3d& rotation,
+                                         const Eigen::Vector3d& position) {
+  Eigen::Matrix<double, 6, 1> r;
+  r.head<3>() = Log(pose.T_map_imu.rotation.conjugate() * Eigen::Quaterniond(rotation)) / pose.sigma_rotation;
+  r.tail<3>() = (position - pose.T_map_imu.translation) / pose.sigma_translation;
+  return r;
+}
+
+// The loss of the whole pose, so that a lost scan has little say.
+double WholePoseCost(const Eigen::Matrix<double, 6, 1>& r, double* weight) {
+  return RobustCost(r.norm() / std::sqrt(6.0), weight) * 6.0;
+}
+
+}  // namespace
+
+std::pair<std::size_t, std::size_t> ImuPart(const LinearizationPoint& at, std::size_t drive,
+                                            std::size_t chunk) {
+  const std::size_t samples = at.problem.dataset->drives[drive].imu.size();
+  return {samples * chunk / kLinearizationChunks, samples * (chunk + 1) / kLinearizationChunks};
+}
+
+void AddImu(const LinearizationPoint& at, std::size_t d, std::size_t chunk, Accumulator* sum) {
+  const SplitSpline& trajectory = at.state.drives[d].trajectory;
+  const ImuCalibration imu = at.state.Imu(d);
+  const auto& samples = at.problem.dataset->drives[d].imu;
+  std::vector<int> calibration;
+  for (int i = 0; i < 6; ++i) calibration.push_back(at.layout.Bias(d) + i);
+  for (int i = 0; i < 15 && at.layout.matrices >= 0; ++i) calibration.push_back(at.layout.matrices + i);
+  const int width = 24 + static_cast<int>(calibration.size());
+  const auto [begin, end] = ImuPart(at, d, chunk);
+  ImuResidual::Jacobian J;
+  for (std::size_t k = begin; k < end; ++k) {
+    if (!trajectory.Contains(samples[k].time)) continue;
+    const SplineBasis rb(trajectory.rotation.knots(), samples[k].time);
+    const SplineBasis pb(trajectory.position.knots(), samples[k].time);
+    Eigen::Matrix<double, 6, 1> r = ImuResidual::Evaluate(trajectory, rb, pb, imu, kGravity, samples[k], &J);
+    for (int i = 0; i < 6; ++i) {
+      const double sigma = ImuSigmaOf(at.problem.imu_sigma[d], i);
+      double weight;
+      sum->cost += ImuComponentCost(r[i] / sigma, &weight);
+      const double scale = std::sqrt(weight) / sigma;
+      J.col(i) *= scale;
+      r[i] *= scale;
+    }
+    AddRows(KnotColumns(at.layout, d, rb.first, pb.first), calibration, J.topRows(width), r, sum);
+  }
+}
+
+double ImuCost(const LinearizationPoint& at, std::size_t d, std::size_t chunk) {
+  const SplitSpline& trajectory = at.state.drives[d].trajectory;
+  const ImuCalibration imu = at.state.Imu(d);
+  const auto& samples = at.problem.dataset->drives[d].imu;
+  const auto [begin, end] = ImuPart(at, d, chunk);
+  double cost = 0.0;
+  for (std::size_t k = begin; k < end; ++k) {
+    if (!trajectory.Contains(samples[k].time)) continue;
+    const SplineBasis rb(trajectory.rotation.knots(), samples[k].time);
+    const SplineBasis pb(trajectory.position.knots(), samples[k].time);
+    const Eigen::Matrix<double, 6, 1> r =
+        ImuResidual::Evaluate(trajectory, rb, pb, imu, kGravity, samples[k], nullptr);
+    double weight;
+    for (int i = 0; i < 6; ++i) {
+      cost += ImuComponentCost(r[i] / ImuSigmaOf(at.problem.imu_sigma[d], i), &weight);
+    }
+  }
+  return cost;
+}
+
+void AddPoses(const LinearizationPoint& at, std::size_t d, Accumulator* sum) {
+  const SplitSpline& trajectory = at.state.drives[d].trajectory;
+  for (const PoseObservation& pose : at.problem.poses[d]) {
+    if (!trajectory.Contains(pose.time)) continue;
+    const SplineBasis rb(trajectory.rotation.knots(), pose.time);
+    const SplineBasis pb(trajectory.position.knots(), pose.time);
+    So3Spline::Jacobians J;
+    const So3Spline::Value value = trajectory.rotation.Evaluate(rb, false, &J);
+    Eigen::Matrix<double, 6, 1> r = PoseResidual(pose, value.rotation, trajectory.position.Position(pb));
+    const Eigen::Matrix3d inverse = RightJacobianInverse(r.head<3>() * pose.sigma_rotation);
+    const Eigen::Vector4d weights = SplineBasis::Weights(pb.lambda);
+    Eigen::Matrix<double, 24, 6> rows = Eigen::Matrix<double, 24, 6>::Zero();
+    for (int j = 0; j < 4; ++j) {
+      rows.block<3, 3>(3 * j, 0) = (inverse * J.rotation[j]).transpose() / pose.sigma_rotation;
+      rows.block<3, 3>(12 + 3 * j, 3) = (weights[j] / pose.sigma_translation) * Eigen::Matrix3d::Identity();
+    }
+    double weight;
+    sum->cost += WholePoseCost(r, &weight);
+    rows *= std::sqrt(weight);
+    r *= std::sqrt(weight);
+    AddRows(KnotColumns(at.layout, d, rb.first, pb.first), {}, rows, r, sum);
+  }
+}
+
+double PoseCost(const LinearizationPoint& at, std::size_t d) {
+  const SplitSpline& trajectory = at.state.drives[d].trajectory;
+  double cost = 0.0, weight;
+  for (const PoseObservation& pose : at.problem.poses[d]) {
+    if (!trajectory.Contains(pose.time)) continue;
+    const RigidTransform T = trajectory.Pose(pose.time);
+    cost += WholePoseCost(PoseResidual(pose, T.rotation.toRotationMatrix(), T.translation), &weight);
+  }
+  return cost;
+}
+
+void AddGauge(const LinearizationPoint& at, std::size_t d, Accumulator* sum) {
+  const SplitSpline& trajectory = at.state.drives[d].trajectory;
+  const double t = trajectory.Start();
+  const SplineBasis rb(trajectory.rotation.knots(), t);
+  const SplineBasis pb(trajectory.position.knots(), t);
+  So3Spline::Jacobians J;
+  const So3Spline::Value value = trajectory.rotation.Evaluate(rb, false, &J);
+  const Eigen::Vector4d weights = SplineBasis::Weights(pb.lambda);
+  constexpr double kScale = 1e4;
+  Eigen::Matrix<double, 24, 4> rows = Eigen::Matrix<double, 24, 4>::Zero();
+  for (int j = 0; j < 4; ++j) {
+    rows.block<3, 3>(12 + 3 * j, 0) = weights[j] * kScale * Eigen::Matrix3d::Identity();
+    rows.block<3, 1>(3 * j, 3) = kScale * (value.rotation * J.rotation[j]).row(2).transpose();
+  }
+  AddRows(KnotColumns(at.layout, d, rb.first, pb.first), {}, rows, Eigen::Vector4d::Zero().eval(), sum);
+  // Control points near the ends of a span have next to no data; a little keeps them from wandering.
+  sum->band.row(0).array() += 1e-6;
+}
+
+ImuResiduals EvaluateImuResiduals(const Dataset& dataset, const CalibrationState& state, std::size_t drive) {
+  const SplitSpline& trajectory = state.drives[drive].trajectory;
+  const ImuCalibration imu = state.Imu(drive);
+  ImuResiduals residuals;
+  for (const ImuSample& sample : dataset.drives[drive].imu) {
+    if (!trajectory.Contains(sample.time)) continue;
+    residuals.times.push_back(sample.time);
+    residuals.values.push_back(ImuResidual::Evaluate(
+        trajectory, SplineBasis(trajectory.rotation.knots(), sample.time),
+        SplineBasis(trajectory.position.knots(), sample.time), imu, kGravity, sample, nullptr));
+  }
+  return residuals;
+}
+
+}  // namespace mlic

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <utility>
+
+#include "mlic_core/problem/linear_terms.h"
+
+namespace mlic {
+
+// Part `chunk` (of kLinearizationChunks) of one drive's IMU samples: from and to.
+std::pair<std::size_t, std::size_t> ImuPart(const LinearizationPoint& at, std::size_t drive,
+                                            std::size_t chunk);
+
+// Adds part `chunk` of one drive's IMU samples.
+void AddImu(const LinearizationPoint& at, std::size_t drive, std::size_t chunk, Accumulator* sum);
+
+// What AddImu adds to the cost.
+double ImuCost(const LinearizationPoint& at, std::size_t drive, std::size_t chunk);
+
+// Adds the poses that one drive's trajectory is drawn to.
+void AddPoses(const LinearizationPoint& at, std::size_t drive, Accumulator* sum);
+
+// What AddPoses adds to the cost.
+double PoseCost(const LinearizationPoint& at, std::size_t drive);
+
+// The map's position and yaw are free: they are held where they are, at the start (4 rows with zero
+// residual), with a sigma so small that it holds and so large that it does not spoil the conditioning.
+void AddGauge(const LinearizationPoint& at, std::size_t drive, Accumulator* sum);
+
+}  // namespace mlic

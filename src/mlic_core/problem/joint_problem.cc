@@ -1,0 +1,139 @@
+#include "mlic_core/problem/joint_problem.h"
+
+#include <algorithm>
+
+#include "mlic_core/problem/linearizer.h"
+#include "mlic_core/problem/time_windows.h"
+
+namespace mlic {
+namespace {
+
+// A step that lowers the cost by less than this share of it is the last one.
+constexpr double kNegligibleDecrease = 1e-4;
+
+// Where the landmarks are, to go back to.
+struct LandmarkGeometry {
+  std::vector<std::vector<MapPlane>> planes;
+  std::vector<std::vector<PointLandmark>> points;
+};
+
+LandmarkGeometry GeometryOf(const JointProblem& problem) {
+  LandmarkGeometry geometry;
+  for (const PlaneAssociation& association : problem.planes) geometry.planes.push_back(association.planes);
+  for (const LandmarkSet& set : problem.landmarks) geometry.points.push_back(set.points);
+  return geometry;
+}
+
+void RestoreGeometry(const LandmarkGeometry& geometry, JointProblem* problem) {
+  for (std::size_t d = 0; d < geometry.planes.size(); ++d) problem->planes[d].planes = geometry.planes[d];
+  for (std::size_t d = 0; d < geometry.points.size(); ++d) problem->landmarks[d].points = geometry.points[d];
+}
+
+void HoldCamera(const HeldCameraParameters& held, const Layout& layout, std::size_t camera,
+                std::vector<bool>* free_calibration) {
+  const auto hold = [&](int first, int count) {
+    std::fill_n(free_calibration->begin() + first, count, false);
+  };
+  if (held.rotation) hold(layout.Camera(camera), 3);
+  if (held.translation) hold(layout.Camera(camera) + 3, 3);
+  if (held.time_offset) hold(layout.Camera(camera) + 6, 1);
+  if (held.readout && layout.Readout(camera) >= 0) hold(layout.Readout(camera), 1);
+  for (std::size_t i = 0; i < held.intrinsics.size(); ++i) {
+    if (held.intrinsics[i]) hold(layout.Intrinsics(camera) + static_cast<int>(i), 1);
+  }
+}
+
+// The problem with point landmarks that tie control points over no more than kLongestPointTie; planes come
+// cut from AssociatePlanes. While the trajectory is held they tie nothing, and stay whole: then origins stays
+// empty.
+JointProblem WithShortTies(const JointProblem& given, const CalibrationState& state,
+                           std::vector<std::vector<std::size_t>>* origins) {
+  JointProblem problem = given;
+  if (problem.hold_trajectory) return problem;
+  origins->resize(problem.landmarks.size());
+  for (std::size_t d = 0; d < problem.landmarks.size(); ++d) {
+    problem.landmarks[d] = SplitPoints(given.landmarks[d], state, kLongestPointTie, &(*origins)[d]);
+  }
+  return problem;
+}
+
+}  // namespace
+
+SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
+                               const CancellationToken& cancellation, CalibrationState* state) {
+  std::vector<std::vector<std::size_t>> origins;
+  JointProblem problem = WithShortTies(given, *state, &origins);  // the landmarks move with the solve
+  const Layout layout(*state, problem.estimate_imu_matrices);
+  std::vector<bool> free_calibration(layout.calibration, true);
+  for (std::size_t i = 0; i < problem.lidar_held.size(); ++i) {
+    if (problem.lidar_held[i]) std::fill_n(free_calibration.begin() + Layout::Lidar(i), 7, false);
+  }
+  if (problem.hold_trajectory) {
+    std::fill(free_calibration.begin() + (layout.matrices >= 0 ? layout.matrices : layout.biases),
+              free_calibration.end(), false);
+  }
+  for (std::size_t c = 0; c < problem.camera_held.size(); ++c) {
+    HoldCamera(problem.camera_held[c], layout, c, &free_calibration);
+  }
+  SolveSummary summary;
+  for (const PlaneAssociation& association : problem.planes)
+    summary.observations += association.observations.size();
+  for (const LandmarkSet& set : problem.landmarks) summary.landmark_observations += set.observations.size();
+  std::vector<LandmarkTies> ties;
+  const auto linearize = [&](const CalibrationState& at) { return Linearize({problem, at, layout}, &ties); };
+  Eigen::MatrixXd prior;
+  Eigen::VectorXd prior_gradient;
+  Accumulator sum = linearize(*state);
+  summary.first_cost = summary.last_cost = sum.cost;
+  double damping = 0.0;
+  for (int iteration = 0; iteration < iterations; ++iteration) {
+    cancellation.ThrowIfCancelled();
+    CalibrationPrior(problem, *state, layout, &prior, &prior_gradient);
+    const NormalSolution solution = SolveNormalEquations(sum, ties, prior, prior_gradient, free_calibration,
+                                                         damping, problem.hold_trajectory);
+    ++summary.iterations;
+    if (!solution.solved) {
+      damping = std::max(1e-6, 10.0 * damping);
+      continue;
+    }
+    // Damping holds the trajectory, which would look like information.
+    if (damping == 0.0) summary.information = solution.information;
+    CalibrationState moved = *state;
+    const LandmarkGeometry before = GeometryOf(problem);
+    layout.Update(solution.delta, &moved);
+    if (problem.hold_trajectory) moved.drives = state->drives;
+    MoveLandmarks(ties, solution.delta, &problem);
+    const double step = solution.delta.segment(layout.knots, 7 * layout.sensors).cwiseAbs().maxCoeff();
+    const bool settled = damping == 0.0 && solution.predicted_decrease < kNegligibleDecrease * sum.cost;
+    if (settled || iteration + 1 == iterations) {
+      summary.last_cost = Cost({problem, moved, layout});
+      summary.last_step = step;
+      *state = std::move(moved);
+      break;
+    }
+    Accumulator next = linearize(moved);
+    if (next.cost > sum.cost * (1.0 + 1e-3) + 1e-9) {
+      // Priors may rightly raise the data's cost a little; more than that is a step too far.
+      RestoreGeometry(before, &problem);
+      damping = std::max(1e-4, 10.0 * damping);
+      sum = linearize(*state);
+      continue;
+    }
+    damping *= 0.1;
+    if (damping < 1e-6) damping = 0.0;
+    *state = std::move(moved);
+    summary.last_cost = next.cost;
+    summary.last_step = step;
+    sum = std::move(next);
+  }
+  for (PlaneAssociation& association : problem.planes)
+    summary.planes.push_back(std::move(association.planes));
+  for (std::size_t d = 0; d < given.landmarks.size(); ++d) {
+    summary.points.push_back(origins.empty()
+                                 ? std::move(problem.landmarks[d].points)
+                                 : MergePoints(given.landmarks[d].points, problem.landmarks[d], origins[d]));
+  }
+  return summary;
+}
+
+}  // namespace mlic

@@ -1,0 +1,343 @@
+#include "mlic_core/problem/landmark_terms.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "mlic_core/common/parallel.h"
+#include "mlic_core/factors/reprojection.h"
+
+namespace mlic {
+namespace {
+
+// The cost of a point that its camera cannot see any more, as if it were this many sigmas off.
+constexpr double kLostSigmas = 100.0;
+
+// Bearing and inverse distance of a point from its anchor: position = anchor + (bearing + x u + y v) / (rho +
+// z).
+struct PointChart {
+  explicit PointChart(const PointLandmark& point) : anchor(point.anchor) {
+    const Eigen::Vector3d ray = point.position - point.anchor;
+    const double distance = ray.norm();
+    bearing = ray / distance;
+    inverse_distance = 1.0 / distance;
+    u = bearing.unitOrthogonal();
+    v = bearing.cross(u);
+  }
+  // Of the position to the three parameters.
+  Eigen::Matrix3d Jacobian() const {
+    Eigen::Matrix3d J;
+    J << u, v, -bearing / inverse_distance;
+    return J / inverse_distance;
+  }
+  Eigen::Vector3d anchor, bearing, u, v;
+  double inverse_distance;
+};
+
+// One residual's row here: as in Reprojection up to the readout, then intrinsics (neighbours of the readout
+// in the layout as well), then the point in its chart, then the residual.
+constexpr int kExtrinsic = Reprojection::kExtrinsic;
+constexpr int kReadout = Reprojection::kReadout;
+constexpr int kIntrinsics = kReadout + 1;
+constexpr int kPoint = kIntrinsics + kMostCameraParameters;
+constexpr int kResidual = kPoint + 3;
+constexpr int kColumns = kResidual + 1;
+using Rows = Eigen::Matrix<double, kColumns, 2>;
+using Square = Eigen::Matrix<double, kColumns, kColumns>;
+
+// Places of one row's parts in the calibration vector.
+struct CameraColumns {
+  CameraColumns(const Layout& layout, const CalibrationState& state, int camera) {
+    const bool rolling = layout.Readout(camera) >= 0;
+    pose = layout.Camera(camera);
+    inner = rolling ? layout.Readout(camera) : layout.Intrinsics(camera);
+    from = rolling ? kReadout : kIntrinsics;
+    count = static_cast<int>(state.cameras[camera].intrinsics.parameters.size()) + (rolling ? 1 : 0);
+  }
+  // A LiDAR has nothing but its pose and offset.
+  static CameraColumns OfLidar(int lidar) {
+    CameraColumns columns;
+    columns.pose = columns.inner = Layout::Lidar(lidar);
+    columns.from = kReadout;
+    columns.count = 0;
+    return columns;
+  }
+  int pose;
+  int inner;
+  int from;
+  int count;
+
+ private:
+  CameraColumns() = default;
+};
+
+void AddToCalibration(const CameraColumns& c, const Square& H, LandmarkTies* landmark, Accumulator* sum) {
+  sum->corner.block<7, 7>(c.pose, c.pose) += H.block<7, 7>(kExtrinsic, kExtrinsic);
+  sum->corner.block(c.inner, c.pose, c.count, 7) += H.block(c.from, kExtrinsic, c.count, 7);
+  sum->corner.block(c.pose, c.inner, 7, c.count) += H.block(kExtrinsic, c.from, 7, c.count);
+  sum->corner.block(c.inner, c.inner, c.count, c.count) += H.block(c.from, c.from, c.count, c.count);
+  sum->gradient_calibration.segment<7>(c.pose) += H.block<7, 1>(kExtrinsic, kResidual);
+  sum->gradient_calibration.segment(c.inner, c.count) += H.block(c.from, kResidual, c.count, 1);
+  landmark->own += H.block<3, 3>(kPoint, kPoint);
+  landmark->gradient += H.block<3, 1>(kPoint, kResidual);
+  landmark->calibration.middleRows<7>(c.pose) += H.block<7, 3>(kExtrinsic, kPoint);
+  landmark->calibration.middleRows(c.inner, c.count) += H.block(c.from, kPoint, c.count, 3);
+}
+
+void AddToKnots(const CameraColumns& c, const KnotColumns& columns, const Square& H, TieSlots* slots,
+                LandmarkTies* landmark, Accumulator* sum) {
+  for (int a = 0; a < 8; ++a) {
+    sum->gradient_knots.segment<3>(sum->Local(columns[a])) += H.block<3, 1>(3 * a, kResidual);
+    sum->border.block<7, 3>(c.pose, sum->Local(columns[a])) += H.block<7, 3>(kExtrinsic, 3 * a);
+    sum->border.block(c.inner, sum->Local(columns[a]), c.count, 3) += H.block(c.from, 3 * a, c.count, 3);
+    slots->Block(landmark, columns[a]) += H.block<3, 3>(3 * a, kPoint);
+    for (int b = 0; b < 8; ++b) {
+      if (columns[a] >= columns[b]) sum->AddBand(columns[a], columns[b], H.block<3, 3>(3 * a, 3 * b));
+    }
+  }
+}
+
+// The three whitened residuals of a point against its LiDAR's measurement, across the beam and along it:
+//   r = A (R_imu_lidar^T (R(t)^T (P - p(t)) - p_imu_lidar) - x)
+// with A the axes of the beam by their sigmas. rows: as those of a camera, the LiDAR's pose and offset in the
+// place of the camera's; may be null.
+using LidarRows = Eigen::Matrix<double, kColumns, 3>;
+Eigen::Vector3d EvaluateLidarSight(const LidarSight& sight, const SensorCalibration& lidar,
+                                   const SplitSpline& trajectory, const Eigen::Vector3d& P, double t,
+                                   LidarRows* rows) {
+  const SplineBasis rb(trajectory.rotation.knots(), t);
+  const SplineBasis pb(trajectory.position.knots(), t);
+  const Eigen::Vector3d from_imu = P - trajectory.position.Position(pb);
+  So3Spline::Jacobians J;
+  const So3Spline::Value rotation = trajectory.rotation.Evaluate(rb, false, &J);
+  const Eigen::Vector3d y = rotation.rotation.transpose() * from_imu;
+  const Eigen::Vector3d z = y - lidar.T_imu_sensor.translation;
+  const Eigen::Matrix3d R_imu_lidar = lidar.T_imu_sensor.rotation.toRotationMatrix();
+  const Eigen::Vector3d beam = sight.position.normalized();
+  Eigen::Matrix3d axes;
+  axes.col(0) = beam.unitOrthogonal() / sight.sigma_across;
+  axes.col(1) = beam.cross(beam.unitOrthogonal()) / sight.sigma_across;
+  axes.col(2) = beam / sight.sigma_along;
+  const Eigen::Vector3d residual = axes.transpose() * (R_imu_lidar.transpose() * z - sight.position);
+  if (rows == nullptr) return residual;
+  const Eigen::Vector3d y_dot =
+      y.cross(rotation.angular_velocity) - rotation.rotation.transpose() * trajectory.position.Velocity(pb);
+  const Eigen::Vector4d weights = SplineBasis::Weights(pb.lambda);
+  rows->setZero();
+  for (int k = 0; k < 3; ++k) {
+    const Eigen::Vector3d by_y = R_imu_lidar * axes.col(k);
+    const Eigen::Vector3d by_P = rotation.rotation * by_y;
+    const Eigen::Vector3d by_rotation = by_y.cross(y);
+    auto out = rows->col(k);
+    for (int j = 0; j < 4; ++j) {
+      out.segment<3>(Reprojection::kRotation + 3 * j) = J.rotation[j].transpose() * by_rotation;
+      out.segment<3>(Reprojection::kPosition + 3 * j) = -weights[j] * by_P;
+    }
+    out.segment<3>(kExtrinsic) = by_y.cross(z);
+    out.segment<3>(kExtrinsic + 3) = -by_y;
+    out[Reprojection::kTimeOffset] = by_y.dot(y_dot);
+    out.segment<3>(kPoint) = by_P;
+    out[kResidual] = residual[k];
+  }
+  return residual;
+}
+
+void AddLidarSight(const LinearizationPoint& at, std::size_t d, std::size_t p, const Eigen::Matrix3d& J_chart,
+                   TieSlots* slots, LandmarkTies* landmark, Accumulator* sum) {
+  const LandmarkSet& set = at.problem.landmarks[d];
+  const LidarSight& sight = set.lidar_sights[p];
+  const SensorCalibration& lidar = at.state.lidars[sight.lidar];
+  const SplitSpline& trajectory = at.state.drives[d].trajectory;
+  const double t = sight.time + lidar.time_offset;
+  if (!trajectory.Contains(t)) return;
+  LidarRows rows;
+  sum->cost += EvaluateLidarSight(sight, lidar, trajectory, set.points[p].position, t, &rows).squaredNorm();
+  rows.middleRows<3>(kPoint) = J_chart * rows.middleRows<3>(kPoint).eval();
+  const Square H = rows * rows.transpose();
+  const CameraColumns columns = CameraColumns::OfLidar(sight.lidar);
+  if (!at.problem.hold_trajectory) {
+    const SplineBasis rb(trajectory.rotation.knots(), t);
+    const SplineBasis pb(trajectory.position.knots(), t);
+    AddToKnots(columns, KnotColumns(at.layout, d, rb.first, pb.first), H, slots, landmark, sum);
+  }
+  AddToCalibration(columns, H, landmark, sum);
+}
+
+std::vector<Reprojection::Camera> Cameras(const CalibrationState& state) {
+  std::vector<Reprojection::Camera> cameras;
+  for (const CameraCalibration& camera : state.cameras) {
+    const RigidTransform& T = camera.sensor.T_imu_sensor;
+    cameras.push_back({T.rotation.toRotationMatrix(), T.translation, &camera.intrinsics});
+  }
+  return cameras;
+}
+
+// One sight of a landmark by a camera of the state, with its time on the IMU's clock.
+struct CameraSight {
+  CameraSight(const LandmarkObservation& o, const CalibrationState& state) : camera(o.camera) {
+    const CameraCalibration& calibration = state.cameras[o.camera];
+    factor = Reprojection::Of(o.pixel, calibration.intrinsics);
+    time = factor.Time(o.time, calibration.sensor.time_offset, calibration.readout);
+  }
+  // False where the camera cannot see the point: then the residual (px) stays as it is.
+  bool Evaluate(const SplitSpline& trajectory, const std::vector<Reprojection::Camera>& cameras,
+                const Eigen::Vector3d& point, Eigen::Vector2d* residual) const {
+    return factor.Evaluate(trajectory, SplineBasis(trajectory.rotation.knots(), time),
+                           SplineBasis(trajectory.position.knots(), time), cameras[camera], point, residual);
+  }
+  int camera;
+  Reprojection factor;
+  double time;
+};
+
+// The rows of one sight by its sigma and the robust loss's weight, whose cost is added. False where the
+// camera cannot see the point.
+bool WhitenedRows(const LandmarkObservation& o, const CameraSight& sight, const SplitSpline& trajectory,
+                  const SplineBasis& rotation_basis, const SplineBasis& position_basis,
+                  const Reprojection::Camera& camera, const Eigen::Vector3d& point,
+                  const Eigen::Matrix3d& J_chart, Rows* rows, double* cost) {
+  Eigen::Vector2d residual;
+  Reprojection::Jacobian J;
+  double weight;
+  if (!sight.factor.Evaluate(trajectory, rotation_basis, position_basis, camera, point, &residual, &J)) {
+    *cost += RobustCost(kLostSigmas, &weight);
+    return false;
+  }
+  const Eigen::Matrix2d shape = o.shape.cast<double>();
+  residual = shape * residual;
+  *cost += RobustCost(residual.norm() / o.sigma, &weight);
+  rows->topRows<kIntrinsics>() = J.topRows<kIntrinsics>();
+  rows->middleRows<kMostCameraParameters>(kIntrinsics) = J.bottomRows<kMostCameraParameters>();
+  rows->middleRows<3>(kPoint) = J_chart * J.middleRows<3>(Reprojection::kPoint);
+  *rows *= shape.transpose();
+  rows->row(kResidual) = residual.transpose();
+  *rows *= std::sqrt(weight) / o.sigma;
+  return true;
+}
+
+// use(observation, sight, rotation basis, position basis) for each of a landmark's sights that the trajectory
+// reaches and the camera can see, with its whitened rows; all costs are added.
+template <typename Use>
+void ForEachSight(const LinearizationPoint& at, std::size_t d, std::size_t p,
+                  const std::vector<Reprojection::Camera>& cameras, const Eigen::Matrix3d& J_chart,
+                  Rows* rows, double* cost, const Use& use) {
+  const LandmarkSet& set = at.problem.landmarks[d];
+  const SplitSpline& trajectory = at.state.drives[d].trajectory;
+  for (std::size_t k = set.begin[p]; k < set.begin[p + 1]; ++k) {
+    const LandmarkObservation& o = set.observations[k];
+    const CameraSight sight(o, at.state);
+    if (!trajectory.Contains(sight.time)) continue;
+    const SplineBasis rb(trajectory.rotation.knots(), sight.time);
+    const SplineBasis pb(trajectory.position.knots(), sight.time);
+    if (WhitenedRows(o, sight, trajectory, rb, pb, cameras[o.camera], set.points[p].position, J_chart, rows,
+                     cost)) {
+      use(o, sight, rb, pb);
+    }
+  }
+}
+
+}  // namespace
+
+void AddLandmarks(const LinearizationPoint& at, std::size_t d, std::size_t begin, std::size_t end,
+                  LandmarkTies* ties, Accumulator* sum) {
+  const LandmarkSet& set = at.problem.landmarks[d];
+  const std::vector<Reprojection::Camera> cameras = Cameras(at.state);
+  const bool with_knots = !at.problem.hold_trajectory;
+  TieSlots slots(at.layout.knots);
+  Rows rows;
+  Square H;
+  for (std::size_t p = begin; p < end; ++p) {
+    LandmarkTies& landmark = ties[p];
+    landmark.calibration = Eigen::MatrixXd::Zero(at.layout.calibration, 3);
+    const PointChart chart(set.points[p]);
+    const Eigen::Matrix3d J_chart = chart.Jacobian().transpose();
+    const auto add = [&](const LandmarkObservation& o, const CameraSight&, const SplineBasis& rb,
+                         const SplineBasis& pb) {
+      const CameraColumns columns(at.layout, at.state, o.camera);
+      if (with_knots) {
+        H.noalias() = rows * rows.transpose();
+        AddToKnots(columns, KnotColumns(at.layout, d, rb.first, pb.first), H, &slots, &landmark, sum);
+      } else {
+        constexpr int kRest = kColumns - kExtrinsic;
+        H.bottomRightCorner<kRest, kRest>().noalias() =
+            rows.bottomRows<kRest>() * rows.bottomRows<kRest>().transpose();
+      }
+      AddToCalibration(columns, H, &landmark, sum);
+    };
+    ForEachSight(at, d, p, cameras, J_chart, &rows, &sum->cost, add);
+    if (set.IsOnMap(p)) AddLidarSight(at, d, p, J_chart, &slots, &landmark, sum);
+    slots.Release(landmark);
+  }
+}
+
+std::vector<SightRows> RowsOfLandmark(const LinearizationPoint& at, std::size_t d, std::size_t p) {
+  const Eigen::Matrix3d J_chart = PointChart(at.problem.landmarks[d].points[p]).Jacobian().transpose();
+  std::vector<SightRows> sights;
+  Rows rows;
+  double cost = 0.0;
+  const auto add = [&](const LandmarkObservation& o, const CameraSight& sight, const SplineBasis& rb,
+                       const SplineBasis& pb) {
+    const CameraColumns camera(at.layout, at.state, o.camera);
+    SightRows out{&o, sight.time, {}, {}, rows.middleRows<3>(kPoint), rows.row(kResidual).transpose()};
+    const KnotColumns knots(at.layout, d, rb.first, pb.first);
+    for (int i = 0; i < kExtrinsic; ++i) out.columns.push_back(knots[i / 3] + i % 3);
+    for (int i = 0; i < 7; ++i) out.columns.push_back(at.layout.knots + camera.pose + i);
+    for (int i = 0; i < camera.count; ++i) out.columns.push_back(at.layout.knots + camera.inner + i);
+    out.jacobian.resize(static_cast<Eigen::Index>(out.columns.size()), 2);
+    out.jacobian << rows.topRows<kExtrinsic + 7>(), rows.middleRows(camera.from, camera.count);
+    sights.push_back(std::move(out));
+  };
+  ForEachSight(at, d, p, Cameras(at.state), J_chart, &rows, &cost, add);
+  return sights;
+}
+
+double LandmarkCost(const LinearizationPoint& at, std::size_t d, std::size_t begin, std::size_t end) {
+  const LandmarkSet& set = at.problem.landmarks[d];
+  const SplitSpline& trajectory = at.state.drives[d].trajectory;
+  const std::vector<Reprojection::Camera> cameras = Cameras(at.state);
+  double cost = 0.0;
+  for (std::size_t p = begin; p < end; ++p) {
+    for (std::size_t k = set.begin[p]; k < set.begin[p + 1]; ++k) {
+      const LandmarkObservation& o = set.observations[k];
+      const CameraSight sight(o, at.state);
+      if (!trajectory.Contains(sight.time)) continue;
+      Eigen::Vector2d residual;
+      const bool seen = sight.Evaluate(trajectory, cameras, set.points[p].position, &residual);
+      double weight;
+      cost += RobustCost(seen ? (o.shape.cast<double>() * residual).norm() / o.sigma : kLostSigmas, &weight);
+    }
+    if (!set.IsOnMap(p)) continue;
+    const LidarSight& sight = set.lidar_sights[p];
+    const SensorCalibration& lidar = at.state.lidars[sight.lidar];
+    const double t = sight.time + lidar.time_offset;
+    if (!trajectory.Contains(t)) continue;
+    cost += EvaluateLidarSight(sight, lidar, trajectory, set.points[p].position, t, nullptr).squaredNorm();
+  }
+  return cost;
+}
+
+void MovePoint(const Eigen::Vector3d& step, PointLandmark* point) {
+  const PointChart chart(*point);
+  // A point does not pass through infinity, nor into its cameras at once.
+  const double inverse_distance = std::clamp(chart.inverse_distance + step[2], 0.2 * chart.inverse_distance,
+                                             5.0 * chart.inverse_distance);
+  point->position = chart.anchor + (chart.bearing + step[0] * chart.u + step[1] * chart.v) / inverse_distance;
+}
+
+std::vector<Eigen::Vector2d> LandmarkResiduals(const LandmarkSet& set, const CalibrationState& state,
+                                               std::size_t d) {
+  const SplitSpline& trajectory = state.drives[d].trajectory;
+  const std::vector<Reprojection::Camera> cameras = Cameras(state);
+  std::vector<Eigen::Vector2d> residuals(set.observations.size(),
+                                         Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN()));
+  ParallelFor(set.points.size(), [&](std::size_t p) {
+    for (std::size_t k = set.begin[p]; k < set.begin[p + 1]; ++k) {
+      const CameraSight sight(set.observations[k], state);
+      if (!trajectory.Contains(sight.time)) continue;
+      sight.Evaluate(trajectory, cameras, set.points[p].position, &residuals[k]);
+    }
+  });
+  return residuals;
+}
+
+}  // namespace mlic

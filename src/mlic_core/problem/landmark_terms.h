@@ -1,0 +1,32 @@
+#pragma once
+
+#include "mlic_core/problem/linear_terms.h"
+
+namespace mlic {
+
+// Adds the reprojection errors of the point landmarks [begin, end) of one drive; ties: one for each point of
+// the drive, filled for these.
+void AddLandmarks(const LinearizationPoint& at, std::size_t drive, std::size_t begin, std::size_t end,
+                  LandmarkTies* ties, Accumulator* sum);
+
+// One sight of a point landmark as AddLandmarks takes it: divided by its sigma, weighted by the robust loss.
+struct SightRows {
+  const LandmarkObservation* sight;
+  double time;                                        // IMU clock
+  std::vector<int> columns;                           // in the vector of all unknowns (Layout)
+  Eigen::Matrix<double, Eigen::Dynamic, 2> jacobian;  // of those unknowns (rows), for each residual
+  Eigen::Matrix<double, 3, 2> by_point;               // of the point's three parameters
+  Eigen::Vector2d residual;
+};
+
+// Of those sights of one point that the cameras can see. The trajectory is free.
+std::vector<SightRows> RowsOfLandmark(const LinearizationPoint& at, std::size_t drive, std::size_t point);
+
+// What AddLandmarks adds to the cost.
+double LandmarkCost(const LinearizationPoint& at, std::size_t drive, std::size_t begin, std::size_t end);
+
+// The point moved by a step in its three parameters: two of the bearing from its anchor, and the inverse
+// distance.
+void MovePoint(const Eigen::Vector3d& step, PointLandmark* point);
+
+}  // namespace mlic

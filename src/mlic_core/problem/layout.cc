@@ -1,0 +1,100 @@
+#include "mlic_core/problem/layout.h"
+
+#include <algorithm>
+
+#include "mlic_core/geometry/so3.h"
+
+namespace mlic {
+namespace {
+
+// Merges both knot sequences by time.
+void OrderByTime(const SplitSpline& trajectory, int* next, Layout::DriveKnots* knots) {
+  const UniformKnots& rotation = trajectory.rotation.knots();
+  const UniformKnots& position = trajectory.position.knots();
+  int r = 0, p = 0;
+  while (r < rotation.count || p < position.count) {
+    const bool take_rotation =
+        p == position.count ||
+        (r < rotation.count && rotation.ControlPointTime(r) <= position.ControlPointTime(p));
+    (take_rotation ? knots->rotation : knots->position).push_back(*next);
+    *next += 3;
+    ++(take_rotation ? r : p);
+  }
+}
+
+// The widest set of control points that one measurement touches.
+int Bandwidth(const SplitSpline& trajectory, const Layout::DriveKnots& knots) {
+  const UniformKnots& rotation = trajectory.rotation.knots();
+  const UniformKnots& position = trajectory.position.knots();
+  const double step = 0.25 * std::min(rotation.spacing, position.spacing);
+  int widest = 0;
+  for (double t = trajectory.Start(); t <= trajectory.End() + step; t += step) {
+    const int r = SplineBasis(rotation, t).first;
+    const int p = SplineBasis(position, t).first;
+    const int low = std::min(knots.rotation[r], knots.position[p]);
+    const int high = std::max(knots.rotation[r + 3], knots.position[p + 3]) + 2;
+    widest = std::max(widest, high - low);
+  }
+  // Between two samples of this scan a segment of either may begin: one more control point of each.
+  return widest + 6;
+}
+
+void Move(const Eigen::Matrix<double, 7, 1>& step, SensorCalibration* sensor) {
+  RigidTransform& T = sensor->T_imu_sensor;
+  T.rotation = (ExpQuaternion(step.head<3>()) * T.rotation).normalized();
+  T.translation += step.segment<3>(3);
+  sensor->time_offset += step[6];
+}
+
+}  // namespace
+
+Layout::Layout(const CalibrationState& state, bool with_imu_matrices) {
+  for (const DriveState& drive : state.drives) {
+    DriveKnots indices;
+    OrderByTime(drive.trajectory, &knots, &indices);
+    bandwidth = std::max(bandwidth, Bandwidth(drive.trajectory, indices));
+    drives.push_back(std::move(indices));
+  }
+  first_camera = Lidar(state.lidars.size());
+  sensors = static_cast<int>(state.lidars.size() + state.cameras.size());
+  calibration = 7 * sensors;
+  for (const CameraCalibration& camera : state.cameras) {
+    readout.push_back(camera.rolling_shutter ? calibration++ : -1);
+    intrinsics.push_back(calibration);
+    calibration += ParameterCount(camera.intrinsics.model);
+  }
+  if (with_imu_matrices) {
+    matrices = calibration;
+    calibration += 15;
+  }
+  biases = calibration;
+  calibration += 6 * static_cast<int>(state.drives.size());
+}
+
+void Layout::Update(const Eigen::VectorXd& delta, CalibrationState* state) const {
+  for (std::size_t d = 0; d < drives.size(); ++d) {
+    state->drives[d].trajectory.rotation.Update(delta, drives[d].rotation);
+    state->drives[d].trajectory.position.Update(delta, drives[d].position);
+    state->drives[d].gyroscope_bias += delta.segment<3>(knots + Bias(d));
+    state->drives[d].accelerometer_bias += delta.segment<3>(knots + Bias(d) + 3);
+  }
+  for (std::size_t i = 0; i < state->lidars.size(); ++i) {
+    Move(delta.segment<7>(knots + Lidar(i)), &state->lidars[i]);
+  }
+  for (std::size_t c = 0; c < state->cameras.size(); ++c) {
+    CameraCalibration& camera = state->cameras[c];
+    Move(delta.segment<7>(knots + Camera(c)), &camera.sensor);
+    if (Readout(c) >= 0) camera.readout += delta[knots + Readout(c)];
+    for (std::size_t i = 0; i < camera.intrinsics.parameters.size(); ++i) {
+      camera.intrinsics.parameters[i] += delta[knots + Intrinsics(c) + static_cast<int>(i)];
+    }
+  }
+  if (matrices < 0) return;
+  int lower = knots + matrices + 9;
+  for (int r = 0; r < 3; ++r) {
+    state->gyroscope_matrix.row(r) += delta.segment<3>(knots + matrices + 3 * r).transpose();
+    for (int c = 0; c <= r; ++c) state->accelerometer_matrix(r, c) += delta[lower++];
+  }
+}
+
+}  // namespace mlic

@@ -1,0 +1,175 @@
+#include "mlic_core/problem/plane_terms.h"
+
+#include <cmath>
+
+#include "mlic_core/common/parallel.h"
+
+namespace mlic {
+namespace {
+
+PointToPlane PlaneFactor(const MapPlane& plane) {
+  PointToPlane factor;
+  factor.normal = plane.plane.normal;
+  factor.anchor = plane.center;
+  factor.tangent_u = plane.plane.normal.unitOrthogonal();
+  factor.tangent_v = plane.plane.normal.cross(factor.tangent_u);
+  factor.offset = plane.plane.offset - plane.plane.normal.dot(plane.center);
+  return factor;
+}
+
+std::vector<PointToPlane::Extrinsic> Extrinsics(const CalibrationState& state) {
+  std::vector<PointToPlane::Extrinsic> extrinsics;
+  for (const SensorCalibration& lidar : state.lidars) {
+    extrinsics.push_back({lidar.T_imu_sensor.rotation.toRotationMatrix(), lidar.T_imu_sensor.translation});
+  }
+  return extrinsics;
+}
+
+}  // namespace
+
+// Sums of J^T J of rows that touch the same control points and LiDAR, written to the large matrices once.
+class PlaneTerms::RowBuffer {
+ public:
+  static constexpr int kColumns = PointToPlane::kColumns + 1;  // and the residual
+  static constexpr int kRows = 32;
+
+  double* Next() { return rows_.col(count_).data(); }
+  void Commit(double residual, double scale) {
+    rows_.col(count_)[kColumns - 1] = residual;
+    rows_.col(count_) *= scale;
+    if (++count_ == kRows) Reduce();
+  }
+  const Eigen::Matrix<double, kColumns, kColumns>& Finish() {
+    Reduce();
+    return sum_;
+  }
+  void Clear() {
+    sum_.setZero();
+    count_ = 0;
+  }
+
+ private:
+  void Reduce() {
+    if (count_ == 0) return;
+    sum_.noalias() += rows_.leftCols(count_) * rows_.leftCols(count_).transpose();
+    count_ = 0;
+  }
+  Eigen::Matrix<double, kColumns, kRows> rows_;
+  Eigen::Matrix<double, kColumns, kColumns> sum_ = Eigen::Matrix<double, kColumns, kColumns>::Zero();
+  int count_ = 0;
+};
+
+PlaneTerms::PlaneTerms(const LinearizationPoint& at) : at_(at), extrinsics_(Extrinsics(at.state)) {}
+
+void PlaneTerms::Add(std::size_t d, std::size_t begin, std::size_t end, LandmarkTies* ties,
+                     Accumulator* sum) const {
+  const PlaneAssociation& association = at_.problem.planes[d];
+  const SplitSpline& trajectory = at_.state.drives[d].trajectory;
+  TieSlots slots(at_.layout.knots);
+  RowBuffer buffer;
+  for (std::size_t p = begin; p < end; ++p) {
+    LandmarkTies& landmark = ties[p];
+    landmark.calibration = Eigen::MatrixXd::Zero(at_.layout.calibration, 3);
+    const PointToPlane factor = PlaneFactor(association.planes[p]);
+    int rotation_first = -1, position_first = -1, lidar = -1;
+    for (std::size_t k = association.begin[p]; k < association.begin[p + 1]; ++k) {
+      const PlaneObservation& o = association.observations[k];
+      const double t = o.time + at_.state.lidars[o.lidar].time_offset;
+      if (!trajectory.Contains(t)) continue;
+      const SplineBasis rb(trajectory.rotation.knots(), t);
+      const SplineBasis pb(trajectory.position.knots(), t);
+      if (rb.first != rotation_first || pb.first != position_first || o.lidar != lidar) {
+        if (lidar >= 0) Flush(d, rotation_first, position_first, lidar, &buffer, &slots, &landmark, sum);
+        rotation_first = rb.first;
+        position_first = pb.first;
+        lidar = o.lidar;
+      }
+      const double residual =
+          factor.Evaluate(trajectory, rb, pb, extrinsics_[o.lidar], o.position.cast<double>(), buffer.Next());
+      double weight;
+      sum->cost += RobustCost(residual / o.sigma, &weight);
+      buffer.Commit(residual, std::sqrt(weight) / o.sigma);
+    }
+    if (lidar >= 0) Flush(d, rotation_first, position_first, lidar, &buffer, &slots, &landmark, sum);
+    slots.Release(landmark);
+  }
+}
+
+double PlaneTerms::Cost(std::size_t d, std::size_t begin, std::size_t end) const {
+  const PlaneAssociation& association = at_.problem.planes[d];
+  const SplitSpline& trajectory = at_.state.drives[d].trajectory;
+  double cost = 0.0;
+  for (std::size_t p = begin; p < end; ++p) {
+    const PointToPlane factor = PlaneFactor(association.planes[p]);
+    for (std::size_t k = association.begin[p]; k < association.begin[p + 1]; ++k) {
+      const PlaneObservation& o = association.observations[k];
+      const double t = o.time + at_.state.lidars[o.lidar].time_offset;
+      if (!trajectory.Contains(t)) continue;
+      const double residual = factor.Evaluate(trajectory, SplineBasis(trajectory.rotation.knots(), t),
+                                              SplineBasis(trajectory.position.knots(), t),
+                                              extrinsics_[o.lidar], o.position.cast<double>(), nullptr);
+      double weight;
+      cost += RobustCost(residual / o.sigma, &weight);
+    }
+  }
+  return cost;
+}
+
+void PlaneTerms::Flush(std::size_t d, int rotation_first, int position_first, int lidar, RowBuffer* buffer,
+                       TieSlots* slots, LandmarkTies* landmark, Accumulator* sum) const {
+  using P = PointToPlane;
+  constexpr int kResidual = P::kColumns;
+  const auto& H = buffer->Finish();
+  const int at = Layout::Lidar(lidar);
+  sum->corner.block<7, 7>(at, at) += H.block<7, 7>(P::kExtrinsic, P::kExtrinsic);
+  sum->gradient_calibration.segment<7>(at) += H.block<7, 1>(P::kExtrinsic, kResidual);
+  landmark->own += H.block<3, 3>(P::kPlane, P::kPlane);
+  landmark->gradient += H.block<3, 1>(P::kPlane, kResidual);
+  landmark->calibration.middleRows<7>(at) += H.block<7, 3>(P::kExtrinsic, P::kPlane);
+  if (!at_.problem.hold_trajectory) {
+    int columns[8];
+    for (int j = 0; j < 4; ++j) {
+      columns[j] = at_.layout.drives[d].rotation[rotation_first + j];
+      columns[4 + j] = at_.layout.drives[d].position[position_first + j];
+    }
+    for (int a = 0; a < 8; ++a) {
+      sum->gradient_knots.segment<3>(sum->Local(columns[a])) += H.block<3, 1>(3 * a, kResidual);
+      sum->border.block<7, 3>(at, sum->Local(columns[a])) += H.block<7, 3>(P::kExtrinsic, 3 * a);
+      slots->Block(landmark, columns[a]) += H.block<3, 3>(3 * a, P::kPlane);
+      for (int b = 0; b < 8; ++b) {
+        if (columns[a] >= columns[b]) sum->AddBand(columns[a], columns[b], H.block<3, 3>(3 * a, 3 * b));
+      }
+    }
+  }
+  buffer->Clear();
+}
+
+void MovePlane(const Eigen::Vector3d& step, MapPlane* plane) {
+  const PointToPlane factor = PlaneFactor(*plane);
+  const double offset = factor.offset + step[2];
+  plane->plane.normal =
+      (factor.normal + step[0] * factor.tangent_u + step[1] * factor.tangent_v).normalized();
+  plane->plane.offset = offset + plane->plane.normal.dot(plane->center);
+}
+
+std::vector<float> PlaneResiduals(const PlaneAssociation& association, const CalibrationState& state,
+                                  std::size_t drive) {
+  const SplitSpline& trajectory = state.drives[drive].trajectory;
+  const auto extrinsics = Extrinsics(state);
+  std::vector<float> residuals(association.observations.size(), 0.0f);
+  ParallelFor(association.planes.size(), [&](std::size_t p) {
+    const PointToPlane factor = PlaneFactor(association.planes[p]);
+    for (std::size_t k = association.begin[p]; k < association.begin[p + 1]; ++k) {
+      const PlaneObservation& o = association.observations[k];
+      const double t = o.time + state.lidars[o.lidar].time_offset;
+      if (!trajectory.Contains(t)) continue;
+      residuals[k] =
+          static_cast<float>(factor.Evaluate(trajectory, SplineBasis(trajectory.rotation.knots(), t),
+                                             SplineBasis(trajectory.position.knots(), t), extrinsics[o.lidar],
+                                             o.position.cast<double>(), nullptr));
+    }
+  });
+  return residuals;
+}
+
+}  // namespace mlic

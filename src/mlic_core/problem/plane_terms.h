@@ -1,0 +1,33 @@
+#pragma once
+
+#include <vector>
+
+#include "mlic_core/problem/linear_terms.h"
+#include "mlic_core/factors/point_to_plane.h"
+
+namespace mlic {
+
+// The LiDAR plane residuals of the joint problem.
+class PlaneTerms {
+ public:
+  explicit PlaneTerms(const LinearizationPoint& at);
+
+  // Adds the planes [begin, end) of one drive; ties: one for each plane of the drive.
+  void Add(std::size_t drive, std::size_t begin, std::size_t end, LandmarkTies* ties, Accumulator* sum) const;
+
+  // What Add adds to the cost.
+  double Cost(std::size_t drive, std::size_t begin, std::size_t end) const;
+
+ private:
+  class RowBuffer;
+  void Flush(std::size_t drive, int rotation_first, int position_first, int lidar, RowBuffer* buffer,
+             TieSlots* slots, LandmarkTies* landmark, Accumulator* sum) const;
+
+  LinearizationPoint at_;
+  std::vector<PointToPlane::Extrinsic> extrinsics_;
+};
+
+// The plane moved by a step in its three parameters.
+void MovePlane(const Eigen::Vector3d& step, MapPlane* plane);
+
+}  // namespace mlic

@@ -1,0 +1,99 @@
+#include <cmath>
+
+#include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/geometry/so3.h"
+
+namespace mlic {
+namespace {
+
+void AddGuess(const ExtrinsicGuess& guess, const RigidTransform& T, int at, Eigen::MatrixXd* information,
+              Eigen::VectorXd* gradient) {
+  const Eigen::Vector3d rotation = Log(T.rotation * guess.T_imu_sensor.rotation.conjugate());
+  const Eigen::Vector3d translation = T.translation - guess.T_imu_sensor.translation;
+  for (int a = 0; a < 3; ++a) {
+    const double rotation_weight = 1.0 / (guess.sigma_rotation[a] * guess.sigma_rotation[a]);
+    const double translation_weight = 1.0 / (guess.sigma_translation[a] * guess.sigma_translation[a]);
+    (*information)(at + a, at + a) = rotation_weight;
+    (*information)(at + 3 + a, at + 3 + a) = translation_weight;
+    (*gradient)[at + a] = rotation_weight * rotation[a];
+    (*gradient)[at + 3 + a] = translation_weight * translation[a];
+  }
+}
+
+// Numerator and denominator of the rational model trade along directions that no image shows: without a bound
+// a step runs along them to where the model holds nowhere. Coefficients beyond one are large for any lens.
+void AddDistortion(const CameraIntrinsics& intrinsics, int at, Eigen::MatrixXd* information,
+                   Eigen::VectorXd* gradient) {
+  if (intrinsics.model != CameraModel::kRationalPolynomial) return;
+  for (std::size_t i = 4; i < intrinsics.parameters.size(); ++i) {
+    const int row = at + static_cast<int>(i);
+    (*information)(row, row) = 1.0;
+    (*gradient)[row] = intrinsics.parameters[i];
+  }
+}
+
+// Pixels are square to a thousandth, or, in anamorphic video, off by several hundredths.
+void AddSquarePixels(const CameraIntrinsics& intrinsics, int at, Eigen::MatrixXd* information,
+                     Eigen::VectorXd* gradient) {
+  constexpr double kSquare = 1e-3, kFarFromSquare = 0.03;
+  const double difference = intrinsics.parameters[0] - intrinsics.parameters[1];
+  if (std::abs(difference) > kFarFromSquare * intrinsics.parameters[0]) return;
+  const double sigma = kSquare * intrinsics.parameters[0];
+  const Eigen::Vector2d row(1.0 / sigma, -1.0 / sigma);
+  information->block<2, 2>(at, at) += row * row.transpose();
+  gradient->segment<2>(at) += row * (difference / sigma);
+}
+
+}  // namespace
+
+void CalibrationPrior(const JointProblem& problem, const CalibrationState& state, const Layout& layout,
+                      Eigen::MatrixXd* information, Eigen::VectorXd* gradient) {
+  *information = Eigen::MatrixXd::Zero(layout.calibration, layout.calibration);
+  *gradient = Eigen::VectorXd::Zero(layout.calibration);
+  for (std::size_t i = 0; i < state.lidars.size(); ++i) {
+    if (!problem.guesses[i]) continue;
+    AddGuess(*problem.guesses[i], state.lidars[i].T_imu_sensor, Layout::Lidar(i), information, gradient);
+  }
+  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
+    if (c < problem.camera_guesses.size() && problem.camera_guesses[c]) {
+      AddGuess(*problem.camera_guesses[c], state.cameras[c].sensor.T_imu_sensor, layout.Camera(c),
+               information, gradient);
+    }
+    AddDistortion(state.cameras[c].intrinsics, layout.Intrinsics(c), information, gradient);
+    if (c < problem.camera_held.size() && problem.camera_held[c].square_pixels) {
+      AddSquarePixels(state.cameras[c].intrinsics, layout.Intrinsics(c), information, gradient);
+    }
+    if (layout.Readout(c) < 0) continue;
+    // A rolling shutter takes between nothing and an image's period to read out.
+    constexpr double kReadoutWeight = 1.0 / (0.05 * 0.05);
+    (*information)(layout.Readout(c), layout.Readout(c)) = kReadoutWeight;
+    (*gradient)[layout.Readout(c)] = kReadoutWeight * state.cameras[c].readout;
+  }
+  // An accelerometer bias of 0.2 m/s^2 and a gyroscope bias of 0.05 rad/s are large for any IMU in use.
+  for (std::size_t d = 0; d < state.drives.size(); ++d) {
+    const int at = layout.Bias(d);
+    for (int a = 0; a < 3; ++a) {
+      (*information)(at + a, at + a) = 1.0 / (0.05 * 0.05);
+      (*gradient)[at + a] = state.drives[d].gyroscope_bias[a] / (0.05 * 0.05);
+      (*information)(at + 3 + a, at + 3 + a) = 1.0 / (0.2 * 0.2);
+      (*gradient)[at + 3 + a] = state.drives[d].accelerometer_bias[a] / (0.2 * 0.2);
+    }
+  }
+  if (layout.matrices < 0) return;
+  // Scale and misalignment of a per cent or two (0.02) are the rule; only what the motion shows moves
+  // further.
+  constexpr double kMatrixWeight = 1.0 / (0.02 * 0.02);
+  int lower = layout.matrices + 9;
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) {
+      const double identity = r == c ? 1.0 : 0.0;
+      (*information)(layout.matrices + 3 * r + c, layout.matrices + 3 * r + c) = kMatrixWeight;
+      (*gradient)[layout.matrices + 3 * r + c] = kMatrixWeight * (state.gyroscope_matrix(r, c) - identity);
+      if (c > r) continue;
+      (*information)(lower, lower) = kMatrixWeight;
+      (*gradient)[lower++] = kMatrixWeight * (state.accelerometer_matrix(r, c) - identity);
+    }
+  }
+}
+
+}  // namespace mlic

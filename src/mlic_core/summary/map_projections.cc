@@ -1,0 +1,114 @@
+#include "mlic_core/summary/map_projections.h"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+
+#include "mlic_core/association/ring_corrections.h"
+#include "mlic_core/crossmodal/renderer.h"
+
+namespace mlic {
+namespace {
+
+constexpr double kMapSeconds = 3.0;      // either side of the photo, for the rendering
+constexpr double kOverlaySeconds = 0.1;  // either side, for the points drawn on the photo
+constexpr std::size_t kMapPoints = 1000000;
+constexpr std::size_t kMostPoints = 60000;
+
+// Times of the photos with most points of the map, of each camera.
+std::vector<std::optional<double>> BestPhotos(const LandmarkSet& landmarks, std::size_t cameras) {
+  std::vector<std::map<double, int>> counts(cameras);
+  for (std::size_t p = 0; p < landmarks.points.size(); ++p) {
+    if (!landmarks.IsOnMap(p)) continue;
+    const LandmarkObservation& o = landmarks.observations[landmarks.begin[p]];
+    ++counts[o.camera][o.time];
+  }
+  std::vector<std::optional<double>> best(cameras);
+  for (std::size_t c = 0; c < cameras; ++c) {
+    int most = 0;
+    for (const auto& [time, count] : counts[c]) {
+      if (count > most) best[c] = time, most = count;
+    }
+  }
+  return best;
+}
+
+// Where a camera on the trajectory sees a point of the map in the photo of this stamp, its row exposed when
+// `row` is.
+bool See(const SplitSpline& trajectory, const CameraCalibration& camera, double stamp, double row,
+         const Eigen::Vector3d& point, Eigen::Vector2d* pixel, double* depth) {
+  const double t =
+      std::clamp(stamp + camera.sensor.time_offset + row / camera.intrinsics.height * camera.readout,
+                 trajectory.Start(), trajectory.End());
+  const Eigen::Vector3d p = (trajectory.Pose(t) * camera.sensor.T_imu_sensor).Inverse() * point;
+  *depth = p.norm();
+  return Project(camera.intrinsics, p, pixel) && pixel->x() > -0.5 && pixel->y() > -0.5 &&
+         pixel->x() < camera.intrinsics.width - 0.5 && pixel->y() < camera.intrinsics.height - 0.5;
+}
+
+std::vector<ProjectedPoint> Overlay(const std::vector<MapReturn>& returns, const SplitSpline& trajectory,
+                                    const CameraCalibration& camera, double stamp) {
+  const double middle = 0.5 * camera.intrinsics.height;
+  std::vector<ProjectedPoint> points;
+  for (const MapReturn& r : returns) {
+    Eigen::Vector2d pixel;
+    double depth;
+    if (!See(trajectory, camera, stamp, middle, r.position.cast<double>(), &pixel, &depth)) continue;
+    points.push_back({pixel.cast<float>(), static_cast<float>(depth), r.intensity});
+  }
+  return points;
+}
+
+CameraProjection ProjectOnPhoto(const std::string& name, const Drive& drive, std::size_t camera, double stamp,
+                                const CameraCalibration& before, const CalibrationState& state,
+                                const LandmarkSet& landmarks) {
+  const SplitSpline& trajectory = state.drives[0].trajectory;
+  const CameraCalibration& after = state.cameras[camera];
+  const double time = stamp + after.sensor.time_offset;
+  CameraProjection out;
+  out.camera = name;
+  out.images = drive.cameras[camera].images;
+  while (out.image + 1 < out.images->Count() && out.images->Time(out.image) < stamp) ++out.image;
+  const auto returns =
+      CollectReturns(drive, trajectory, state.lidars, kMostPoints,
+                     TimeInterval{time - kOverlaySeconds, time + kOverlaySeconds}, CorrectionOfRings(state));
+  out.before = Overlay(returns, trajectory, before, stamp);
+  out.after = Overlay(returns, trajectory, after, stamp);
+  const IntensityMap map = BuildIntensityMap(
+      CollectReturns(drive, trajectory, state.lidars, kMapPoints,
+                     TimeInterval{time - kMapSeconds, time + kMapSeconds}, CorrectionOfRings(state)));
+  out.rendering =
+      ViewRenderer(map, after.intrinsics, RenderOptions())
+          .Render(PoseOnTrajectory(trajectory, after.sensor, stamp, after.readout, after.intrinsics.height))
+          .intensity;
+  for (std::size_t p = 0; p < landmarks.points.size(); ++p) {
+    if (!landmarks.IsOnMap(p)) continue;
+    const LandmarkObservation& o = landmarks.observations[landmarks.begin[p]];
+    if (o.camera != static_cast<int>(camera) || o.time != stamp) continue;
+    Eigen::Vector2d from, to;
+    double depth;
+    const Eigen::Vector3d& point = landmarks.points[p].position;
+    if (See(trajectory, before, stamp, o.pixel.y(), point, &from, &depth) &&
+        See(trajectory, after, stamp, o.pixel.y(), point, &to, &depth)) {
+      out.matches.push_back({o.pixel.cast<float>(), from.cast<float>(), to.cast<float>()});
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<CameraProjection> ProjectOnPhotos(const Rig& rig, const Dataset& dataset,
+                                              const std::vector<CameraCalibration>& before,
+                                              const CalibrationState& state, const LandmarkSet& landmarks) {
+  const std::vector<std::optional<double>> best = BestPhotos(landmarks, rig.cameras.size());
+  std::vector<CameraProjection> projections;
+  for (std::size_t c = 0; c < best.size(); ++c) {
+    if (!best[c]) continue;
+    projections.push_back(
+        ProjectOnPhoto(rig.cameras[c].name, dataset.drives[0], c, *best[c], before[c], state, landmarks));
+  }
+  return projections;
+}
+
+}  // namespace mlic

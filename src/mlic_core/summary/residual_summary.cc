@@ -1,0 +1,160 @@
+#include "mlic_core/summary/residual_summary.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "mlic_core/pipeline/refinement.h"
+
+namespace mlic {
+namespace {
+
+constexpr int kHistogramBins = 50;
+constexpr int kTimeBins = 60;
+constexpr int kFieldCells = 16;  // along the longer side of an image
+
+// Collects whitened residuals in a histogram and their rms over time.
+class ResidualCollector {
+ public:
+  ResidualCollector(std::string sensor, std::string unit, double sigma, double start, double end)
+      : start_(start), width_((end - start) / kTimeBins), squares_(kTimeBins, 0.0), counts_(kTimeBins, 0.0) {
+    summary_.sensor = std::move(sensor);
+    summary_.unit = std::move(unit);
+    summary_.sigma = sigma;
+    summary_.histogram.assign(kHistogramBins, 0.0);
+  }
+  void Add(double time, double residual, double whitened) {
+    ++total_;
+    if (std::abs(whitened) <= 3.0) ++inliers_;
+    const int bin = static_cast<int>(std::floor((whitened + 5.0) / 10.0 * kHistogramBins));
+    if (bin >= 0 && bin < kHistogramBins) summary_.histogram[bin] += 1.0;
+    const int at = std::clamp(static_cast<int>((time - start_) / width_), 0, kTimeBins - 1);
+    squares_[at] += residual * residual;
+    counts_[at] += 1.0;
+  }
+  // The level that residuals with sigmas of their own are shown against.
+  void SetSigma(double sigma) { summary_.sigma = sigma; }
+  void SetField(ResidualField field) { summary_.over_image = std::move(field); }
+  ResidualSummary Finish() {
+    summary_.inlier_share = total_ > 0.0 ? inliers_ / total_ : 0.0;
+    double squares = 0.0;
+    for (int b = 0; b < kTimeBins; ++b) {
+      squares += squares_[b];
+      if (counts_[b] == 0.0) continue;
+      summary_.over_time_seconds.push_back(start_ + (b + 0.5) * width_);
+      summary_.over_time_rms.push_back(std::sqrt(squares_[b] / counts_[b]));
+    }
+    summary_.rms = total_ > 0.0 ? std::sqrt(squares / total_) : 0.0;
+    return summary_;
+  }
+
+ private:
+  ResidualSummary summary_;
+  double start_, width_, total_ = 0.0, inliers_ = 0.0;
+  std::vector<double> squares_, counts_;
+};
+
+// Sums of reprojection errors by cells of the image.
+class FieldCollector {
+ public:
+  FieldCollector(int width, int height) : cell_(static_cast<double>(std::max(width, height)) / kFieldCells) {
+    field_.columns = static_cast<int>(std::ceil(width / cell_));
+    field_.rows = static_cast<int>(std::ceil(height / cell_));
+    field_.counts.assign(static_cast<std::size_t>(field_.columns) * field_.rows, 0);
+    sums_.assign(field_.counts.size(), Eigen::Vector2d::Zero());
+  }
+  void Add(const Eigen::Vector2d& pixel, const Eigen::Vector2d& residual) {
+    // Pixel centres are whole numbers: the image begins half a pixel before 0.
+    const int column = std::clamp(static_cast<int>((pixel.x() + 0.5) / cell_), 0, field_.columns - 1);
+    const int row = std::clamp(static_cast<int>((pixel.y() + 0.5) / cell_), 0, field_.rows - 1);
+    const std::size_t at = static_cast<std::size_t>(row) * field_.columns + column;
+    sums_[at] += residual;
+    ++field_.counts[at];
+  }
+  ResidualField Finish() {
+    for (std::size_t i = 0; i < sums_.size(); ++i) {
+      field_.mean.push_back((sums_[i] / std::max(1, field_.counts[i])).cast<float>());
+    }
+    return field_;
+  }
+
+ private:
+  double cell_;
+  ResidualField field_;
+  std::vector<Eigen::Vector2d> sums_;
+};
+
+double RootMeanSquare(const std::vector<float>& values) {
+  double squares = 0.0;
+  for (const float value : values) squares += value * value;
+  return std::sqrt(squares / static_cast<double>(values.size()));
+}
+
+}  // namespace
+
+std::vector<ResidualSummary> SummarizeCameraResiduals(const Rig& rig, const CalibrationState& state,
+                                                      const LandmarkSet& landmarks) {
+  const SplitSpline& trajectory = state.drives[0].trajectory;
+  const std::vector<Eigen::Vector2d> residuals = LandmarkResiduals(landmarks, state, 0);
+  std::vector<ResidualSummary> summaries;
+  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
+    const CameraCalibration& camera = state.cameras[c];
+    ResidualCollector collector(rig.cameras[c].name, "px", 1.0, trajectory.Start(), trajectory.End());
+    FieldCollector field(camera.intrinsics.width, camera.intrinsics.height);
+    std::vector<float> sigmas;
+    for (std::size_t k = 0; k < residuals.size(); ++k) {
+      const LandmarkObservation& o = landmarks.observations[k];
+      if (o.camera != static_cast<int>(c) || !residuals[k].allFinite()) continue;
+      for (int a = 0; a < 2; ++a) collector.Add(o.time, residuals[k][a], residuals[k][a] / o.sigma);
+      field.Add(o.pixel, residuals[k]);
+      sigmas.push_back(o.sigma);
+    }
+    if (sigmas.empty()) continue;
+    collector.SetSigma(RootMeanSquare(sigmas));
+    collector.SetField(field.Finish());
+    summaries.push_back(collector.Finish());
+  }
+  return summaries;
+}
+
+std::vector<ResidualSummary> SummarizeResiduals(const Rig& rig, const Dataset& dataset,
+                                                const Refinement& refinement) {
+  const CalibrationState& state = refinement.state();
+  const SplitSpline& trajectory = state.drives[0].trajectory;
+  const ImuSigma& imu = refinement.problem().imu_sigma[0];
+  const double start = trajectory.Start(), end = trajectory.End();
+  std::vector<ResidualCollector> collectors;
+  for (std::size_t l = 0; l < rig.lidars.size(); ++l) {
+    collectors.emplace_back(rig.lidars[l].name, "m", refinement.noise()[l].Sigma(1.0), start, end);
+  }
+  if (!refinement.problem().planes.empty()) {
+    const PlaneAssociation& planes = refinement.problem().planes[0];
+    const std::vector<float> distances = PlaneResiduals(planes, state, 0);
+    for (std::size_t k = 0; k < distances.size(); ++k) {
+      const PlaneObservation& o = planes.observations[k];
+      collectors[o.lidar].Add(o.time, distances[k], distances[k] / o.sigma);
+    }
+  }
+  ResidualCollector gyroscope("gyroscope", "rad/s", std::sqrt(imu.gyroscope.squaredNorm() / 3.0), start, end);
+  ResidualCollector accelerometer("accelerometer", "m/s^2", std::sqrt(imu.accelerometer.squaredNorm() / 3.0),
+                                  start, end);
+  const ImuResiduals residuals = EvaluateImuResiduals(dataset, state, 0);
+  for (std::size_t k = 0; k < residuals.times.size(); ++k) {
+    for (int a = 0; a < 3; ++a) {
+      gyroscope.Add(residuals.times[k], residuals.values[k][a], residuals.values[k][a] / imu.gyroscope[a]);
+      accelerometer.Add(residuals.times[k], residuals.values[k][3 + a],
+                        residuals.values[k][3 + a] / imu.accelerometer[a]);
+    }
+  }
+  std::vector<ResidualSummary> summaries;
+  for (ResidualCollector& collector : collectors) summaries.push_back(collector.Finish());
+  if (!refinement.problem().landmarks.empty()) {
+    for (ResidualSummary& summary : SummarizeCameraResiduals(rig, state, refinement.problem().landmarks[0])) {
+      summaries.push_back(std::move(summary));
+    }
+  }
+  summaries.push_back(gyroscope.Finish());
+  summaries.push_back(accelerometer.Finish());
+  return summaries;
+}
+
+}  // namespace mlic

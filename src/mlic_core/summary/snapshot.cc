@@ -1,0 +1,90 @@
+#include "mlic_core/summary/snapshot.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "mlic_core/summary/camera_views.h"
+
+namespace mlic {
+namespace {
+
+constexpr std::size_t kMostLandmarks = 50000;
+
+}  // namespace
+
+RigidTransform MapOrigin(const SplitSpline& trajectory) {
+  const RigidTransform first = trajectory.Pose(trajectory.Start());
+  const Eigen::Vector3d x_axis = first.rotation * Eigen::Vector3d::UnitX();
+  const Eigen::Quaterniond turn(
+      Eigen::AngleAxisd(-std::atan2(x_axis.y(), x_axis.x()), Eigen::Vector3d::UnitZ()));
+  return {turn, -(turn * first.translation)};
+}
+
+std::vector<StampedPose> SampleTrajectory(const Drive& drive, const SplitSpline& trajectory,
+                                          const RigidTransform& origin, double period) {
+  std::vector<StampedPose> poses;
+  const int count = static_cast<int>(std::floor((trajectory.End() - trajectory.Start()) / period)) + 1;
+  for (int k = 0; k < count; ++k) {
+    const double t = trajectory.Start() + k * period;
+    poses.push_back({TimeFrom(drive.epoch, t), origin * trajectory.Pose(t)});
+  }
+  return poses;
+}
+
+std::vector<MapPoint> SampleMap(const CalibrationState& state, const PlaneAssociation& planes,
+                                const RigidTransform& origin, std::size_t largest) {
+  const SplitSpline& trajectory = state.drives[0].trajectory;
+  const std::size_t stride = std::max<std::size_t>(1, (planes.observations.size() + largest - 1) / largest);
+  std::vector<MapPoint> points;
+  std::size_t plane = 0;
+  for (std::size_t k = 0; k < planes.observations.size(); k += stride) {
+    while (planes.begin[plane + 1] <= k) ++plane;
+    const PlaneObservation& o = planes.observations[k];
+    const double t = o.time + state.lidars[o.lidar].time_offset;
+    if (!trajectory.Contains(t)) continue;
+    MapPoint point;
+    point.position =
+        (origin * (trajectory.Pose(t) * (state.lidars[o.lidar].T_imu_sensor * o.position.cast<double>())))
+            .cast<float>();
+    point.intensity = o.intensity;
+    point.lidar = o.lidar;
+    point.plane = static_cast<int>(plane);
+    points.push_back(point);
+  }
+  return points;
+}
+
+CalibrationSnapshot MakeSnapshot(const std::string& stage, int iteration, const Rig& rig,
+                                 const Dataset& dataset, const CalibrationState& state,
+                                 const PlaneAssociation& planes, const std::vector<PoseSigma>& sigmas,
+                                 double cost, const LandmarkSet& landmarks) {
+  CalibrationSnapshot snapshot;
+  snapshot.stage = stage;
+  snapshot.iteration = iteration;
+  snapshot.cost = cost;
+  for (const LidarConfig& lidar : rig.lidars) {
+    snapshot.sensor_names.push_back(lidar.name);
+    snapshot.sensor_frames.push_back(lidar.frame_id.empty() ? lidar.name : lidar.frame_id);
+  }
+  snapshot.sensors = state.lidars;
+  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
+    const CameraConfig& camera = rig.cameras[c];
+    snapshot.sensor_names.push_back(camera.name);
+    snapshot.sensor_frames.push_back(camera.frame_id.empty() ? camera.name : camera.frame_id);
+    snapshot.sensors.push_back(state.cameras[c].sensor);
+    snapshot.intrinsics.push_back(state.cameras[c].intrinsics);
+  }
+  snapshot.sigmas = sigmas;
+  const RigidTransform origin = MapOrigin(state.drives[0].trajectory);
+  snapshot.trajectory = SampleTrajectory(dataset.drives[0], state.drives[0].trajectory, origin, 0.1);
+  snapshot.points = SampleMap(state, planes, origin, 100000);
+  for (const MapPlane& plane : planes.planes) {
+    snapshot.planes.push_back({origin * plane.center, origin.rotation * plane.plane.normal,
+                               origin.rotation * plane.axis_u, origin.rotation * plane.axis_v});
+  }
+  snapshot.landmarks = MarkLandmarks(landmarks, state, origin, kMostLandmarks);
+  snapshot.views = ChooseViews(rig, dataset.drives[0], state, landmarks);
+  return snapshot;
+}
+
+}  // namespace mlic

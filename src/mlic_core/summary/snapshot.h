@@ -1,0 +1,29 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/result/observer.h"
+#include "mlic_core/result/result.h"
+
+namespace mlic {
+
+// T_map_normalised: the first pose of the IMU at the origin, looking along with yaw zero.
+RigidTransform MapOrigin(const SplitSpline& trajectory);
+
+// origin * T_map_imu every `period` seconds.
+std::vector<StampedPose> SampleTrajectory(const Drive& drive, const SplitSpline& trajectory,
+                                          const RigidTransform& origin, double period);
+
+// The first drive's points on planes, at most `largest` of them, spread evenly.
+std::vector<MapPoint> SampleMap(const CalibrationState& state, const PlaneAssociation& planes,
+                                const RigidTransform& origin, std::size_t largest);
+
+// The state as observers see it: the first drive's map (thinned out), planes, trajectory and landmarks.
+CalibrationSnapshot MakeSnapshot(const std::string& stage, int iteration, const Rig& rig,
+                                 const Dataset& dataset, const CalibrationState& state,
+                                 const PlaneAssociation& planes, const std::vector<PoseSigma>& sigmas,
+                                 double cost, const LandmarkSet& landmarks = LandmarkSet());
+
+}  // namespace mlic

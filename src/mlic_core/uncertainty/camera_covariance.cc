@@ -1,0 +1,287 @@
+#include "mlic_core/uncertainty/camera_covariance.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+
+#include "mlic_core/problem/landmark_terms.h"
+#include "mlic_core/problem/linearizer.h"
+#include "mlic_core/problem/time_windows.h"
+#include "mlic_core/common/parallel.h"
+
+namespace mlic {
+namespace {
+
+constexpr double kStretch = 3.0;           // s
+constexpr int kCells = 6;                  // along the longer side of an image
+constexpr int kFewestGroups = 4;           // that say something
+constexpr double kLeastNotFollowed = 0.2;  // of a group's errors
+
+// One way of putting sights together: columns are groups.
+struct Grouping {
+  Eigen::MatrixXd moves;     // of the calibration, by the residuals of the group
+  Eigen::MatrixXd variance;  // of these, for white residuals
+
+  void Resize(Eigen::Index parameters, Eigen::Index groups) {
+    moves = variance = Eigen::MatrixXd::Zero(parameters, groups);
+  }
+  void Add(const Grouping& other) {
+    moves += other.moves;
+    variance += other.variance;
+  }
+};
+
+// Sums over landmarks.
+struct Sums {
+  Eigen::MatrixXd information, self_weighing;
+  Eigen::VectorXd of_sights, of_landmarks;  // squared moves of the calibration by each alone
+  Grouping stretches, later_stretches, cells;
+
+  Sums(Eigen::Index parameters, Eigen::Index stretch_count, Eigen::Index cell_count)
+      : information(Eigen::MatrixXd::Zero(parameters, parameters)),
+        self_weighing(information),
+        of_sights(Eigen::VectorXd::Zero(parameters)),
+        of_landmarks(of_sights) {
+    stretches.Resize(parameters, stretch_count);
+    later_stretches.Resize(parameters, stretch_count);
+    cells.Resize(parameters, cell_count);
+  }
+  void Add(const Sums& other) {
+    information += other.information;
+    self_weighing += other.self_weighing;
+    of_sights += other.of_sights;
+    of_landmarks += other.of_landmarks;
+    stretches.Add(other.stretches);
+    later_stretches.Add(other.later_stretches);
+    cells.Add(other.cells);
+  }
+};
+
+struct Groups {
+  std::vector<Eigen::Index> first_stretch;  // of each drive, and the end
+  std::vector<double> start;                // of each drive
+  Eigen::Index cells = 0;
+
+  explicit Groups(const CalibrationState& state) : cells(kCells * kCells * state.cameras.size()) {
+    first_stretch.push_back(0);
+    for (const DriveState& drive : state.drives) {
+      start.push_back(drive.trajectory.Start());
+      const double span = drive.trajectory.End() - drive.trajectory.Start();
+      first_stretch.push_back(first_stretch.back() + static_cast<Eigen::Index>(span / kStretch) + 2);
+    }
+  }
+  // later: half a stretch.
+  Eigen::Index Stretch(std::size_t drive, double time, double later) const {
+    return first_stretch[drive] + static_cast<Eigen::Index>((time - start[drive]) / kStretch + later);
+  }
+  static Eigen::Index Cell(const LandmarkObservation& o, const CameraIntrinsics& intrinsics) {
+    const double size = static_cast<double>(std::max(intrinsics.width, intrinsics.height)) / kCells;
+    const auto place = [&](double at) { return std::clamp(static_cast<int>(at / size), 0, kCells - 1); };
+    return kCells * (kCells * o.camera + place(o.pixel.y())) + place(o.pixel.x());
+  }
+};
+
+// The rows of a landmark's sights with control points and the point itself left free: two columns for each
+// sight.
+Eigen::MatrixXd ReducedRows(const std::vector<SightRows>& sights, const Eigen::MatrixXd& knot_response) {
+  const int knots = static_cast<int>(knot_response.cols());
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(knot_response.rows(), 2 * sights.size());
+  Eigen::MatrixXd by_point(3, rows.cols());
+  for (std::size_t k = 0; k < sights.size(); ++k) {
+    auto own = rows.middleCols<2>(2 * k);
+    for (std::size_t i = 0; i < sights[k].columns.size(); ++i) {
+      const int column = sights[k].columns[i];
+      if (column >= knots) {
+        own.row(column - knots) += sights[k].jacobian.row(i);
+      } else {
+        own.noalias() -= knot_response.col(column) * sights[k].jacobian.row(i);
+      }
+    }
+    by_point.middleCols<2>(2 * k) = sights[k].by_point;
+  }
+  Eigen::Matrix3d point = by_point * by_point.transpose();
+  point.diagonal().array() += 1e-9;
+  const Eigen::MatrixXd followed = (rows * by_point.transpose()) * point.inverse();
+  rows.noalias() -= followed * by_point;
+  return rows;
+}
+
+// What all landmarks are put together with.
+struct Ground {
+  const LinearizationPoint& at;
+  const Eigen::MatrixXd& knot_response;
+  const Eigen::MatrixXd& covariance;
+  const LandmarkOptions& made_with;
+  Groups groups;
+};
+
+// parts: of the split landmarks, those that are one.
+void AddLandmark(const Ground& ground, std::size_t drive, const std::vector<std::size_t>& parts, Sums* sums) {
+  const Eigen::Index parameters = ground.covariance.rows();
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(parameters), move = gradient;
+  double dependence = 0.0;
+  std::size_t count = 0;
+  for (const std::size_t part : parts) {
+    const std::vector<SightRows> sights = RowsOfLandmark(ground.at, drive, part);
+    if (sights.size() < 2) continue;
+    const Eigen::MatrixXd rows = ReducedRows(sights, ground.knot_response);
+    const Eigen::MatrixXd influence = ground.covariance * rows;
+    sums->information.noalias() += rows * rows.transpose();
+    count += sights.size();
+    for (std::size_t k = 0; k < sights.size(); ++k) {
+      const SightRows& sight = sights[k];
+      const int camera = sight.sight->camera;
+      const Eigen::VectorXd of_sight = influence.middleCols<2>(2 * k) * sight.residual;
+      const Eigen::VectorXd variance = influence.middleCols<2>(2 * k).rowwise().squaredNorm();
+      const auto add = [&](Eigen::Index group, Grouping* grouping) {
+        grouping->moves.col(group) += of_sight;
+        grouping->variance.col(group) += variance;
+      };
+      add(ground.groups.Stretch(drive, sight.time, 0.0), &sums->stretches);
+      add(ground.groups.Stretch(drive, sight.time, 0.5), &sums->later_stretches);
+      add(Groups::Cell(*sight.sight, ground.at.state.cameras[camera].intrinsics), &sums->cells);
+      sums->of_sights += of_sight.cwiseAbs2();
+      move += of_sight;
+      gradient.noalias() += rows.middleCols<2>(2 * k) * sight.residual;
+      dependence += std::pow(ground.made_with.noise[camera].dependence, 2);
+    }
+  }
+  if (count == 0) return;
+  sums->of_landmarks += move.cwiseAbs2();
+  if (!ground.made_with.noise_of_each) return;
+  // Sights that count for less, by their dependence or for being many, have smaller gradients by as much.
+  const double less = dependence / static_cast<double>(count) * std::pow(ManySightsScale(count), 2);
+  const double curve = 2.0 * less / (kPriorFreedom + LandmarkFreedom(count));
+  sums->self_weighing.noalias() += curve * gradient * gradient.transpose();
+}
+
+// The variance of each parameter by the scatter of groups; that of single sights where they are too few.
+Eigen::VectorXd Scatter(const Grouping& grouping, const Eigen::MatrixXd& covariance,
+                        const Eigen::VectorXd& of_sights) {
+  Eigen::VectorXd result = of_sights;
+  for (Eigen::Index i = 0; i < result.size(); ++i) {
+    std::vector<double> moves;
+    for (Eigen::Index g = 0; g < grouping.moves.cols(); ++g) {
+      if (!(grouping.variance(i, g) > 0.0)) continue;
+      const double followed = grouping.variance(i, g) / covariance(i, i);
+      moves.push_back(grouping.moves(i, g) / std::sqrt(std::max(kLeastNotFollowed, 1.0 - followed)));
+    }
+    if (moves.size() < kFewestGroups) continue;
+    const double count = static_cast<double>(moves.size());
+    const double mean = std::accumulate(moves.begin(), moves.end(), 0.0) / count;
+    double squares = 0.0;
+    for (const double move : moves) squares += (move - mean) * (move - mean);
+    result[i] = squares * count / (count - 1.0);
+  }
+  return result;
+}
+
+// The places of each camera's rotation, translation, time offset and lens that move.
+std::vector<std::vector<int>> Parts(const JointProblem& problem, const CalibrationState& state,
+                                    const Layout& layout) {
+  std::vector<std::vector<int>> parts;
+  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
+    const int pose = layout.Camera(c);
+    parts.push_back({pose, pose + 1, pose + 2});
+    parts.push_back({pose + 3, pose + 4, pose + 5});
+    parts.push_back({pose + 6});
+    parts.emplace_back();
+    if (layout.Readout(c) >= 0) parts.back().push_back(layout.Readout(c));
+    for (std::size_t i = 0; i < state.cameras[c].intrinsics.parameters.size(); ++i) {
+      const bool held = c < problem.camera_held.size() && i < problem.camera_held[c].intrinsics.size() &&
+                        problem.camera_held[c].intrinsics[i];
+      if (!held) parts.back().push_back(layout.Intrinsics(c) + static_cast<int>(i));
+    }
+  }
+  return parts;
+}
+
+}  // namespace
+
+CameraDoubt MeasureCameraDoubt(const JointProblem& given, const CalibrationState& state,
+                               const LandmarkOptions& made_with, const Eigen::MatrixXd& covariance) {
+  JointProblem problem = given;
+  std::vector<std::vector<std::vector<std::size_t>>> parts(problem.landmarks.size());
+  std::size_t count = 0;
+  for (std::size_t d = 0; d < problem.landmarks.size(); ++d) {
+    std::vector<std::size_t> origins;
+    problem.landmarks[d] = SplitPoints(given.landmarks[d], state, kLongestPointTie, &origins);
+    parts[d].resize(given.landmarks[d].points.size());
+    for (std::size_t p = 0; p < origins.size(); ++p) {
+      if (problem.landmarks[d].IsOnMap(p)) continue;
+      parts[d][origins[p]].push_back(p);
+      ++count;
+    }
+  }
+  if (count == 0) return {};
+  const Layout layout(state, problem.estimate_imu_matrices);
+  const LinearizationPoint at{problem, state, layout};
+  std::vector<LandmarkTies> ties;
+  const Accumulator sum = Linearize(at, &ties);
+  const auto knot_response = KnotResponse(sum, ties);
+  if (!knot_response) return {};
+  const Ground ground{at, *knot_response, covariance, made_with, Groups(state)};
+  std::vector<Sums> sums(kLinearizationChunks,
+                         Sums(layout.calibration, ground.groups.first_stretch.back(), ground.groups.cells));
+  for (std::size_t d = 0; d < parts.size(); ++d) {
+    ParallelChunks(parts[d].size(), sums.size(), [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+      for (std::size_t p = begin; p < end; ++p) AddLandmark(ground, d, parts[d][p], &sums[chunk]);
+    });
+  }
+  for (std::size_t c = 1; c < sums.size(); ++c) sums[0].Add(sums[c]);
+  const Sums& all = sums[0];
+  const Eigen::VectorXd claimed = (covariance * all.information * covariance).diagonal();
+  const auto beyond = [&](const Grouping& grouping) -> Eigen::VectorXd {
+    return Scatter(grouping, covariance, all.of_sights) - all.of_sights;
+  };
+  const Eigen::VectorXd of_stretches = 0.5 * (beyond(all.stretches) + beyond(all.later_stretches));
+  const Eigen::VectorXd of_cells = beyond(all.cells);
+  CameraDoubt doubt{all.information, all.self_weighing, Eigen::VectorXd::Ones(layout.calibration)};
+  for (const std::vector<int>& part : Parts(problem, state, layout)) {
+    double landmarks = 0.0, stretches = 0.0, cells = 0.0;
+    for (const int i : part) {
+      if (!(claimed[i] > 0.0)) continue;
+      const double share = 1.0 / (claimed[i] * static_cast<double>(part.size()));
+      landmarks += share * all.of_landmarks[i];
+      stretches += share * of_stretches[i];
+      cells += share * of_cells[i];
+    }
+    const double ratio = landmarks + std::max(0.0, stretches) + std::max(0.0, cells);
+    for (const int i : part) doubt.growth[i] = std::sqrt(std::max(1.0, ratio));
+  }
+  return doubt;
+}
+
+Eigen::MatrixXd VarianceOfDoubt(const Eigen::MatrixXd& covariance, const CameraDoubt& doubt, double scale) {
+  if (doubt.IsEmpty()) return Eigen::MatrixXd::Zero(covariance.rows(), covariance.cols());
+  // (H - B)^-1 H (H - B)^-1 - H^-1 up to the second order in B: never negative, whatever B is.
+  const Eigen::MatrixXd once = covariance * doubt.self_weighing / scale * covariance;
+  const Eigen::MatrixXd twice = once * doubt.self_weighing / scale * covariance;
+  const Eigen::MatrixXd of_tracks = covariance * doubt.information / scale * covariance;
+  const Eigen::MatrixXd grown = doubt.growth.asDiagonal() * of_tracks * doubt.growth.asDiagonal();
+  const Eigen::MatrixXd variance = 2.0 * once + 3.0 * twice + (grown - of_tracks);
+  return 0.5 * (variance + variance.transpose());
+}
+
+std::vector<std::string> DescribeDoubt(const CameraDoubt& doubt, const Rig& rig,
+                                       const CalibrationState& state) {
+  std::vector<std::string> lines;
+  if (doubt.IsEmpty()) return lines;
+  const Layout layout(state, false);  // cameras come before the matrices
+  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
+    const int pose = layout.Camera(c), lens = layout.Intrinsics(c);
+    const int count = static_cast<int>(state.cameras[c].intrinsics.parameters.size());
+    char text[200];
+    std::snprintf(text, sizeof(text),
+                  ": sights share errors: their part in the sigmas of rotation, translation, offset and lens "
+                  "grows by a factor of %.2f, %.2f, %.2f, %.2f",
+                  doubt.growth[pose], doubt.growth[pose + 3], doubt.growth[pose + 6],
+                  doubt.growth.segment(lens, count).maxCoeff());
+    lines.push_back(rig.cameras[c].name + text);
+  }
+  return lines;
+}
+
+}  // namespace mlic

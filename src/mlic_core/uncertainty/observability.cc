@@ -1,0 +1,169 @@
+#include "mlic_core/uncertainty/observability.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "mlic_core/uncertainty/intrinsics_observability.h"
+#include "mlic_core/problem/observability_limits.h"
+#include "mlic_core/geometry/so3.h"
+
+namespace mlic {
+namespace {
+
+// Marks axes and directions of one 3-vector quantity.
+void Judge(const Eigen::Matrix3d& data_covariance, const Eigen::Matrix3d& covariance, double limit,
+           const Eigen::Vector3d* guess_sigma, UnobservableDirection::Quantity quantity,
+           std::array<bool, 3>* axes, std::vector<UnobservableDirection>* directions) {
+  const auto limit_along = [&](const Eigen::Vector3d& direction) {
+    if (guess_sigma == nullptr) return limit;
+    return std::min(limit, direction.cwiseProduct(*guess_sigma).norm());
+  };
+  for (int a = 0; a < 3; ++a) {
+    (*axes)[a] = std::sqrt(data_covariance(a, a)) <= limit_along(Eigen::Vector3d::Unit(a));
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(data_covariance);
+  for (int i = 0; i < 3; ++i) {
+    Eigen::Vector3d direction = eigen.eigenvectors().col(i);
+    if (std::sqrt(std::max(0.0, eigen.eigenvalues()[i])) <= limit_along(direction)) continue;
+    int largest;
+    direction.cwiseAbs().maxCoeff(&largest);
+    if (direction[largest] < 0.0) direction = -direction;
+    directions->push_back({quantity, direction, std::sqrt(direction.dot(covariance * direction))});
+  }
+}
+
+// Of all sensors and of the calibration's other parameters; held: sensors that were given and do not move;
+// solved: the information with all that the solve held taken as known.
+ObservabilityAnalysis AnalyzeSensors(const Eigen::MatrixXd& information, const Eigen::MatrixXd& solved,
+                                     const Eigen::MatrixXd& guess_information,
+                                     const std::vector<std::optional<ExtrinsicGuess>>& guesses,
+                                     const std::vector<bool>& held, const Eigen::VectorXd& limits,
+                                     const CameraDoubt& doubt, double scale) {
+  const std::size_t sensors = guesses.size();
+  // Sensors that are given are known: to a thousandth of the limits.
+  const auto with_held = [&](Eigen::MatrixXd data) {
+    for (std::size_t l = 0; l < sensors; ++l) {
+      if (!held[l]) continue;
+      for (int i = 0; i < 7; ++i) data(7 * l + i, 7 * l + i) += 1e6 / (limits[7 * l + i] * limits[7 * l + i]);
+    }
+    return data;
+  };
+  ObservabilityAnalysis analysis;
+  analysis.solved_covariance = InverseInLimits(with_held(solved) + guess_information, limits);
+  const Eigen::MatrixXd all_covariance = InverseInLimits(with_held(information) + guess_information, limits) +
+                                         VarianceOfDoubt(analysis.solved_covariance, doubt, scale);
+  const Eigen::MatrixXd data_covariance =
+      InverseInLimits(with_held(information), limits) +
+      VarianceOfDoubt(InverseInLimits(with_held(solved), limits), doubt, scale);
+  analysis.data_covariance = data_covariance.topLeftCorner(7 * sensors, 7 * sensors);
+  analysis.covariance = all_covariance.topLeftCorner(7 * sensors, 7 * sensors);
+  analysis.inner_sigmas =
+      all_covariance.diagonal().tail(all_covariance.rows() - 7 * sensors).cwiseMax(0.0).cwiseSqrt();
+  for (std::size_t l = 0; l < sensors; ++l) {
+    const int at = 7 * static_cast<int>(l);
+    const auto& all = analysis.covariance;
+    const auto& shown = analysis.data_covariance;
+    ObservabilityAnalysis::Sensor sensor;
+    using Quantity = UnobservableDirection::Quantity;
+    Judge(shown.block<3, 3>(at + 3, at + 3), all.block<3, 3>(at + 3, at + 3), kTranslationLimit,
+          guesses[l] ? &guesses[l]->sigma_translation : nullptr, Quantity::kTranslation, &sensor.translation,
+          &sensor.directions);
+    Judge(shown.block<3, 3>(at, at), all.block<3, 3>(at, at), kRotationLimit,
+          guesses[l] ? &guesses[l]->sigma_rotation : nullptr, Quantity::kRotation, &sensor.rotation,
+          &sensor.directions);
+    PoseSigma sigma;
+    sigma.rotation = all.diagonal().segment<3>(at).cwiseSqrt();
+    sigma.translation = all.diagonal().segment<3>(at + 3).cwiseSqrt();
+    sigma.time_offset = std::sqrt(all(at + 6, at + 6));
+    sensor.time_offset = std::sqrt(shown(at + 6, at + 6)) <= kTimeLimit;
+    if (!sensor.time_offset) {
+      sensor.directions.push_back({Quantity::kTimeOffset, Eigen::Vector3d::Zero(), sigma.time_offset});
+    }
+    analysis.sensors.push_back(sensor);
+    analysis.sigmas.push_back(sigma);
+  }
+  return analysis;
+}
+
+}  // namespace
+
+ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const CalibrationState& state,
+                                         const Eigen::MatrixXd& information, const CameraDoubt& doubt,
+                                         double scale) {
+  const Layout layout(state, problem.estimate_imu_matrices);
+  Eigen::MatrixXd prior;
+  Eigen::VectorXd gradient;
+  CalibrationPrior(problem, state, layout, &prior, &gradient);
+  // Priors of biases, matrices and readouts are knowledge about devices and belong to the data; guesses do
+  // not.
+  const int poses = 7 * layout.sensors;
+  Eigen::MatrixXd guess = Eigen::MatrixXd::Zero(prior.rows(), prior.cols());
+  guess.topLeftCorner(poses, poses) = prior.topLeftCorner(poses, poses);
+  std::vector<std::optional<ExtrinsicGuess>> guesses = problem.guesses;
+  guesses.resize(state.lidars.size());
+  guesses.insert(guesses.end(), problem.camera_guesses.begin(), problem.camera_guesses.end());
+  guesses.resize(layout.sensors);
+  std::vector<bool> held = problem.lidar_held;
+  held.resize(state.lidars.size(), false);
+  for (const HeldCameraParameters& camera : problem.camera_held) {
+    held.push_back(camera.rotation && camera.translation && camera.time_offset);
+  }
+  held.resize(layout.sensors, false);
+  const Eigen::MatrixXd known =
+      InformationWithHeld(information, state, layout, problem.camera_held) + (prior - guess);
+  ObservabilityAnalysis analysis =
+      AnalyzeSensors(WithDoubtOfTangentialTerms(information, state, layout, problem.camera_held, known),
+                     known, guess, guesses, held, CalibrationLimits(state, layout), doubt, scale);
+  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
+    ObservabilityAnalysis::Intrinsics camera;
+    const std::size_t count = state.cameras[c].intrinsics.parameters.size();
+    if (c < problem.camera_held.size()) camera.held = problem.camera_held[c].intrinsics;
+    camera.held.resize(count, false);
+    for (std::size_t i = 0; i < count; ++i) {
+      const int at = layout.Intrinsics(c) + static_cast<int>(i) - poses;
+      camera.sigmas.push_back(camera.held[i] ? 0.0 : analysis.inner_sigmas[at]);
+    }
+    if (layout.Readout(c) >= 0) camera.readout_sigma = analysis.inner_sigmas[layout.Readout(c) - poses];
+    analysis.cameras.push_back(camera);
+  }
+  return analysis;
+}
+
+PairResult MakePair(const SensorCalibration& a, const SensorCalibration& b,
+                    const Eigen::Matrix<double, 14, 14>& covariance) {
+  PairResult pair;
+  pair.T_a_b = a.T_imu_sensor.Inverse() * b.T_imu_sensor;
+  const Eigen::Matrix3d R_a_imu = a.T_imu_sensor.rotation.conjugate().toRotationMatrix();
+  // Left perturbations phi of the rotations and moves of the translations, carried into frame a:
+  //   rotation R_a^T (phi_b - phi_a), translation R_a^T (d_b - d_a + (p_b - p_a) x phi_a).
+  Eigen::Matrix<double, 7, 14> J = Eigen::Matrix<double, 7, 14>::Zero();
+  J.block<3, 3>(0, 0) = -R_a_imu;
+  J.block<3, 3>(0, 7) = R_a_imu;
+  J.block<3, 3>(3, 0) = R_a_imu * Hat(b.T_imu_sensor.translation - a.T_imu_sensor.translation);
+  J.block<3, 3>(3, 3) = -R_a_imu;
+  J.block<3, 3>(3, 10) = R_a_imu;
+  J(6, 6) = -1.0;
+  J(6, 13) = 1.0;
+  const Eigen::Matrix<double, 7, 7> of_pair = J * covariance * J.transpose();
+  pair.sigma.rotation = of_pair.diagonal().segment<3>(0).cwiseMax(0.0).cwiseSqrt();
+  pair.sigma.translation = of_pair.diagonal().segment<3>(3).cwiseMax(0.0).cwiseSqrt();
+  pair.sigma.time_offset = std::sqrt(std::max(0.0, of_pair(6, 6)));
+  return pair;
+}
+
+std::vector<PoseSigma> SigmasAgainstLidar(const ObservabilityAnalysis& analysis,
+                                          const CalibrationState& state, std::size_t lidar) {
+  const int lidars = static_cast<int>(state.lidars.size()), from = 7 * static_cast<int>(lidar);
+  std::vector<PoseSigma> sigmas;
+  for (int c = 0; c < static_cast<int>(state.cameras.size()); ++c) {
+    const int to = 7 * (lidars + c);
+    Eigen::Matrix<double, 14, 14> both;
+    both << analysis.covariance.block<7, 7>(from, from), analysis.covariance.block<7, 7>(from, to),
+        analysis.covariance.block<7, 7>(to, from), analysis.covariance.block<7, 7>(to, to);
+    sigmas.push_back(MakePair(state.lidars[lidar], state.cameras[c].sensor, both).sigma);
+  }
+  return sigmas;
+}
+
+}  // namespace mlic

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "mlic_core/uncertainty/camera_covariance.h"
+#include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/result/result.h"
+#include "mlic_core/sensors/rig.h"
+
+namespace mlic {
+
+// What the data show of each LiDAR and then each camera, and how well everything is known (SPEC section 5).
+struct ObservabilityAnalysis {
+  struct Sensor {
+    std::array<bool, 3> translation{true, true, true};  // along the IMU's axes
+    std::array<bool, 3> rotation{true, true, true};
+    bool time_offset = true;
+    std::vector<UnobservableDirection> directions;
+  };
+  std::vector<Sensor> sensors;
+  std::vector<PoseSigma> sigmas;    // with the guesses
+  Eigen::MatrixXd covariance;       // 7 for each LiDAR and camera as in Layout, with the guesses
+  Eigen::MatrixXd data_covariance;  // without
+  Eigen::VectorXd inner_sigmas;     // of the calibration's other parameters, in the order of Layout
+  // Of all parameters (Layout), with the guesses, all that was held taken as known and without the doubt.
+  Eigen::MatrixXd solved_covariance;
+
+  struct Intrinsics {
+    std::vector<double> sigmas;  // of each parameter; 0 where held
+    std::vector<bool> held;      // as it was given
+    double readout_sigma = 0.0;  // s
+  };
+  std::vector<Intrinsics> cameras;
+};
+
+// information: of the last solve of a joint problem with LiDARs and cameras, the residuals' scatter and
+// correlation taken out. A direction is not shown when its sigma without the guesses exceeds the limits of
+// observability_limits.h or the guess's own sigma. doubt: by which covariances grow, of variances that are
+// `scale` times those of the solve.
+ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const CalibrationState& state,
+                                         const Eigen::MatrixXd& information, const CameraDoubt& doubt = {},
+                                         double scale = 1.0);
+
+// Relative pose of two sensors with its sigma from their joint covariance (14 x 14: a, b).
+PairResult MakePair(const SensorCalibration& a, const SensorCalibration& b,
+                    const Eigen::Matrix<double, 14, 14>& covariance);
+
+// How well each camera is known against one LiDAR.
+std::vector<PoseSigma> SigmasAgainstLidar(const ObservabilityAnalysis& analysis,
+                                          const CalibrationState& state, std::size_t lidar);
+
+}  // namespace mlic

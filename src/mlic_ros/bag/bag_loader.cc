@@ -1,0 +1,261 @@
+#include "mlic_ros/bag/bag_loader.h"
+
+#include <ros/serialization.h>
+#include <sensor_msgs/Imu.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+
+#include "mlic_core/common/error.h"
+#include "mlic_core/common/parallel.h"
+#include "mlic_ros/bag/bag_set.h"
+#include "mlic_ros/bag/drive_builder.h"
+#include "mlic_ros/bag/message_reader.h"
+
+namespace mlic {
+namespace {
+
+constexpr std::size_t kProbeMessages = 10;
+constexpr const char* kImuType = "sensor_msgs/Imu";
+
+// A kind of sensor and the messages that it may have.
+struct Kind {
+  bool (*is_type)(const std::string&);
+  const char* types;
+};
+
+bool IsImuType(const std::string& type) { return type == kImuType; }
+
+constexpr Kind kImu{IsImuType, kImuType};
+constexpr Kind kLidar{IsLidarType,
+                      "sensor_msgs/PointCloud2, livox_ros_driver/CustomMsg or livox_ros_driver2/CustomMsg"};
+constexpr Kind kCamera{IsImageType, "sensor_msgs/Image or sensor_msgs/CompressedImage"};
+
+// ROS resolves names to absolute ones, people and some recorders leave the slash out: both are one topic.
+std::string NameInBag(const BagSet& bags, const std::string& topic) {
+  const std::string other = !topic.empty() && topic.front() == '/' ? topic.substr(1) : "/" + topic;
+  return bags.topics().count(topic) == 0 && bags.topics().count(other) > 0 ? other : topic;
+}
+
+Rig WithTopicsOfBag(Rig rig, const BagSet& bags) {
+  rig.imu.topic = NameInBag(bags, rig.imu.topic);
+  for (LidarConfig& lidar : rig.lidars) lidar.topic = NameInBag(bags, lidar.topic);
+  for (CameraConfig& camera : rig.cameras) camera.topic = NameInBag(bags, camera.topic);
+  return rig;
+}
+
+void CheckTopic(const BagSet& bags, const std::string& sensor, const std::string& topic, const Kind& kind) {
+  const auto found = bags.topics().find(topic);
+  if (found == bags.topics().end()) {
+    throw InputError("bag " + bags.names() + ": no topic " + topic + " (" + sensor +
+                     "); the topics are: " + bags.ListTopics());
+  }
+  const std::string& type = found->second.type;
+  if (kind.is_type(type)) return;
+  throw InputError("bag " + bags.names() + ": topic " + topic + " (" + sensor + ") is of type " + type +
+                   ", expected " + kind.types + "; the topics are: " + bags.ListTopics());
+}
+
+BagSet::Interval ChosenInterval(const BagSet& bags, const LoadOptions& options) {
+  BagSet::Interval interval = bags.interval();
+  const double length = SecondsSince(interval.begin, interval.end);
+  if (options.start < 0.0 || options.start >= length || (options.duration && *options.duration <= 0.0)) {
+    char text[120];
+    std::snprintf(text, sizeof(text),
+                  "--start %g: expected 0 to less than the recording's %.3f s, and --duration > 0",
+                  options.start, length);
+    throw InputError(text);
+  }
+  const TimeNs begin = TimeFrom(interval.begin, options.start);
+  if (options.duration) interval.end = std::min(interval.end, TimeFrom(begin, *options.duration));
+  interval.begin = begin;
+  return interval;
+}
+
+StampedImu DecodeImu(const RawMessage& raw, const std::string& topic, std::string& frame_id) {
+  sensor_msgs::Imu message;
+  try {
+    ros::serialization::IStream stream(const_cast<std::uint8_t*>(raw.content.bytes.data()),
+                                       static_cast<std::uint32_t>(raw.content.bytes.size()));
+    ros::serialization::deserialize(stream, message);
+  } catch (const std::exception&) {
+    throw InputError("topic " + topic + ": an IMU message is cut off; record it again");
+  }
+  frame_id = message.header.frame_id;
+  return {static_cast<TimeNs>(message.header.stamp.toNSec()),
+          raw.content.record_time,
+          {message.angular_velocity.x, message.angular_velocity.y, message.angular_velocity.z},
+          {message.linear_acceleration.x, message.linear_acceleration.y, message.linear_acceleration.z}};
+}
+
+// Collects the decoded messages of all drives, in order of recording. Topics: IMU, LiDARs, cameras.
+class Collector {
+ public:
+  Collector(const std::vector<BagSet::Interval>& drives, const std::string& imu_topic,
+            const std::vector<LidarFormat>& formats, std::size_t cameras)
+      : intervals_(drives), imu_topic_(imu_topic), formats_(formats), drives_(drives.size()) {
+    for (DriveMessages& drive : drives_) {
+      drive.lidars.resize(formats.size());
+      drive.cameras.resize(cameras);
+    }
+  }
+
+  void Add(const std::vector<RawMessage>& batch) {
+    std::vector<ReadScan> scans(batch.size());
+    std::vector<StampedImu> samples(batch.size());
+    std::vector<ImageHeader> images(batch.size());
+    std::vector<std::string> frames(batch.size());
+    ParallelFor(batch.size(), [&](std::size_t i) {
+      if (batch[i].topic == 0) {
+        samples[i] = DecodeImu(batch[i], imu_topic_, frames[i]);
+      } else if (batch[i].topic <= formats_.size()) {
+        scans[i] = ReadOneScan(batch[i].content, formats_[batch[i].topic - 1]);
+        scans[i].scan.points.shrink_to_fit();
+      } else {
+        images[i] = ReadImageHeader(batch[i].content);
+      }
+    });
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      DriveMessages& drive = drives_[DriveAt(batch[i].content.record_time)];
+      if (batch[i].topic == 0) {
+        drive.imu.push_back(samples[i]);
+        if (imu_frame_.empty()) imu_frame_ = frames[i];
+      } else if (batch[i].topic <= formats_.size()) {
+        drive.lidars[batch[i].topic - 1].push_back(std::move(scans[i]));
+      } else {
+        drive.cameras[batch[i].topic - 1 - formats_.size()].push_back({std::move(images[i]), batch[i].place});
+      }
+    }
+  }
+
+  std::vector<DriveMessages> TakeDrives() { return std::move(drives_); }
+  const std::string& imu_frame() const { return imu_frame_; }
+
+ private:
+  std::size_t DriveAt(TimeNs record_time) const {
+    for (std::size_t i = 0; i < intervals_.size(); ++i) {
+      if (record_time <= intervals_[i].end) return i;
+    }
+    return intervals_.size() - 1;
+  }
+
+  const std::vector<BagSet::Interval>& intervals_;
+  const std::string& imu_topic_;
+  const std::vector<LidarFormat>& formats_;
+  std::vector<DriveMessages> drives_;
+  std::string imu_frame_;
+};
+
+// The drives of which the chosen interval contains a part.
+std::vector<BagSet::Interval> DrivesWithin(const BagSet& bags, const BagSet::Interval& interval) {
+  std::vector<BagSet::Interval> drives;
+  for (const BagSet::Interval& drive : bags.drives()) {
+    if (drive.end >= interval.begin && drive.begin <= interval.end) drives.push_back(drive);
+  }
+  if (drives.empty()) throw InputError("bag " + bags.names() + ": nothing was recorded in the chosen time");
+  return drives;
+}
+
+void NoteFormats(const std::vector<LidarFormat>& formats, LoadReport& report) {
+  for (const LidarFormat& format : formats) {
+    report.lidar_frame_ids.push_back(format.frame_id);
+    if (format.time_field.empty()) {
+      report.warnings.push_back("topic " + format.topic +
+                                ": the points have no times; taken from azimuth and order, good to some "
+                                "milliseconds, with the header stamp at the start of the scan");
+    } else if (format.time.reference == PointTimeFormat::Reference::kOtherClock || format.livox_other_clock) {
+      report.warnings.push_back(
+          "topic " + format.topic +
+          ": point times run in another clock than the header stamp; the first point of each "
+          "scan is taken to be at the stamp");
+    }
+  }
+}
+
+std::vector<ImageFormat> FindImageFormats(const Rig& rig, const BagSet& bags,
+                                          const BagSet::Interval& interval,
+                                          const CancellationToken& cancellation, LoadReport& report) {
+  std::vector<ImageFormat> formats;
+  for (const CameraConfig& camera : rig.cameras) {
+    cancellation.ThrowIfCancelled();
+    formats.push_back(FindImageFormat(ReadFirst(bags, camera.topic, interval, kProbeMessages), camera.topic));
+    report.camera_frame_ids.push_back(formats.back().frame_id);
+  }
+  return formats;
+}
+
+std::vector<cv::Mat> LoadMasks(const Rig& rig, const std::vector<ImageFormat>& formats,
+                               const std::filesystem::path& directory) {
+  std::vector<cv::Mat> masks(rig.cameras.size());
+  for (std::size_t i = 0; i < masks.size(); ++i) {
+    const CameraConfig& camera = rig.cameras[i];
+    if (camera.mask.empty()) continue;
+    masks[i] = LoadMask(directory / camera.mask, camera.name, formats[i].width, formats[i].height);
+  }
+  return masks;
+}
+
+}  // namespace
+
+Dataset LoadDataset(const Rig& rig_file, const std::vector<std::filesystem::path>& paths,
+                    const LoadOptions& options, LoadReport& report, const CancellationToken& cancellation,
+                    ProgressSink& progress) {
+  progress.OnProgress("loading", 0.0);
+  const auto shared_bags = std::make_shared<const BagSet>(paths);
+  const BagSet& bags = *shared_bags;
+  const Rig rig = WithTopicsOfBag(rig_file, bags);
+  std::vector<std::string> topics{rig.imu.topic};
+  CheckTopic(bags, "imu", rig.imu.topic, kImu);
+  for (const LidarConfig& lidar : rig.lidars) {
+    CheckTopic(bags, lidar.name, lidar.topic, kLidar);
+    topics.push_back(lidar.topic);
+  }
+  for (const CameraConfig& camera : rig.cameras) {
+    CheckTopic(bags, camera.name, camera.topic, kCamera);
+    topics.push_back(camera.topic);
+  }
+  const BagSet::Interval interval = ChosenInterval(bags, options);
+  const std::vector<BagSet::Interval> drives = DrivesWithin(bags, interval);
+
+  std::vector<LidarFormat> formats;
+  for (const LidarConfig& lidar : rig.lidars) {
+    cancellation.ThrowIfCancelled();
+    formats.push_back(FindLidarFormat(ReadFirst(bags, lidar.topic, interval, kProbeMessages), lidar.topic));
+  }
+  NoteFormats(formats, report);
+  const std::vector<ImageFormat> image_formats = FindImageFormats(rig, bags, interval, cancellation, report);
+  const std::vector<cv::Mat> masks = LoadMasks(rig, image_formats, options.rig_directory);
+
+  Collector collector(drives, rig.imu.topic, formats, rig.cameras.size());
+  ReadInBatches(bags, topics, interval, cancellation,
+                [&](const std::vector<RawMessage>& batch, double fraction) {
+                  collector.Add(batch);
+                  progress.OnProgress("loading", fraction);
+                });
+  report.imu_frame_id = collector.imu_frame();
+
+  Dataset dataset;
+  for (DriveMessages& messages : collector.TakeDrives()) {
+    DriveNotes notes;
+    dataset.drives.push_back(
+        BuildDrive(std::move(messages), rig.imu.topic, formats, image_formats, shared_bags, notes));
+    for (std::size_t i = 0; i < masks.size(); ++i) dataset.drives.back().cameras[i].mask = masks[i];
+    report.lines.insert(report.lines.end(), notes.lines.begin(), notes.lines.end());
+    report.warnings.insert(report.warnings.end(), notes.warnings.begin(), notes.warnings.end());
+  }
+  return dataset;
+}
+
+Rig WithMessageFrames(Rig rig, const LoadReport& report) {
+  if (rig.imu.frame_id.empty()) rig.imu.frame_id = report.imu_frame_id;
+  for (std::size_t i = 0; i < rig.lidars.size(); ++i) {
+    if (rig.lidars[i].frame_id.empty()) rig.lidars[i].frame_id = report.lidar_frame_ids[i];
+  }
+  for (std::size_t i = 0; i < rig.cameras.size(); ++i) {
+    if (rig.cameras[i].frame_id.empty()) rig.cameras[i].frame_id = report.camera_frame_ids[i];
+  }
+  return rig;
+}
+
+}  // namespace mlic

@@ -1,0 +1,159 @@
+#include "mlic_ros/display/display_cameras.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstring>
+#include <opencv2/imgproc.hpp>
+
+#include "mlic_ros/display/display_messages.h"
+#include "mlic_ros/bag/point_field.h"
+
+namespace mlic {
+namespace {
+
+constexpr float kLargeError = 3.0f;      // px, of red landmarks
+constexpr double kFrustumLength = 0.5;   // m
+constexpr int kStepsAlongImageEdge = 8;  // of a frustum's outline
+
+std::uint32_t ColourOfError(float error) {
+  const float share = std::clamp(error / kLargeError, 0.0f, 1.0f);
+  const auto red = static_cast<std::uint32_t>(255.0f * std::min(1.0f, 2.0f * share));
+  const auto green = static_cast<std::uint32_t>(255.0f * std::min(1.0f, 2.0f - 2.0f * share));
+  return (red << 16) | (green << 8) | 40u;
+}
+
+// Where the ray of a pixel ends; pixels that the model does not cover are drawn in towards the centre.
+geometry_msgs::Point EndOfRay(const CameraIntrinsics& intrinsics, const Eigen::Vector2d& pixel) {
+  const Eigen::Vector2d centre(0.5 * intrinsics.width, 0.5 * intrinsics.height);
+  Eigen::Vector3d bearing = Eigen::Vector3d::UnitZ();
+  for (int step = 20; step > 0; --step) {
+    if (Unproject(intrinsics, centre + 0.05 * step * (pixel - centre), &bearing)) break;
+  }
+  geometry_msgs::Point point;
+  point.x = kFrustumLength * bearing.x();
+  point.y = kFrustumLength * bearing.y();
+  point.z = kFrustumLength * bearing.z();
+  return point;
+}
+
+std::vector<Eigen::Vector2d> ImageOutline(const CameraIntrinsics& intrinsics) {
+  const double right = intrinsics.width - 1.0, bottom = intrinsics.height - 1.0;
+  const Eigen::Vector2d corners[] = {{0.0, 0.0}, {right, 0.0}, {right, bottom}, {0.0, bottom}, {0.0, 0.0}};
+  std::vector<Eigen::Vector2d> outline;
+  for (int edge = 0; edge < 4; ++edge) {
+    for (int k = 0; k < kStepsAlongImageEdge; ++k) {
+      const double share = static_cast<double>(k) / kStepsAlongImageEdge;
+      outline.push_back((1.0 - share) * corners[edge] + share * corners[edge + 1]);
+    }
+  }
+  return outline;
+}
+
+}  // namespace
+
+sensor_msgs::PointCloud2 MakeLandmarkCloud(const std::vector<LandmarkMark>& landmarks,
+                                           const ros::Time& stamp) {
+  using sensor_msgs::PointField;
+  sensor_msgs::PointCloud2 cloud;
+  cloud.header.frame_id = "map";
+  cloud.header.stamp = stamp;
+  cloud.fields = {MakeField("x", 0, PointField::FLOAT32),      MakeField("y", 4, PointField::FLOAT32),
+                  MakeField("z", 8, PointField::FLOAT32),      MakeField("rgb", 12, PointField::FLOAT32),
+                  MakeField("error", 16, PointField::FLOAT32), MakeField("sights", 20, PointField::UINT16)};
+  cloud.height = 1;
+  cloud.width = static_cast<std::uint32_t>(landmarks.size());
+  cloud.point_step = 24;
+  cloud.row_step = cloud.point_step * cloud.width;
+  cloud.is_dense = true;
+  cloud.data.resize(cloud.row_step);
+  std::uint8_t* at = cloud.data.data();
+  for (const LandmarkMark& landmark : landmarks) {
+    const std::uint32_t rgb = ColourOfError(landmark.error);
+    const auto sights = static_cast<std::uint16_t>(std::clamp(landmark.sights, 0, 65535));
+    std::memcpy(at, landmark.position.data(), 12);
+    std::memcpy(at + 12, &rgb, 4);
+    std::memcpy(at + 16, &landmark.error, 4);
+    std::memcpy(at + 20, &sights, 2);
+    at += cloud.point_step;
+  }
+  return cloud;
+}
+
+visualization_msgs::MarkerArray MakeFrustumMarkers(const CalibrationSnapshot& snapshot) {
+  visualization_msgs::MarkerArray array;
+  const std::size_t first = snapshot.sensors.size() - snapshot.intrinsics.size();
+  for (std::size_t c = 0; c < snapshot.intrinsics.size(); ++c) {
+    visualization_msgs::Marker marker;
+    // With stamp zero and locked to its frame it moves along with the camera's latest pose.
+    marker.header.frame_id = FrameName(snapshot.sensor_frames[first + c], snapshot.sensor_names[first + c]);
+    marker.frame_locked = true;
+    marker.ns = "cameras";
+    marker.id = static_cast<int>(c);
+    marker.type = visualization_msgs::Marker::LINE_LIST;
+    marker.action = visualization_msgs::Marker::ADD;
+    marker.pose.orientation.w = 1.0;
+    marker.scale.x = 0.01;
+    marker.color.r = 1.0f;
+    marker.color.g = 0.85f;
+    marker.color.b = 0.3f;
+    marker.color.a = 1.0f;
+    const CameraIntrinsics& intrinsics = snapshot.intrinsics[c];
+    const std::vector<Eigen::Vector2d> outline = ImageOutline(intrinsics);
+    for (std::size_t k = 0; k < outline.size(); ++k) {
+      const geometry_msgs::Point end = EndOfRay(intrinsics, outline[k]);
+      marker.points.push_back(end);
+      marker.points.push_back(EndOfRay(intrinsics, outline[(k + 1) % outline.size()]));
+      if (k % kStepsAlongImageEdge != 0) continue;
+      marker.points.emplace_back();  // the camera itself
+      marker.points.push_back(end);
+    }
+    array.markers.push_back(std::move(marker));
+  }
+  return array;
+}
+
+sensor_msgs::Image MakeImage(const cv::Mat& picture, const std::string& frame, const ros::Time& stamp) {
+  sensor_msgs::Image image;
+  image.header.frame_id = frame;
+  image.header.stamp = stamp;
+  image.height = static_cast<std::uint32_t>(picture.rows);
+  image.width = static_cast<std::uint32_t>(picture.cols);
+  image.encoding = "bgr8";
+  image.step = 3 * image.width;
+  image.data.resize(static_cast<std::size_t>(image.step) * image.height);
+  for (int row = 0; row < picture.rows; ++row) {
+    std::memcpy(image.data.data() + static_cast<std::size_t>(row) * image.step, picture.ptr(row), image.step);
+  }
+  return image;
+}
+
+cv::Mat TilePictures(const std::vector<cv::Mat>& pictures, int tile_width) {
+  if (pictures.empty()) return {};
+  const int columns = static_cast<int>(std::sqrt(static_cast<double>(pictures.size())));
+  const int rows = (static_cast<int>(pictures.size()) + columns - 1) / columns;
+  int tile_height = 1;
+  for (const cv::Mat& picture : pictures) {
+    tile_height = std::max(tile_height, picture.rows * tile_width / picture.cols);
+  }
+  cv::Mat tiled(rows * tile_height, columns * tile_width, CV_8UC3, cv::Scalar::all(0));
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    const cv::Mat& picture = pictures[i];
+    const int column = static_cast<int>(i) % columns, row = static_cast<int>(i) / columns;
+    const cv::Rect place(column * tile_width, row * tile_height, tile_width,
+                         picture.rows * tile_width / picture.cols);
+    cv::Mat tile = tiled(place);
+    cv::resize(picture, tile, place.size(), 0.0, 0.0, cv::INTER_AREA);
+  }
+  return tiled;
+}
+
+std::string TopicPart(const std::string& name) {
+  std::string part = name;
+  for (char& c : part) {
+    if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
+  }
+  return part;
+}
+
+}  // namespace mlic

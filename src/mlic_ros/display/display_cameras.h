@@ -1,0 +1,35 @@
+#pragma once
+
+#include <sensor_msgs/Image.h>
+#include <sensor_msgs/PointCloud2.h>
+#include <visualization_msgs/MarkerArray.h>
+
+#include <opencv2/core/mat.hpp>
+#include <string>
+#include <vector>
+
+#include "mlic_core/result/observer.h"
+
+namespace mlic {
+
+// Messages that show what cameras add to a calibration.
+
+// Fields x y z, rgb, error f32 (px), sights u16, in frame map; from green (no error) over yellow to red (3 px
+// and more).
+sensor_msgs::PointCloud2 MakeLandmarkCloud(const std::vector<LandmarkMark>& landmarks,
+                                           const ros::Time& stamp);
+
+// The outline of what each camera of the snapshot sees, half a metre before it, in the camera's own frame.
+visualization_msgs::MarkerArray MakeFrustumMarkers(const CalibrationSnapshot& snapshot);
+
+// A picture (CV_8UC3, BGR) as a message.
+sensor_msgs::Image MakeImage(const cv::Mat& picture, const std::string& frame, const ros::Time& stamp);
+
+// The pictures in a grid, no wider than it is high, each shrunk to a tile of this width; black where there is
+// none.
+cv::Mat TilePictures(const std::vector<cv::Mat>& pictures, int tile_width);
+
+// A name as part of a topic: what ROS does not allow becomes an underscore.
+std::string TopicPart(const std::string& name);
+
+}  // namespace mlic

@@ -1,0 +1,183 @@
+#include "mlic_ros/display/display_messages.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
+#include "mlic_ros/bag/point_field.h"
+
+namespace mlic {
+namespace {
+
+constexpr std::size_t kMostPoints = 400000;
+constexpr const char* kMapFrame = "map";
+
+// Colours that keep apart on a dark ground; LiDARs take them in turn.
+constexpr std::array<std::array<std::uint8_t, 3>, 8> kColours{{{77, 175, 255},
+                                                               {255, 127, 14},
+                                                               {90, 220, 90},
+                                                               {240, 80, 120},
+                                                               {190, 140, 255},
+                                                               {255, 220, 60},
+                                                               {60, 220, 210},
+                                                               {220, 180, 150}}};
+
+geometry_msgs::Point ToPoint(const Eigen::Vector3d& p) {
+  geometry_msgs::Point point;
+  point.x = p.x();
+  point.y = p.y();
+  point.z = p.z();
+  return point;
+}
+
+std_msgs::ColorRGBA ColourOf(const Eigen::Vector3d& normal) {
+  std_msgs::ColorRGBA colour;
+  colour.r = static_cast<float>(0.25 + 0.75 * std::abs(normal.x()));
+  colour.g = static_cast<float>(0.25 + 0.75 * std::abs(normal.y()));
+  colour.b = static_cast<float>(0.25 + 0.75 * std::abs(normal.z()));
+  colour.a = 0.6f;
+  return colour;
+}
+
+SensorStatus MakeStatus(const std::string& name, const std::string& frame,
+                        const SensorCalibration& calibration, const PoseSigma* sigma) {
+  SensorStatus status;
+  status.name = name;
+  status.frame_id = FrameName(frame, name);
+  status.transform = ToMessage(calibration.T_imu_sensor);
+  status.time_offset = calibration.time_offset;
+  status.has_sigma = sigma != nullptr;
+  for (int axis = 0; sigma != nullptr && axis < 3; ++axis) {
+    status.sigma_translation[axis] = sigma->translation[axis];
+    status.sigma_rotation_deg[axis] = sigma->rotation[axis] * 180.0 / M_PI;
+    status.sigma_time_offset = sigma->time_offset;
+  }
+  return status;
+}
+
+}  // namespace
+
+geometry_msgs::Transform ToMessage(const RigidTransform& transform) {
+  geometry_msgs::Transform message;
+  message.translation.x = transform.translation.x();
+  message.translation.y = transform.translation.y();
+  message.translation.z = transform.translation.z();
+  message.rotation.x = transform.rotation.x();
+  message.rotation.y = transform.rotation.y();
+  message.rotation.z = transform.rotation.z();
+  message.rotation.w = transform.rotation.w();
+  return message;
+}
+
+geometry_msgs::TransformStamped MakeFrame(const std::string& parent, const std::string& child,
+                                          const geometry_msgs::Transform& transform, const ros::Time& stamp) {
+  geometry_msgs::TransformStamped frame;
+  frame.header.stamp = stamp;
+  frame.header.frame_id = parent;
+  frame.child_frame_id = child;
+  frame.transform = transform;
+  return frame;
+}
+
+std::string FrameName(const std::string& frame, const std::string& fallback) {
+  const std::string name = !frame.empty() && frame.front() == '/' ? frame.substr(1) : frame;
+  return name.empty() ? fallback : name;
+}
+
+visualization_msgs::MarkerArray MakePlaneMarkers(const std::vector<PlanePatch>& planes,
+                                                 const ros::Time& stamp) {
+  visualization_msgs::Marker marker;
+  marker.header.frame_id = kMapFrame;
+  marker.header.stamp = stamp;
+  marker.ns = "planes";
+  marker.type = visualization_msgs::Marker::TRIANGLE_LIST;
+  marker.action = visualization_msgs::Marker::ADD;
+  marker.pose.orientation.w = 1.0;
+  marker.scale.x = marker.scale.y = marker.scale.z = 1.0;
+  marker.color.a = 1.0f;
+  // Points spread evenly over a rectangle reach sqrt(3) standard deviations from its centre.
+  const double reach = std::sqrt(3.0);
+  for (const PlanePatch& plane : planes) {
+    const Eigen::Vector3d u = reach * plane.axis_u, v = reach * plane.axis_v;
+    const std::array<Eigen::Vector3d, 4> corners{plane.center - u - v, plane.center + u - v,
+                                                 plane.center + u + v, plane.center - u + v};
+    for (const int corner : {0, 1, 2, 0, 2, 3}) {
+      marker.points.push_back(ToPoint(corners[corner]));
+      marker.colors.push_back(ColourOf(plane.normal));
+    }
+  }
+  visualization_msgs::MarkerArray array;
+  array.markers.push_back(marker);
+  return array;
+}
+
+sensor_msgs::PointCloud2 MakeMapCloud(const std::vector<MapPoint>& points, const ros::Time& stamp) {
+  using sensor_msgs::PointField;
+  const std::size_t stride = std::max<std::size_t>(1, (points.size() + kMostPoints - 1) / kMostPoints);
+  sensor_msgs::PointCloud2 cloud;
+  cloud.header.frame_id = kMapFrame;
+  cloud.header.stamp = stamp;
+  cloud.fields = {MakeField("x", 0, PointField::FLOAT32),    MakeField("y", 4, PointField::FLOAT32),
+                  MakeField("z", 8, PointField::FLOAT32),    MakeField("intensity", 12, PointField::FLOAT32),
+                  MakeField("rgb", 16, PointField::FLOAT32), MakeField("lidar", 20, PointField::UINT16),
+                  MakeField("plane", 24, PointField::INT32)};
+  cloud.height = 1;
+  cloud.width = static_cast<std::uint32_t>((points.size() + stride - 1) / stride);
+  cloud.point_step = 28;
+  cloud.row_step = cloud.point_step * cloud.width;
+  cloud.is_dense = true;
+  cloud.data.resize(cloud.row_step);
+  std::uint8_t* at = cloud.data.data();
+  for (std::size_t i = 0; i < points.size(); i += stride, at += cloud.point_step) {
+    const MapPoint& point = points[i];
+    const auto& colour = kColours[static_cast<std::size_t>(std::max(0, point.lidar)) % kColours.size()];
+    const std::uint32_t rgb = (static_cast<std::uint32_t>(colour[0]) << 16) |
+                              (static_cast<std::uint32_t>(colour[1]) << 8) | colour[2];
+    const std::uint16_t lidar = static_cast<std::uint16_t>(std::max(0, point.lidar));
+    const std::int32_t plane = point.plane;
+    std::memcpy(at, point.position.data(), 12);
+    std::memcpy(at + 12, &point.intensity, 4);
+    std::memcpy(at + 16, &rgb, 4);
+    std::memcpy(at + 20, &lidar, 2);
+    std::memcpy(at + 24, &plane, 4);
+  }
+  return cloud;
+}
+
+nav_msgs::Path MakePath(const std::vector<StampedPose>& trajectory, const ros::Time& stamp) {
+  nav_msgs::Path path;
+  path.header.frame_id = kMapFrame;
+  path.header.stamp = stamp;
+  for (const StampedPose& pose : trajectory) {
+    geometry_msgs::PoseStamped message;
+    message.header.frame_id = kMapFrame;
+    message.header.stamp.fromNSec(static_cast<std::uint64_t>(std::max<TimeNs>(0, pose.time)));
+    const geometry_msgs::Transform transform = ToMessage(pose.pose);
+    message.pose.position = ToPoint(pose.pose.translation);
+    message.pose.orientation = transform.rotation;
+    path.poses.push_back(message);
+  }
+  return path;
+}
+
+std::vector<SensorStatus> MakeSensorStatus(const CalibrationSnapshot& snapshot) {
+  std::vector<SensorStatus> sensors;
+  for (std::size_t i = 0; i < snapshot.sensors.size(); ++i) {
+    const PoseSigma* sigma = i < snapshot.sigmas.size() ? &snapshot.sigmas[i] : nullptr;
+    const std::string name = i < snapshot.sensor_names.size() ? snapshot.sensor_names[i] : std::to_string(i);
+    const std::string frame = i < snapshot.sensor_frames.size() ? snapshot.sensor_frames[i] : "";
+    sensors.push_back(MakeStatus(name, frame, snapshot.sensors[i], sigma));
+  }
+  return sensors;
+}
+
+std::vector<SensorStatus> MakeSensorStatus(const CalibrationResult& result) {
+  std::vector<SensorStatus> sensors;
+  for (const SensorResult& sensor : result.sensors) {
+    sensors.push_back(MakeStatus(sensor.name, sensor.frame_id, sensor.calibration, &sensor.sigma));
+  }
+  return sensors;
+}
+
+}  // namespace mlic

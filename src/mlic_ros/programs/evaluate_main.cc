@@ -1,0 +1,199 @@
+// evaluate --bag FILE.bag --calibration C.yaml [--truth T.yaml] [--reference-topic ODOMETRY] --output DIR:
+// how good a calibration is, on the data and against a truth. Exit statuses: see program.h.
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mlic_core/common/error.h"
+#include "mlic_core/evaluation/epipolar_error.h"
+#include "mlic_core/evaluation/intrinsics_error.h"
+#include "mlic_core/evaluation/map_evaluation.h"
+#include "mlic_core/evaluation/trajectory_error.h"
+#include "mlic_core/evaluation/truth_comparison.h"
+#include "mlic_core/io/result/result_file.h"
+#include "mlic_core/io/rig/rig_file.h"
+#include "mlic_core/io/text_file.h"
+#include "mlic_ros/bag/bag_loader.h"
+#include "mlic_ros/programs/evaluation_inputs.h"
+#include "mlic_ros/programs/interrupt.h"
+#include "mlic_ros/bag/pose_topic.h"
+#include "mlic_ros/programs/program.h"
+
+namespace mlic {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostMapPoints = 1000000;
+
+struct EvaluateOptions {
+  fs::path bag, calibration, truth, rig, output;
+  std::string reference_topic;
+};
+
+class Silence : public ProgressSink {
+ public:
+  void OnProgress(const std::string&, double) override {}
+};
+
+// Tables for evaluation.txt and the screen, CSV files by name. Written together once all is done.
+struct Evaluation {
+  std::string text;
+  std::vector<std::pair<std::string, std::string>> files;
+
+  void Add(const std::string& title, const std::string& table, const std::string& file,
+           const std::string& csv) {
+    text += (text.empty() ? "" : "\n") + ("== " + title + "\n") + table;
+    files.emplace_back(file, csv);
+  }
+};
+
+std::size_t CountPoints(const Drive& drive) {
+  std::size_t count = 0;
+  for (const LidarRecording& lidar : drive.lidars) {
+    for (const LidarScan& scan : lidar.scans) count += scan.points.size();
+  }
+  return count;
+}
+
+void EvaluateMaps(const BagSet& bags, const Rig& rig, const Drive& drive,
+                  const CalibrationResult& calibration, const std::optional<CalibrationResult>& truth,
+                  const std::vector<StampedPose>& trajectory, const CancellationToken& cancellation,
+                  Evaluation* evaluation) {
+  std::vector<std::string> names;
+  for (const LidarConfig& lidar : rig.lidars) names.push_back(lidar.name);
+  if (names.empty()) return;
+  const std::size_t stride = CountPoints(drive) / kMostMapPoints + 1;
+  const auto add = [&](const std::string& title, const std::string& file, const CalibrationResult& poses) {
+    cancellation.ThrowIfCancelled();
+    const MapEvaluation map = EvaluateMap(BuildMap(drive, names, trajectory, poses, stride), poses);
+    evaluation->Add(title, TableOf(map, poses), file, CsvOf(map, poses));
+    return map.all;
+  };
+  const MapEntropy found = add("map quality, calibration", "map_quality.csv", calibration);
+  if (found.queries_used == 0) {
+    throw InputError("bag " + bags.names() +
+                     ": no points within the trajectory; is it the bag that was calibrated?");
+  }
+  if (truth) {
+    add("map quality, sensors at the truth (on the same trajectory)", "map_quality_truth.csv",
+        WithPosesOf(calibration, *truth));
+  }
+}
+
+// The matches are the same for all calibrations; all stand on the same trajectory.
+void EvaluateCameras(const EvaluateOptions& options, const Rig& rig, const Drive& drive,
+                     const CalibrationResult& calibration, const std::optional<CalibrationResult>& initial,
+                     const std::optional<CalibrationResult>& truth,
+                     const std::vector<StampedPose>& trajectory, const CancellationToken& cancellation,
+                     Evaluation* evaluation) {
+  if (rig.cameras.size() < 2) return;
+  std::vector<std::string> names;
+  for (const CameraConfig& camera : rig.cameras) names.push_back(camera.name);
+  const std::vector<FreshMatch> matches =
+      FindFreshMatches(drive, names, calibration, trajectory, ReadKeyframesBeside(options.calibration),
+                       FreshMatchOptions(), cancellation);
+  std::vector<EpipolarColumn> columns;
+  const auto add = [&](const std::string& name, const CalibrationResult& poses) {
+    columns.push_back({name, MeasureEpipolarErrors(matches, poses, trajectory)});
+  };
+  add("calibration", calibration);
+  if (initial) add("before the joint adjustment", WithPosesOf(calibration, *initial));
+  if (truth) add("truth", WithPosesOf(calibration, *truth));
+  evaluation->Add("epipolar errors of new matches", TableOf(columns), "epipolar_errors.csv", CsvOf(columns));
+}
+
+void EvaluateData(const EvaluateOptions& options, const BagSet& bags, const CalibrationResult& calibration,
+                  const std::optional<CalibrationResult>& initial,
+                  const std::optional<CalibrationResult>& truth, const std::vector<StampedPose>& trajectory,
+                  const CancellationToken& cancellation, Evaluation* evaluation) {
+  const Rig rig = options.rig.empty() ? RigOfCalibration(bags, calibration) : LoadRigFile(options.rig);
+  if (rig.lidars.empty() && rig.cameras.empty()) return;
+  LoadReport report;
+  Silence silence;
+  LoadOptions load;
+  load.rig_directory = options.rig.parent_path();
+  const Dataset dataset = LoadDataset(rig, {options.bag}, load, report, cancellation, silence);
+  const Drive& drive = dataset.drives.front();
+  EvaluateMaps(bags, rig, drive, calibration, truth, trajectory, cancellation, evaluation);
+  EvaluateCameras(options, rig, drive, calibration, initial, truth, trajectory, cancellation, evaluation);
+}
+
+void CompareTo(const CalibrationResult& truth, const std::string& of, const std::string& prefix,
+               const CalibrationResult& calibration, Evaluation* evaluation) {
+  const TruthComparison comparison = CompareWithTruth(calibration, truth);
+  evaluation->Add(of + "error against the truth", TableOf(comparison), prefix + "errors.csv",
+                  CsvOf(comparison));
+  const std::vector<IntrinsicsError> intrinsics = CompareIntrinsics(calibration, truth);
+  if (intrinsics.empty()) return;
+  evaluation->Add(of + "intrinsics against the truth", TableOf(intrinsics), prefix + "intrinsics_errors.csv",
+                  CsvOf(intrinsics));
+}
+
+int Evaluate(const EvaluateOptions& options, const CancellationToken& cancellation) {
+  const CalibrationResult calibration = ReadCalibrationFile(options.calibration);
+  std::optional<CalibrationResult> truth;
+  if (!options.truth.empty()) truth = ReadCalibrationFile(options.truth);
+  std::optional<CalibrationResult> initial;
+  const fs::path initial_file = options.calibration.parent_path() / "initial_calibration.yaml";
+  if (fs::exists(initial_file)) initial = ReadCalibrationFile(initial_file);
+  const BagSet bags({options.bag});
+  Evaluation evaluation;
+  evaluation.text = "verdict: " + std::string(calibration.trusted ? "trusted" : "refused") + "\n";
+  if (truth) {
+    CompareTo(*truth, "", "", calibration, &evaluation);
+    if (initial) CompareTo(*truth, "before the joint adjustment: ", "initial_", *initial, &evaluation);
+  }
+  if (calibration.sensors.empty() && options.reference_topic.empty()) {
+    evaluation.text += "no sensor's link to the IMU was shown: there is no map to evaluate\n";
+  } else {
+    const std::vector<StampedPose> trajectory = ReadTrajectoryBeside(options.calibration);
+    if (!options.reference_topic.empty()) {
+      const TrajectoryError error =
+          CompareTrajectories(trajectory, ReadPoseTopic(bags, options.reference_topic));
+      evaluation.Add("trajectory against " + options.reference_topic, TableOf(error), "trajectory_errors.csv",
+                     CsvOf(error));
+    }
+    EvaluateData(options, bags, calibration, initial, truth, trajectory, cancellation, &evaluation);
+  }
+  cancellation.ThrowIfCancelled();
+  for (const char* name :
+       {"errors.csv", "intrinsics_errors.csv", "initial_errors.csv", "initial_intrinsics_errors.csv",
+        "map_quality.csv", "map_quality_truth.csv", "trajectory_errors.csv", "epipolar_errors.csv"}) {
+    std::error_code ignored;
+    fs::remove(options.output / name, ignored);
+  }
+  for (const auto& [name, content] : evaluation.files) WriteFileAtomically(options.output / name, content);
+  WriteFileAtomically(options.output / "evaluation.txt", evaluation.text);
+  std::fputs(evaluation.text.c_str(), stdout);
+  return kTrusted;
+}
+
+}  // namespace
+}  // namespace mlic
+
+int main(int argc, char** argv) {
+  mlic::EvaluateOptions options;
+  CLI::App app("How good a calibration is: map quality, error against a truth, drift against an odometry",
+               "evaluate");
+  std::string bag, calibration, truth, rig, output;
+  app.add_option("--bag", bag, "ROS 1 bag that was calibrated")->required();
+  app.add_option("--calibration", calibration, "calibration.yaml with trajectory.tum beside it")->required();
+  app.add_option("--truth", truth, "true calibration, in the same format");
+  app.add_option("--reference-topic", options.reference_topic,
+                 "topic with the true path: Odometry, PoseStamped or TransformStamped");
+  app.add_option("--rig", rig, "rig file that names the topics; by default they are found by their frames");
+  app.add_option("--output", output, "directory for evaluation.txt and CSV files, made if needed")
+      ->required();
+  int status = 0;
+  if (!mlic::ParseArguments(app, argc, argv, status)) return status;
+  options.bag = bag;
+  options.calibration = calibration;
+  options.truth = truth;
+  options.rig = rig;
+  options.output = output;
+  const mlic::CancellationToken& cancellation = mlic::CancelOnSignals();
+  return mlic::RunProgram("evaluate", [&] { return mlic::Evaluate(options, cancellation); });
+}

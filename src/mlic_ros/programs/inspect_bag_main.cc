@@ -1,0 +1,124 @@
+// inspect_bag FILE.bag [--write-rig RIG.yaml]: what a bag holds, and a rig file drafted from it.
+#include <ros/serialization.h>
+#include <sensor_msgs/Imu.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "mlic_core/common/error.h"
+#include "mlic_core/io/rig/rig_file.h"
+#include "mlic_ros/bag/bag_images.h"
+#include "mlic_ros/bag/bag_set.h"
+#include "mlic_core/ingest/imu_check.h"
+#include "mlic_ros/bag/message_reader.h"
+#include "mlic_ros/programs/program.h"
+#include "mlic_ros/bag/rig_draft.h"
+#include "mlic_ros/bag/scan_reader.h"
+#include "mlic_core/ingest/stamp_check.h"
+
+namespace mlic {
+namespace {
+
+void PrintTopics(const BagSet& bags) {
+  const double seconds = SecondsSince(bags.interval().begin, bags.interval().end);
+  std::printf("%.3f s from %.3f, %zu drive(s)\n", seconds, 1e-9 * static_cast<double>(bags.interval().begin),
+              bags.drives().size());
+  std::printf("%-40s %-34s %9s %9s\n", "topic", "type", "messages", "Hz");
+  for (const auto& [name, topic] : bags.topics()) {
+    const double rate = seconds > 0.0 ? static_cast<double>(topic.messages - 1) / seconds : 0.0;
+    std::printf("%-40s %-34s %9zu %9.2f\n", name.c_str(), topic.type.c_str(), topic.messages, rate);
+  }
+}
+
+void PrintLidar(const BagSet& bags, const std::string& topic) {
+  const auto probe = ReadFirst(bags, topic, bags.interval(), 10);
+  std::printf("\nLiDAR %s\n", topic.c_str());
+  try {
+    if (!probe.empty()) std::printf("  fields: %s\n", DescribeFields(probe.front()).c_str());
+    const LidarFormat format = FindLidarFormat(probe, topic);
+    const DecodedCloud cloud = DecodeCloud(probe.front(), topic, format.time_field);
+    std::printf("  frame %s, %zu points, a scan every %.4f s\n  %s\n", format.frame_id.c_str(),
+                cloud.positions.size(), format.scan_period, DescribeTimes(format).c_str());
+  } catch (const InputError& error) {
+    std::printf("  not usable: %s\n", error.what());
+  }
+}
+
+void PrintCamera(const BagSet& bags, const std::string& topic) {
+  std::printf("\ncamera %s\n", topic.c_str());
+  try {
+    const ImageFormat format = FindImageFormat(ReadFirst(bags, topic, bags.interval(), 10), topic);
+    std::printf("  frame %s, %d x %d, %s, %d bits\n", format.frame_id.c_str(), format.width, format.height,
+                format.encoding.c_str(), format.bits);
+  } catch (const InputError& error) {
+    std::printf("  not usable: %s\n", error.what());
+  }
+}
+
+void PrintImu(const BagSet& bags, const std::string& topic) {
+  std::vector<StampedImu> samples;
+  std::vector<MessageTimes> times;
+  std::string frame;
+  std::printf("\nIMU %s\n", topic.c_str());
+  const auto view = bags.Messages({topic}, bags.interval());
+  for (const rosbag::MessageInstance& instance : *view) {
+    const auto message = instance.instantiate<sensor_msgs::Imu>();
+    if (message == nullptr) continue;
+    frame = message->header.frame_id;
+    const auto &w = message->angular_velocity, &a = message->linear_acceleration;
+    const TimeNs stamp = static_cast<TimeNs>(message->header.stamp.toNSec());
+    const TimeNs record = static_cast<TimeNs>(instance.getTime().toNSec());
+    samples.push_back({stamp, record, {w.x, w.y, w.z}, {a.x, a.y, a.z}});
+    times.push_back({stamp, record});
+  }
+  try {
+    const StampReport report = CheckStamps(times);
+    const ImuCounts counts = CleanImu(samples, topic);
+    Eigen::Vector3d force = Eigen::Vector3d::Zero();
+    for (const StampedImu& sample : samples)
+      force += sample.specific_force / static_cast<double>(samples.size());
+    std::printf("  frame %s, %.2f Hz by its stamps, mean specific force (%.2f, %.2f, %.2f) m/s^2\n",
+                frame.c_str(), report.period > 0.0 ? 1.0 / report.period : 0.0, force.x(), force.y(),
+                force.z());
+    std::printf("  %zu not finite, %zu repeated, %zu out of order, %zu missing\n", counts.not_finite,
+                counts.duplicates, report.out_of_order, report.missing);
+    for (const std::string& warning : report.warnings) std::printf("  %s\n", warning.c_str());
+  } catch (const InputError& error) {
+    std::printf("  not usable: %s\n", error.what());
+  }
+}
+
+int Inspect(const std::filesystem::path& file, const std::filesystem::path& rig_file) {
+  const BagSet bags({file});
+  PrintTopics(bags);
+  for (const auto& [name, topic] : bags.topics()) {
+    if (IsLidarType(topic.type)) PrintLidar(bags, name);
+    if (IsImageType(topic.type)) PrintCamera(bags, name);
+    if (topic.type == "sensor_msgs/Imu") PrintImu(bags, name);
+  }
+  if (rig_file.empty()) return kTrusted;
+  std::vector<std::string> notes;
+  Rig rig = DraftRig(bags, notes);
+  MakeFramesUnique(&rig, &notes);
+  WriteRigFile(rig_file, rig);
+  std::printf("\nwrote %s: %zu LiDAR(s), %zu camera(s); check names, topics and guesses\n", rig_file.c_str(),
+              rig.lidars.size(), rig.cameras.size());
+  for (const std::string& note : notes) std::printf("  %s\n", note.c_str());
+  return kTrusted;
+}
+
+}  // namespace
+}  // namespace mlic
+
+int main(int argc, char** argv) {
+  CLI::App app("What a bag holds, and a rig file drafted from it", "inspect_bag");
+  std::string bag, rig;
+  app.add_option("bag", bag, "ROS 1 bag")->required();
+  app.add_option("--write-rig", rig, "rig file to write");
+  int status = 0;
+  if (!mlic::ParseArguments(app, argc, argv, status)) return status;
+  return mlic::RunProgram("inspect_bag", [&] { return mlic::Inspect(bag, rig); });
+}

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <spdlog/logger.h>
+
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "mlic_ros/programs/calibration_job.h"
+
+namespace mlic {
+
+// Writes the job's log to DIR/log.txt and stderr, with progress lines (stage, percent, remaining time), and
+// hands all that it observes on to the display.
+class JobLog : public JobObserver {
+ public:
+  // Creates the directory. Throws InputError when that or the log file is not possible.
+  JobLog(const std::filesystem::path& directory, JobObserver& display);
+
+  void Line(const std::string& line) { logger_->info(line); }
+  void Warning(const std::string& line) { logger_->warn(line); }
+  // How the run ended, to the file alone: the program itself prints the line on stderr. good: no error.
+  void FileOnly(bool good, const std::string& line);
+
+  void OnProgress(const std::string& stage, double fraction) override;
+  void OnSnapshot(const CalibrationSnapshot& snapshot) override;
+  void OnMessage(const std::string& line) override;
+  void OnRig(const Rig& rig) override { display_.OnRig(rig); }
+  void OnResult(const CalibrationResult& result) override;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  JobObserver& display_;
+  std::shared_ptr<spdlog::logger> logger_, file_logger_;
+  std::mutex mutex_;  // progress comes from any thread
+  std::string stage_;
+  double shown_fraction_ = 0.0;
+  Clock::time_point stage_start_, last_shown_;
+};
+
+}  // namespace mlic

@@ -1,0 +1,176 @@
+// rosrun mlic simulate: a drive with known truth. Writes DRIVE.bag, DRIVE_truth.yaml and DRIVE_rig.yaml (SPEC
+// section 6).
+
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+
+#include "mlic_core/result/result.h"
+#include "mlic_core/common/error.h"
+#include "mlic_core/io/result/result_file.h"
+#include "mlic_core/io/rig/rig_file.h"
+#include "mlic_ros/bag/drive_bag_writer.h"
+#include "mlic_ros/programs/program.h"
+#include "mlic_sim/image_stage.h"
+#include "mlic_sim/imu_simulator.h"
+#include "mlic_sim/simulation.h"
+
+namespace mlic {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  std::string sensors;
+  std::string scenario = "figure_eight";
+  std::string output;
+  double duration = 60.0;
+  std::uint64_t seed = 1;
+  bool no_guess = false;
+  bool noise_free = false;
+  double rotation_error_deg = 4.81;
+  double translation_error = 0.1;
+};
+
+CancellationToken& Cancellation() {
+  static CancellationToken token;
+  return token;
+}
+
+void AddOptions(CLI::App& app, Arguments& a) {
+  app.add_option("--sensors", a.sensors, "Sensors file, such as config/simulation/paper_rig.yaml")
+      ->required();
+  app.add_option("--scenario", a.scenario,
+                 "figure_eight, handheld, handheld_tilted, straight, static, planar or circle");
+  app.add_option("--duration", a.duration, "Length of the drive, s")->check(CLI::Range(0.5, 7200.0));
+  app.add_option("--seed", a.seed, "Motion, noise and errors of the guess follow from it");
+  app.add_option("--output", a.output, "DRIVE.bag; DRIVE_truth.yaml and DRIVE_rig.yaml are written beside it")
+      ->required();
+  app.add_flag("--no-guess", a.no_guess, "The rig file gets no initial extrinsics");
+  app.add_flag("--noise-free", a.noise_free, "Exact measurements (biases, matrices and clock offsets stay)");
+  app.add_option("--rotation-error-deg", a.rotation_error_deg, "Error of the guessed rotations, deg")
+      ->check(CLI::Range(0.0, 180.0));
+  app.add_option("--translation-error", a.translation_error, "Error of the guessed translations, m")
+      ->check(CLI::NonNegativeNumber);
+}
+
+// The truth as a calibration result: sigmas are zero.
+CalibrationResult TrueResult(const sim::SensorSet& sensors) {
+  CalibrationResult truth;
+  truth.trusted = true;
+  truth.imu_frame_id = sensors.imu.frame_id;
+  truth.imu = sensors.imu.calibration;
+  truth.gravity = sim::MapGravity();
+  const auto add = [&](const SensorResult& sensor) {
+    for (const SensorResult& other : truth.sensors) {
+      PairResult pair;
+      pair.a = other.name;
+      pair.b = sensor.name;
+      pair.T_a_b = other.calibration.T_imu_sensor.Inverse() * sensor.calibration.T_imu_sensor;
+      truth.pairs.push_back(pair);
+    }
+    truth.sensors.push_back(sensor);
+  };
+  for (const sim::SimulatedLidar& lidar : sensors.lidars) {
+    SensorResult sensor;
+    sensor.name = lidar.name;
+    sensor.frame_id = lidar.frame_id;
+    sensor.calibration = lidar.calibration;
+    add(sensor);
+  }
+  for (const sim::SimulatedCamera& camera : sensors.cameras) {
+    SensorResult sensor;
+    sensor.name = camera.name;
+    sensor.type = SensorResult::Type::kCamera;
+    sensor.frame_id = camera.frame_id;
+    sensor.calibration = camera.calibration;
+    sensor.intrinsics = camera.intrinsics;
+    if (camera.rolling_shutter) sensor.rolling_shutter_readout = camera.readout;
+    add(sensor);
+  }
+  return truth;
+}
+
+// How far the simulation is, on stderr: one line that is written anew on a terminal, a line for each tenth
+// elsewhere.
+class ProgressLine {
+ public:
+  ProgressLine(double duration, std::size_t images)
+      : duration_(duration), images_(images), terminal_(isatty(STDERR_FILENO) != 0) {}
+
+  void Show(double time, int images) {
+    const int tenth = static_cast<int>(10.0 * time / duration_);
+    if (!terminal_ && tenth <= shown_) return;
+    shown_ = tenth;
+    std::fprintf(stderr, "%ssimulated %5.1f of %.1f s", terminal_ ? "\r" : "", time, duration_);
+    if (images_ > 0) std::fprintf(stderr, ", %d of %zu images", images, images_);
+    if (!terminal_) std::fputc('\n', stderr);
+  }
+  void End() const {
+    if (terminal_) std::fputc('\n', stderr);
+  }
+
+ private:
+  double duration_;  // s
+  std::size_t images_;
+  bool terminal_;
+  int shown_ = 0;  // tenths
+};
+
+void Run(const Arguments& arguments) {
+  const fs::path bag = arguments.output;
+  if (bag.extension() != ".bag") {
+    throw InputError("--output " + bag.string() +
+                     ": must end in .bag; the other files' names follow from it");
+  }
+  if (bag.has_parent_path() && !fs::is_directory(bag.parent_path())) {
+    throw InputError("--output " + bag.string() + ": the directory " + bag.parent_path().string() +
+                     " does not exist; make it first");
+  }
+  const sim::SensorSet sensors = sim::LoadSensorSet(arguments.sensors);
+  sim::SimulationOptions options;
+  options.scenario = sim::ScenarioFromName(arguments.scenario);
+  options.duration = arguments.duration;
+  options.seed = arguments.seed;
+  options.with_noise = !arguments.noise_free;
+  sim::GuessOptions guess;
+  guess.with_guess = !arguments.no_guess;
+  guess.rotation_error_deg = arguments.rotation_error_deg;
+  guess.translation_error = arguments.translation_error;
+  guess.seed = arguments.seed;
+
+  std::size_t images = 0;
+  for (const sim::SimulatedCamera& camera : sensors.cameras) {
+    images += sim::ImageTimes(camera, options.duration).size();
+  }
+  ProgressLine progress(options.duration, images);
+  DriveBagWriter writer(bag, sensors, [&](double time, int written) { progress.Show(time, written); });
+  sim::Simulate(sensors, options, writer, Cancellation());
+  progress.End();
+  writer.Finish();
+  const fs::path stem = bag.parent_path() / bag.stem();
+  WriteCalibrationFile(stem.string() + "_truth.yaml", TrueResult(sensors));
+  WriteRigFile(stem.string() + "_rig.yaml", sim::RigFromSensorSet(sensors, guess));
+  std::printf("wrote %s, %s_truth.yaml and %s_rig.yaml\n", bag.c_str(), stem.c_str(), stem.c_str());
+}
+
+}  // namespace
+}  // namespace mlic
+
+int main(int argc, char** argv) {
+  CLI::App app("Simulates a drive with known truth", "simulate");
+  mlic::Arguments arguments;
+  mlic::AddOptions(app, arguments);
+  int status = 0;
+  if (!mlic::ParseArguments(app, argc, argv, status)) return status;
+  for (int signal : {SIGINT, SIGTERM}) {
+    std::signal(signal, [](int) { mlic::Cancellation().Cancel(); });
+  }
+  return mlic::RunProgram("simulate", [&] {
+    mlic::Run(arguments);
+    return 0;
+  });
+}

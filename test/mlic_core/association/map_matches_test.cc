@@ -1,0 +1,216 @@
+// Places of the map that a LiDAR measured and a camera found again: what they add to the joint problem.
+#include <gtest/gtest.h>
+
+#include <set>
+#include <tuple>
+
+#include "mlic_core/association/held_out_matches.h"
+#include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/association/map_matches.h"
+#include "support/synthetic_tracks.h"
+#include "support/true_spline.h"
+
+namespace mlic {
+namespace {
+
+constexpr double kDegree = M_PI / 180.0;
+
+struct Case {
+  CalibrationState truth;
+  JointProblem problem;
+};
+
+// Points that one LiDAR measured and one camera sees up to a second later, without noise.
+Case MakeCase() {
+  Case c;
+  const double duration = 8.0;
+  const auto trajectory = sim::MakeTrajectory(sim::Scenario::kHandheld, 3, duration, RigidTransform());
+  DriveState drive;
+  drive.trajectory = TrueSpline(*trajectory, duration, kSyntheticKnots);
+  c.truth.drives.push_back(drive);
+  c.truth.lidars.push_back(
+      {{FromRollPitchYaw(kDegree * Eigen::Vector3d(3.0, -17.0, 128.0)), {0.08, -0.05, 0.12}}, 0.05});
+  CameraCalibration camera;
+  camera.sensor = {{FromRollPitchYaw(kDegree * Eigen::Vector3d(-91.0, 1.0, -89.0)), {0.06, 0.11, -0.01}},
+                   -0.02};
+  camera.intrinsics = {
+      CameraModel::kPlumbBob, 752, 480, {392.0, 391.0, 371.0, 244.0, -0.09, 0.018, 0.0004, -0.0006, -0.001}};
+  camera.rolling_shutter = true;
+  camera.readout = 0.02;
+  c.truth.cameras.push_back(camera);
+  Random random(1);
+  LandmarkSet set;
+  set.begin.push_back(0);
+  while (set.points.size() < 600) {
+    const double stamp = random.Uniform(0.3, duration - 0.3);
+    const RigidTransform T_map_camera = drive.trajectory.Pose(stamp) * camera.sensor.T_imu_sensor;
+    const double depth = random.Uniform(2.0, 15.0);
+    const Eigen::Vector3d point = T_map_camera * Eigen::Vector3d(depth * random.Uniform(-0.9, 0.9),
+                                                                 depth * random.Uniform(-0.6, 0.6), depth);
+    Eigen::Vector2d pixel;
+    if (!See(drive.trajectory, camera, stamp, point, &pixel)) continue;
+    LidarSight sight;
+    sight.lidar = 0;
+    sight.time = std::clamp(stamp + random.Uniform(-1.0, 1.0), 0.0, duration - 0.2);
+    sight.position =
+        (drive.trajectory.Pose(sight.time + 0.05) * c.truth.lidars[0].T_imu_sensor).Inverse() * point;
+    sight.sigma_along = 0.01f;
+    sight.sigma_across = 0.003f;
+    Eigen::Matrix2f shape;
+    shape << 1.0f, 0.3f, 0.0f, 0.8f;
+    set.points.push_back({point, T_map_camera.translation});
+    set.lidar_sights.push_back(sight);
+    set.observations.push_back({0, 0.5f, stamp, pixel, shape});
+    set.begin.push_back(set.observations.size());
+  }
+  c.problem.landmarks.push_back(set);
+  c.problem.lidar_held = {false};
+  c.problem.guesses = {std::nullopt};
+  c.problem.camera_guesses = {std::nullopt};
+  c.problem.hold_trajectory = true;
+  return c;
+}
+
+double Distance(const SensorCalibration& a, const SensorCalibration& b) {
+  return AngleBetween(a.T_imu_sensor.rotation, b.T_imu_sensor.rotation) +
+         (a.T_imu_sensor.translation - b.T_imu_sensor.translation).norm() +
+         std::abs(a.time_offset - b.time_offset);
+}
+
+void Disturb(SensorCalibration* sensor) {
+  sensor->T_imu_sensor.rotation =
+      ExpQuaternion(Eigen::Vector3d(0.004, -0.006, 0.003)) * sensor->T_imu_sensor.rotation;
+  sensor->T_imu_sensor.translation += Eigen::Vector3d(0.01, -0.02, 0.015);
+  sensor->time_offset += 0.002;
+}
+
+TEST(MapSights, TieTheCameraToTheLidar) {
+  Case c = MakeCase();
+  c.problem.lidar_held = {true};
+  CalibrationState state = c.truth;
+  Disturb(&state.cameras[0].sensor);
+  state.cameras[0].intrinsics.parameters[0] += 3.0;
+  state.cameras[0].readout += 0.001;
+  SolveJointProblem(c.problem, 12, CancellationToken(), &state);
+  // The readout has a wide prior, which these few points feel.
+  EXPECT_LT(Distance(state.cameras[0].sensor, c.truth.cameras[0].sensor), 1e-6);
+  EXPECT_NEAR(state.cameras[0].intrinsics.parameters[0], c.truth.cameras[0].intrinsics.parameters[0], 1e-4);
+  EXPECT_NEAR(state.cameras[0].readout, c.truth.cameras[0].readout, 1e-6);
+}
+
+TEST(MapSights, TieTheLidarToTheCamera) {
+  Case c = MakeCase();
+  c.problem.camera_held = {{true, true, true, true, std::vector<bool>(9, true)}};
+  CalibrationState state = c.truth;
+  Disturb(&state.lidars[0]);
+  SolveJointProblem(c.problem, 12, CancellationToken(), &state);
+  EXPECT_LT(Distance(state.lidars[0], c.truth.lidars[0]), 1e-7);
+}
+
+TEST(MapSights, AppendedPointsKeepTheirSights) {
+  Case c = MakeCase();
+  LandmarkSet tracks;
+  tracks.begin = {0, 2};
+  tracks.points.resize(1);
+  tracks.observations.resize(2);
+  LandmarkSet all = tracks;
+  Append(c.problem.landmarks[0], &all);
+  ASSERT_EQ(all.points.size(), 601u);
+  EXPECT_FALSE(all.IsOnMap(0));
+  EXPECT_TRUE(all.IsOnMap(600));
+  EXPECT_EQ(all.begin[601], 602u);
+  EXPECT_EQ(all.observations[601].pixel, c.problem.landmarks[0].observations[599].pixel);
+}
+
+// Photos full of matches. shared: of the error's variance, what the matches of one part of a photo have in
+// common.
+LandmarkSet PhotosOfMatches(double shared) {
+  Case c = MakeCase();
+  const SplitSpline& trajectory = c.truth.drives[0].trajectory;
+  const CameraCalibration& camera = c.truth.cameras[0];
+  LandmarkSet set;
+  set.begin.push_back(0);
+  Random random(3);
+  for (int photo = 0; photo < 40; ++photo) {
+    const double stamp = 0.5 + 0.17 * photo;
+    const RigidTransform T_map_camera = trajectory.Pose(stamp) * camera.sensor.T_imu_sensor;
+    std::vector<Eigen::Vector2d> common(15);
+    for (Eigen::Vector2d& of_block : common) of_block = {random.Normal(), random.Normal()};
+    for (int i = 0; i < 120; ++i) {
+      const Eigen::Vector3d point = T_map_camera * Eigen::Vector3d(5.0 * random.Uniform(-0.8, 0.8),
+                                                                   5.0 * random.Uniform(-0.5, 0.5), 5.0);
+      Eigen::Vector2d pixel;
+      if (!See(trajectory, camera, stamp, point, &pixel)) continue;
+      const int block = static_cast<int>(pixel.x() / 160.0) + 5 * static_cast<int>(pixel.y() / 160.0);
+      pixel += 0.5 * (std::sqrt(1.0 - shared) * Eigen::Vector2d(random.Normal(), random.Normal()) +
+                      std::sqrt(shared) * common[block]);
+      LidarSight sight;
+      sight.lidar = 0;
+      set.points.push_back({point, T_map_camera.translation});
+      set.lidar_sights.push_back(sight);
+      set.observations.push_back({0, 0.5f, stamp, pixel});
+      set.begin.push_back(set.observations.size());
+    }
+  }
+  return set;
+}
+
+double NoiseOfMatches(double shared) {
+  return MeasureMatchNoise({PhotosOfMatches(shared)}, MakeCase().truth)[0];
+}
+
+TEST(MapSights, AboutATenthIsHeldOutByWholePartsOfPhotos) {
+  const LandmarkSet all = PhotosOfMatches(0.0);
+  LandmarkSet kept = all;
+  const LandmarkSet held_out = TakeHeldOutMatches(&kept);
+  ASSERT_EQ(kept.points.size() + held_out.points.size(), all.points.size());
+  const double share = static_cast<double>(held_out.points.size()) / static_cast<double>(all.points.size());
+  EXPECT_GT(share, 0.06);
+  EXPECT_LT(share, 0.14);
+  const auto parts = [](const LandmarkSet& set) {
+    std::set<std::tuple<double, int, int>> parts;
+    for (std::size_t p = 0; p < set.points.size(); ++p) {
+      EXPECT_TRUE(set.IsOnMap(p));
+      const LandmarkObservation& o = set.observations[set.begin[p]];
+      parts.insert({o.time, static_cast<int>(o.pixel.x() / 160.0), static_cast<int>(o.pixel.y() / 160.0)});
+    }
+    return parts;
+  };
+  const auto of_kept = parts(kept);
+  for (const auto& part : parts(held_out)) EXPECT_EQ(of_kept.count(part), 0u);
+}
+
+TEST(MapSights, HeldOutMatchesFollowTheLidarAndTellTheCamerasError) {
+  const Case c = MakeCase();
+  const std::vector<HeldOutMatches> truth = EvaluateHeldOutMatches(c.problem.landmarks, c.truth);
+  ASSERT_EQ(truth.size(), 1u);
+  EXPECT_EQ(truth[0].count, c.problem.landmarks[0].points.size());
+  EXPECT_LT(truth[0].rms, 1e-5);
+  // The places follow the LiDAR: when both move together on the vehicle, little but what it turned between
+  // scan and photo is left.
+  CalibrationState moved = c.truth;
+  moved.lidars[0].T_imu_sensor.translation += Eigen::Vector3d(0.01, 0.0, 0.0);
+  const double lidar_alone = EvaluateHeldOutMatches(c.problem.landmarks, moved)[0].median;
+  moved.cameras[0].sensor.T_imu_sensor.translation += Eigen::Vector3d(0.01, 0.0, 0.0);
+  EXPECT_LT(EvaluateHeldOutMatches(c.problem.landmarks, moved)[0].median, 0.7 * lidar_alone);
+  // A centre that is off by 3 px shows as 3 px.
+  moved = c.truth;
+  moved.cameras[0].intrinsics.parameters[2] += 3.0;
+  const HeldOutMatches off = EvaluateHeldOutMatches(c.problem.landmarks, moved)[0];
+  EXPECT_NEAR(off.median, 3.0, 1e-3);
+  EXPECT_NEAR(off.rms, 3.0, 1e-3);
+  moved.cameras.emplace_back(c.truth.cameras[0]);
+  EXPECT_EQ(EvaluateHeldOutMatches(c.problem.landmarks, moved)[1].count, 0u);
+}
+
+TEST(MapSights, MatchesThatErrTogetherCountForLess) {
+  EXPECT_NEAR(NoiseOfMatches(0.0), 1.0, 0.1);
+  // Of n matches with correlation 0.5 the mean errs by the square root of 1 + 0.5 (n - 1); some 8 lie in a
+  // part.
+  const double together = NoiseOfMatches(0.5);
+  EXPECT_GT(together, 1.8);
+  EXPECT_LT(together, 3.0);
+}
+
+}  // namespace
+}  // namespace mlic

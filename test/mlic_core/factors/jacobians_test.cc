@@ -1,0 +1,182 @@
+#include <gtest/gtest.h>
+
+#include "mlic_core/problem/layout.h"
+#include "mlic_core/common/random.h"
+#include "mlic_core/factors/imu_residual.h"
+#include "mlic_core/factors/point_to_plane.h"
+
+namespace mlic {
+namespace {
+
+Eigen::Vector3d RandomVector(Random* random) {
+  return {random->Normal(), random->Normal(), random->Normal()};
+}
+
+CalibrationState RandomState(std::uint64_t seed) {
+  Random random(seed);
+  CalibrationState state;
+  const UniformKnots rotation = UniformKnots::Covering(0.0, 1.0, 0.11);
+  const UniformKnots position = UniformKnots::Covering(0.0, 1.0, 0.07);
+  std::vector<Eigen::Quaterniond> rotations{ExpQuaternion(RandomVector(&random))};
+  while (static_cast<int>(rotations.size()) < rotation.count) {
+    rotations.push_back(rotations.back() * ExpQuaternion(0.2 * RandomVector(&random)));
+  }
+  std::vector<Eigen::Vector3d> positions;
+  for (int j = 0; j < position.count; ++j) positions.push_back(0.3 * RandomVector(&random));
+  DriveState drive;
+  drive.trajectory = {So3Spline(rotation, rotations), PositionSpline(position, positions)};
+  drive.gyroscope_bias = 0.1 * RandomVector(&random);
+  drive.accelerometer_bias = 0.1 * RandomVector(&random);
+  state.drives.push_back(drive);
+  SensorCalibration lidar;
+  lidar.T_imu_sensor = {ExpQuaternion(RandomVector(&random)), RandomVector(&random)};
+  lidar.time_offset = 0.05;
+  state.lidars.push_back(lidar);
+  state.gyroscope_matrix += 0.01 * Eigen::Matrix3d::Random();
+  return state;
+}
+
+constexpr double kTime = 0.43;
+
+SplineBasis RotationBasis(const CalibrationState& state, double t) {
+  return SplineBasis(state.drives[0].trajectory.rotation.knots(), t);
+}
+SplineBasis PositionBasis(const CalibrationState& state, double t) {
+  return SplineBasis(state.drives[0].trajectory.position.knots(), t);
+}
+
+double PointResidual(const CalibrationState& state, const PointToPlane& plane, const Eigen::Vector3d& x,
+                     double* row) {
+  const double t = kTime + state.lidars[0].time_offset;
+  const PointToPlane::Extrinsic extrinsic{state.lidars[0].T_imu_sensor.rotation.toRotationMatrix(),
+                                          state.lidars[0].T_imu_sensor.translation};
+  return plane.Evaluate(state.drives[0].trajectory, RotationBasis(state, t), PositionBasis(state, t),
+                        extrinsic, x, row);
+}
+
+// The cosine of the incidence of a beam on a plane.
+double Facing(const CalibrationState& state, const Eigen::Vector3d& x, const PointToPlane& plane) {
+  const double t = kTime + state.lidars[0].time_offset;
+  const Eigen::Matrix3d R = state.drives[0].trajectory.rotation.Evaluate(RotationBasis(state, t)).rotation;
+  return -plane.normal.dot(R * (state.lidars[0].T_imu_sensor.rotation * x.normalized()));
+}
+
+// Turns the normal to the sensor that sees the point x.
+void FaceSensor(const CalibrationState& state, const Eigen::Vector3d& x, PointToPlane* plane) {
+  if (Facing(state, x, *plane) < 0.0) plane->normal = -plane->normal;
+}
+
+// The columns of the unknowns that a measurement's row refers to.
+std::vector<int> KnotColumns(const Layout& layout, const CalibrationState& state, double t) {
+  std::vector<int> columns;
+  for (int j = 0; j < 4; ++j) {
+    for (int a = 0; a < 3; ++a)
+      columns.push_back(layout.drives[0].rotation[RotationBasis(state, t).first + j] + a);
+  }
+  for (int j = 0; j < 4; ++j) {
+    for (int a = 0; a < 3; ++a)
+      columns.push_back(layout.drives[0].position[PositionBasis(state, t).first + j] + a);
+  }
+  return columns;
+}
+
+TEST(PointToPlane, JacobianAgreesWithNumericOne) {
+  const CalibrationState state = RandomState(3);
+  const Layout layout(state, false);
+  PointToPlane plane;
+  plane.normal = Eigen::Vector3d(0.3, -0.5, 0.8).normalized();
+  plane.tangent_u = plane.normal.unitOrthogonal();
+  plane.tangent_v = plane.normal.cross(plane.tangent_u);
+  plane.anchor = Eigen::Vector3d(1.0, 2.0, -0.5);
+  const Eigen::Vector3d x(3.0, -2.0, 5.0);
+  FaceSensor(state, x, &plane);
+  double row[PointToPlane::kColumns];
+  PointResidual(state, plane, x, row);
+  std::vector<int> columns = KnotColumns(layout, state, kTime + state.lidars[0].time_offset);
+  for (int i = 0; i < 7; ++i) columns.push_back(layout.knots + i);
+  const double h = 1e-6;
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    double value[2];
+    for (int side = 0; side < 2; ++side) {
+      CalibrationState moved = state;
+      Eigen::VectorXd delta = Eigen::VectorXd::Zero(layout.Total());
+      delta[columns[c]] = side == 0 ? -h : h;
+      layout.Update(delta, &moved);
+      value[side] = PointResidual(moved, plane, x, nullptr);
+    }
+    EXPECT_NEAR((value[1] - value[0]) / (2.0 * h), row[c], 1e-6 * (1.0 + std::abs(row[c]))) << "column " << c;
+  }
+  for (int i = 0; i < 3; ++i) {
+    double value[2];
+    for (int side = 0; side < 2; ++side) {
+      const double step = side == 0 ? -h : h;
+      PointToPlane moved = plane;
+      if (i == 0) moved.normal = (plane.normal + step * plane.tangent_u).normalized();
+      if (i == 1) moved.normal = (plane.normal + step * plane.tangent_v).normalized();
+      if (i == 2) moved.offset += step;
+      value[side] = PointResidual(state, moved, x, nullptr);
+    }
+    const double expected = row[PointToPlane::kPlane + i];
+    EXPECT_NEAR((value[1] - value[0]) / (2.0 * h), expected, 1e-6 * (1.0 + std::abs(expected)));
+  }
+}
+
+// Noise of the range must not pull: the gradient's mean at the truth is zero (errors in variables).
+TEST(PointToPlane, RangeNoiseDoesNotBias) {
+  const CalibrationState state = RandomState(3);
+  PointToPlane plane;
+  plane.normal = Eigen::Vector3d(0.3, -0.5, 0.8).normalized();
+  plane.anchor = Eigen::Vector3d(1.0, 2.0, -0.5);
+  const Eigen::Vector3d direction = Eigen::Vector3d(3.0, -2.0, 5.0).normalized();
+  FaceSensor(state, direction, &plane);
+  plane.tangent_u = plane.normal.unitOrthogonal();
+  plane.tangent_v = plane.normal.cross(plane.tangent_u);
+  const double range = 6.0;
+  plane.offset = PointResidual(state, plane, range * direction, nullptr) * Facing(state, direction, plane);
+  ASSERT_NEAR(PointResidual(state, plane, range * direction, nullptr), 0.0, 1e-12);
+  Random random(7);
+  constexpr int kDraws = 20000;
+  using Row = Eigen::Matrix<double, PointToPlane::kColumns, 1>;
+  Row sum = Row::Zero(), squares = Row::Zero(), row;
+  for (int i = 0; i < kDraws; ++i) {
+    const double r = PointResidual(state, plane, (range + 0.05 * random.Normal()) * direction, row.data());
+    sum += r * row;
+    squares += (r * row).cwiseAbs2();
+  }
+  for (int c = 0; c < row.size(); ++c) {
+    EXPECT_LE(std::abs(sum[c]), 4.0 * std::sqrt(squares[c]) + 1e-12) << "column " << c;
+  }
+}
+
+TEST(ImuResidual, JacobianAgreesWithNumericOne) {
+  const CalibrationState state = RandomState(5);
+  const Layout layout(state, true);
+  ImuSample sample;
+  sample.time = kTime;
+  sample.specific_force = Eigen::Vector3d(0.1, 9.0, 1.0);
+  const auto evaluate = [&](const CalibrationState& at, ImuResidual::Jacobian* J) {
+    return ImuResidual::Evaluate(at.drives[0].trajectory, RotationBasis(at, kTime), PositionBasis(at, kTime),
+                                 at.Imu(0), kGravity, sample, J);
+  };
+  ImuResidual::Jacobian J;
+  evaluate(state, &J);
+  std::vector<int> columns = KnotColumns(layout, state, kTime);
+  for (int i = 0; i < 6; ++i) columns.push_back(layout.knots + layout.Bias(0) + i);
+  for (int i = 0; i < 15; ++i) columns.push_back(layout.knots + layout.matrices + i);
+  const double h = 1e-6;
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    Eigen::Matrix<double, 6, 1> value[2];
+    for (int side = 0; side < 2; ++side) {
+      CalibrationState moved = state;
+      Eigen::VectorXd delta = Eigen::VectorXd::Zero(layout.Total());
+      delta[columns[c]] = side == 0 ? -h : h;
+      layout.Update(delta, &moved);
+      value[side] = evaluate(moved, nullptr);
+    }
+    const Eigen::Matrix<double, 6, 1> numeric = (value[1] - value[0]) / (2.0 * h);
+    EXPECT_LT((numeric - J.row(c).transpose()).norm(), 1e-5 * (1.0 + numeric.norm())) << "column " << c;
+  }
+}
+
+}  // namespace
+}  // namespace mlic

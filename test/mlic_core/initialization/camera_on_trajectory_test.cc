@@ -1,0 +1,268 @@
+#include "mlic_core/initialization/camera_on_trajectory.h"
+
+#include <gtest/gtest.h>
+
+#include "mlic_core/uncertainty/intrinsics_observability.h"
+#include "mlic_core/problem/observability_limits.h"
+#include "support/synthetic_tracks.h"
+#include "support/true_spline.h"
+
+namespace mlic {
+namespace {
+
+constexpr double kDegree = M_PI / 180.0;
+
+CameraCalibration Camera(const CameraIntrinsics& intrinsics, const Eigen::Vector3d& rpy_deg,
+                         const Eigen::Vector3d& translation, double time_offset) {
+  CameraCalibration camera;
+  camera.sensor.T_imu_sensor = {FromRollPitchYaw(rpy_deg * kDegree), translation};
+  camera.sensor.time_offset = time_offset;
+  camera.intrinsics = intrinsics;
+  return camera;
+}
+
+CameraIntrinsics PlumbBob() {
+  return {
+      CameraModel::kPlumbBob, 1280, 800, {612.0, 609.0, 645.0, 396.0, -0.21, 0.06, 0.0007, -0.0004, -0.008}};
+}
+CameraIntrinsics Rational() {
+  return {CameraModel::kRationalPolynomial,
+          1280,
+          800,
+          {612.0, 609.0, 645.0, 396.0, 0.31, 0.02, 0.0003, -0.0002, 0.001, 0.55, 0.05, 0.002}};
+}
+CameraIntrinsics Fisheye() {
+  return {CameraModel::kEquidistant, 1200, 1200, {365.0, 366.0, 604.0, 597.0, -0.012, 0.004, -0.003, 0.0006}};
+}
+CameraIntrinsics DoubleSphere() {
+  return {CameraModel::kDoubleSphere, 1200, 1200, {340.0, 341.0, 604.0, 597.0, -0.15, 0.58}};
+}
+
+// One case of calibration on a known trajectory.
+struct Case {
+  std::vector<CameraCalibration> truth;
+  Rig rig;
+  std::vector<CameraStart> start;
+  CalibrationState state;  // holds the trajectory
+  std::vector<TrackSet> tracks;
+
+  CameraInitialization Run() const {
+    return InitializeCameras(rig, start, tracks, state, CancellationToken());
+  }
+};
+
+Case MakeCase(const std::vector<CameraCalibration>& truth, const SyntheticTracksOptions& options,
+              sim::Scenario scenario = sim::Scenario::kHandheld) {
+  Case c;
+  c.truth = truth;
+  const auto trajectory = sim::MakeTrajectory(scenario, 7, options.duration, RigidTransform());
+  DriveState drive;
+  drive.trajectory = TrueSpline(*trajectory, options.duration, kSyntheticKnots);
+  c.state.drives.push_back(drive);
+  c.tracks.push_back(MakeTracks(drive.trajectory, truth, options));
+  c.rig = RigOf(truth);
+  c.start = StartsOf(truth);
+  return c;
+}
+
+// Field of view only, to within an error of the focal length of some per cent.
+void StartFromFieldOfView(Case* c, double error) {
+  for (std::size_t i = 0; i < c->truth.size(); ++i) {
+    const CameraIntrinsics& t = c->truth[i].intrinsics;
+    CameraIntrinsics& start = c->start[i].intrinsics;
+    const double half = 0.5 * t.width / t.parameters[0];
+    const double fov = t.model == CameraModel::kPlumbBob || t.model == CameraModel::kRationalPolynomial
+                           ? 2.0 * std::atan(half)
+                           : 2.0 * half;
+    start = IntrinsicsFromFieldOfView(t.model, t.width, t.height, fov / kDegree * error);
+    c->start[i].from_field_of_view = true;
+  }
+}
+
+struct Errors {
+  double degrees = 0.0, metres = 0.0, milliseconds = 0.0, readout_milliseconds = 0.0, pixels = 0.0;
+};
+
+Errors Compare(const CameraCalibration& truth, const CameraCalibration& estimate) {
+  Errors e;
+  e.degrees =
+      AngleBetween(truth.sensor.T_imu_sensor.rotation, estimate.sensor.T_imu_sensor.rotation) / kDegree;
+  e.metres = (truth.sensor.T_imu_sensor.translation - estimate.sensor.T_imu_sensor.translation).norm();
+  e.milliseconds = 1e3 * std::abs(truth.sensor.time_offset - estimate.sensor.time_offset);
+  e.readout_milliseconds = 1e3 * std::abs(truth.readout - estimate.readout);
+  e.pixels = MeanDisplacement(truth.intrinsics, estimate.intrinsics);
+  return e;
+}
+
+Errors Worst(const Case& c, const CameraInitialization& result) {
+  Errors worst;
+  for (const std::string& line : result.notes) std::printf("  %s\n", line.c_str());
+  for (const std::string& line : result.problems) std::printf("  problem: %s\n", line.c_str());
+  for (std::size_t i = 0; i < c.truth.size(); ++i) {
+    EXPECT_TRUE(result.found[i]) << "camera " << i;
+    const Errors e = Compare(c.truth[i], result.cameras[i]);
+    std::printf("  camera %zu: %.5f deg %.3f mm %.5f ms readout %.5f ms intrinsics %.4f px, held", i,
+                e.degrees, 1e3 * e.metres, e.milliseconds, e.readout_milliseconds, e.pixels);
+    for (const bool held : result.held[i].intrinsics) std::printf(" %d", held);
+    std::printf("\n");
+    worst.degrees = std::max(worst.degrees, e.degrees);
+    worst.metres = std::max(worst.metres, e.metres);
+    worst.milliseconds = std::max(worst.milliseconds, e.milliseconds);
+    worst.readout_milliseconds = std::max(worst.readout_milliseconds, e.readout_milliseconds);
+    worst.pixels = std::max(worst.pixels, e.pixels);
+  }
+  return worst;
+}
+
+std::vector<CameraCalibration> AllModels() {
+  return {Camera(PlumbBob(), {-90.0, 0.0, -85.0}, {0.08, -0.05, 0.11}, 0.031),
+          Camera(Rational(), {-87.0, 4.0, -15.0}, {-0.06, 0.03, 0.05}, -0.210),
+          Camera(Fisheye(), {-92.0, 1.0, 100.0}, {0.02, 0.09, -0.04}, 0.004),
+          Camera(DoubleSphere(), {-85.0, -3.0, 190.0}, {0.0, -0.1, 0.02}, 0.65)};
+}
+
+TEST(CameraInitialization, NoiseFreeTracksGiveTheTruthForAllModels) {
+  SyntheticTracksOptions options;
+  Case c = MakeCase(AllModels(), options);
+  const Errors worst = Worst(c, c.Run());
+  EXPECT_LT(worst.degrees, 1e-4);
+  EXPECT_LT(worst.metres, 1e-5);
+  EXPECT_LT(worst.milliseconds, 1e-3);
+  EXPECT_LT(worst.pixels, 0.01);
+}
+
+TEST(CameraInitialization, FindsTheFocalLengthFromTheFieldOfView) {
+  SyntheticTracksOptions options;
+  options.noise = 0.5;
+  for (const double error : {0.9, 1.0, 1.1}) {
+    Case c = MakeCase(AllModels(), options);
+    StartFromFieldOfView(&c, error);
+    const Errors worst = Worst(c, c.Run());
+    EXPECT_LT(worst.degrees, 0.03);
+    EXPECT_LT(worst.metres, 3e-3);
+    EXPECT_LT(worst.milliseconds, 0.1);
+    EXPECT_LT(worst.pixels, 0.5);
+  }
+}
+
+TEST(CameraInitialization, EstimatesTheReadoutOfRollingShutters) {
+  SyntheticTracksOptions options;
+  options.noise = 0.5;
+  auto cameras = AllModels();
+  cameras.resize(2);
+  for (CameraCalibration& camera : cameras) camera.rolling_shutter = true;
+  cameras[0].readout = 0.0221;
+  cameras[1].readout = 0.0315;
+  Case c = MakeCase(cameras, options);
+  StartFromFieldOfView(&c, 1.0);
+  const Errors worst = Worst(c, c.Run());
+  EXPECT_LT(worst.readout_milliseconds, 0.3);
+  EXPECT_LT(worst.milliseconds, 0.2);
+  EXPECT_LT(worst.degrees, 0.03);
+}
+
+TEST(CameraInitialization, EveryFifthSightMayBeWrong) {
+  SyntheticTracksOptions options;
+  options.noise = 0.5;
+  options.outliers = 0.2;
+  Case c = MakeCase(AllModels(), options);
+  StartFromFieldOfView(&c, 1.0);
+  const Errors worst = Worst(c, c.Run());
+  EXPECT_LT(worst.degrees, 0.03);
+  EXPECT_LT(worst.metres, 3e-3);
+  EXPECT_LT(worst.pixels, 0.5);
+}
+
+TEST(CameraInitialization, ForgetsHowItFoundTheCamerasWithOtherTracks) {
+  SyntheticTracksOptions options;
+  options.noise = 0.1;
+  options.points = 3000;
+  Case c = MakeCase(AllModels(), options);
+  CameraInitialization found = c.Run();
+  const Errors at_first = Worst(c, found);
+  for (CameraCalibration& camera : found.cameras) {
+    Eigen::Quaterniond& rotation = camera.sensor.T_imu_sensor.rotation;
+    rotation = rotation * ExpQuaternion(Eigen::Vector3d(0.15, -0.1, 0.2) * kDegree);
+    camera.sensor.T_imu_sensor.translation.x() += 0.02;
+    camera.intrinsics.parameters[2] += 2.0;
+  }
+  AdjustCamerasFurther(c.rig, c.start, c.tracks, c.state, CancellationToken(), &found);
+  const Errors worst = Worst(c, found);
+  EXPECT_LT(worst.degrees, 2.0 * at_first.degrees);
+  EXPECT_LT(worst.metres, 2.0 * at_first.metres);
+  EXPECT_LT(worst.pixels, 2.0 * at_first.pixels);
+}
+
+// The information of one camera in which everything is known well, but for a sigma of one of its intrinsics.
+std::vector<HeldCameraParameters> HeldWith(double sigma, double sensitivity, int parameter = 7) {
+  CalibrationState state;
+  state.cameras = {Camera(PlumbBob(), {-90.0, 0.0, 0.0}, {0.0, 0.5, 0.2}, 0.01)};
+  const Layout layout(state, false);
+  const Eigen::VectorXd limits = CalibrationLimits(state, layout);
+  Eigen::MatrixXd information = limits.cwiseAbs2().cwiseInverse().asDiagonal();
+  information *= 1e6;
+  const int at = layout.Intrinsics(0) + parameter;
+  information(at, at) = 1.0 / (sigma * sigma);
+  return HoldUndeterminedIntrinsics(information, state, layout, {}, {sensitivity});
+}
+
+TEST(CameraInitialization, HoldsTangentialTermsThatPatternsOfErrorsCanFake) {
+  const std::vector<bool> none(9, false);
+  std::vector<bool> both = none;
+  both[6] = both[7] = true;
+  EXPECT_EQ(HeldWith(1e-5, 1800.0)[0].intrinsics, none);
+  EXPECT_EQ(HeldWith(1e-4, 1200.0)[0].intrinsics, both);
+  // Four times as many sights halve the sigma and tell no more.
+  EXPECT_EQ(HeldWith(5e-5, 2400.0)[0].intrinsics, both);
+}
+
+TEST(CameraInitialization, TakesPixelsForSquareWhereTheRatioIsNotTold) {
+  constexpr int kVertical = 1;
+  EXPECT_FALSE(HeldWith(0.2, 1.0, kVertical)[0].square_pixels);
+  EXPECT_TRUE(HeldWith(0.4, 1.0, kVertical)[0].square_pixels);
+}
+
+// Against the covariance of parameters that are considered: A^-1 + A^-1 B Q B^T A^-1.
+TEST(CameraInitialization, DoubtsTangentialTermsThatItHolds) {
+  CalibrationState state;
+  state.cameras = {Camera(PlumbBob(), {-90.0, 0.0, 0.0}, {0.0, 0.5, 0.2}, 0.01)};
+  const Layout layout(state, false);
+  const Eigen::VectorXd limits = CalibrationLimits(state, layout);
+  const int count = layout.calibration, p1 = layout.Intrinsics(0) + 6;
+  Random random(5);
+  Eigen::MatrixXd rows(3 * count, count);
+  for (int i = 0; i < rows.size(); ++i) rows.data()[i] = random.Normal();
+  rows = rows * limits.cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd information = rows.transpose() * rows;
+  std::vector<HeldCameraParameters> held(1);
+  held[0].intrinsics.assign(9, false);
+  held[0].intrinsics[6] = held[0].intrinsics[7] = true;
+  const Eigen::MatrixXd known = InformationWithHeld(information, state, layout, held);
+  const Eigen::MatrixXd inverse = InverseInLimits(known, limits);
+  Eigen::MatrixXd coupling = information.middleCols<2>(p1);
+  coupling.middleRows<2>(p1).setZero();
+  Eigen::MatrixXd expected = inverse + 1e-6 * inverse * coupling * coupling.transpose() * inverse;
+  const Eigen::MatrixXd covariance =
+      InverseInLimits(WithDoubtOfTangentialTerms(information, state, layout, held, known), limits);
+  EXPECT_NEAR(std::sqrt(covariance(p1, p1)), 1e-3, 1e-6);
+  for (int i = 0; i < count; ++i) {
+    if (i == p1 || i == p1 + 1) continue;
+    EXPECT_NEAR(covariance(i, i) / expected(i, i), 1.0, 1e-4) << i;
+  }
+  EXPECT_GT(expected(0, 0), 1.01 * inverse(0, 0));
+}
+
+TEST(CameraInitialization, PatternSensitivityIsThatOfIndependentSights) {
+  LandmarkSet set;
+  set.observations.resize(8);
+  for (std::size_t i = 0; i < 8; ++i) {
+    set.observations[i].camera = i < 6 ? 0 : 1;
+    set.observations[i].sigma = 0.5f;
+  }
+  const std::vector<double> sensitivity = PatternSensitivity({set}, 2);
+  EXPECT_NEAR(sensitivity[0], std::sqrt(2.0 * 6 / 0.25), 1e-9);
+  EXPECT_NEAR(sensitivity[1], std::sqrt(2.0 * 2 / 0.25), 1e-9);
+}
+
+}  // namespace
+}  // namespace mlic

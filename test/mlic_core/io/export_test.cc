@@ -1,0 +1,160 @@
+#include <cstdlib>
+#include <cstring>
+#include <regex>
+
+#include "support/sample_result.h"
+#include "support/files.h"
+#include "mlic_core/geometry/so3.h"
+#include "mlic_core/io/result/export_frames.h"
+#include "mlic_core/io/result/point_cloud_file.h"
+#include "mlic_core/io/result/result_file.h"
+#include "mlic_core/io/result/static_transforms.h"
+#include "mlic_core/io/text_file.h"
+#include "mlic_core/io/result/trajectory_file.h"
+#include "mlic_core/io/result/urdf.h"
+#include "mlic_core/io/write_results.h"
+
+namespace mlic {
+namespace {
+
+// The numbers in the attribute `name="..."` at its i-th place in the text.
+std::vector<double> Numbers(const std::string& text, const std::string& attribute, std::size_t i) {
+  const std::regex pattern("\\b" + attribute + "=\"([^\"]*)\"");
+  auto match = std::sregex_iterator(text.begin(), text.end(), pattern);
+  for (; i > 0; --i) ++match;
+  std::istringstream words((*match)[1].str());
+  std::vector<double> numbers;
+  for (double number = 0.0; words >> number;) numbers.push_back(number);
+  return numbers;
+}
+
+TEST(Export, UrdfHoldsThePosesAndCheckUrdfAcceptsIt) {
+  TemporaryDirectory directory;
+  const CalibrationResult result = SampleResult();
+  const std::filesystem::path path = directory.Path() / "sensors.urdf.xacro";
+  WriteUrdf(path, result);
+  const std::string text = ReadFile(path);
+  for (std::size_t i = 0; i < result.sensors.size(); ++i) {
+    const RigidTransform& pose = result.sensors[i].calibration.T_imu_sensor;
+    const std::vector<double> rpy = Numbers(text, "rpy", i), xyz = Numbers(text, "xyz", i);
+    EXPECT_LT(AngleBetween(FromRollPitchYaw({rpy[0], rpy[1], rpy[2]}), pose.rotation), 1e-9);
+    EXPECT_LT((Eigen::Vector3d(xyz[0], xyz[1], xyz[2]) - pose.translation).norm(), 1e-11);
+  }
+  if (std::system("command -v check_urdf > /dev/null") != 0) GTEST_SKIP() << "no check_urdf on this machine";
+  const std::string command =
+      "check_urdf '" + path.string() + "' > '" + (directory.Path() / "log").string() + "' 2>&1";
+  EXPECT_EQ(std::system(command.c_str()), 0) << ReadFile(directory.Path() / "log");
+  EXPECT_TRUE(Contains(ReadFile(directory.Path() / "log"), "imu_link has 4 child"));
+}
+
+TEST(Export, StaticTransformsHoldPositionQuaternionAndFrames) {
+  TemporaryDirectory directory;
+  const CalibrationResult result = SampleResult();
+  WriteStaticTransforms(directory.Path() / "static.launch", result);
+  const std::string text = ReadFile(directory.Path() / "static.launch");
+  const std::vector<double> numbers = Numbers(text, "args", 1);
+  ASSERT_EQ(numbers.size(), 7u);
+  const RigidTransform& pose = result.sensors[1].calibration.T_imu_sensor;
+  EXPECT_NEAR(numbers[0], pose.translation.x(), 1e-9);
+  EXPECT_NEAR(numbers[3], pose.rotation.x(), 1e-11);
+  EXPECT_NEAR(numbers[6], pose.rotation.w(), 1e-11);
+  EXPECT_TRUE(Contains(text, " imu_link left_lidar_link\""));
+  EXPECT_TRUE(Contains(text, "pkg=\"tf2_ros\" type=\"static_transform_publisher\" name=\"mlic_left_lidar\""));
+}
+
+TEST(Export, FramesAreUniqueAndWithoutSlash) {
+  CalibrationResult result = SampleResult();
+  result.imu_frame_id = "/imu";
+  result.sensors[0].frame_id = "/velodyne";
+  result.sensors[1].frame_id = "velodyne";
+  result.sensors[2].frame_id = "";
+  result.sensors[3].frame_id = "imu";
+  const ExportFrames frames = FramesOf(result);
+  EXPECT_EQ(frames.imu, "imu");
+  EXPECT_EQ(frames.sensors, (std::vector<std::string>{"velodyne", "left_lidar", "right_lidar", "cam_front"}));
+}
+
+TEST(Export, TrajectoryKeepsNanoseconds) {
+  TemporaryDirectory directory;
+  const std::filesystem::path path = directory.Path() / "trajectory.tum";
+  std::vector<StampedPose> trajectory;
+  for (const TimeNs time : {-1500000001LL, -1LL, 0LL, 7LL, 1700000000123456789LL}) {
+    trajectory.push_back({time, {FromRollPitchYaw({0.1, -0.2, 3.0}), {1.0, -2.5, 1e-7}}});
+  }
+  WriteTrajectoryFile(path, trajectory);
+  EXPECT_TRUE(Contains(ReadFile(path), "\n1700000000.123456789 1.000000000 -2.500000000 "));
+  EXPECT_TRUE(Contains(ReadFile(path), "\n-1.500000001 "));
+  const std::vector<StampedPose> copy = ReadTrajectoryFile(path);
+  ASSERT_EQ(copy.size(), trajectory.size());
+  for (std::size_t i = 0; i < copy.size(); ++i) {
+    EXPECT_EQ(copy[i].time, trajectory[i].time);
+    EXPECT_LT((copy[i].pose.translation - trajectory[i].pose.translation).norm(), 1e-9);
+    EXPECT_LT(AngleBetween(copy[i].pose.rotation, trajectory[i].pose.rotation), 1e-11);
+  }
+  WriteFileAtomically(path, "# comment\n1.0 0 0 0 0 0 0 1\n2.0 0 0 zero 0 0 0 1\n");
+  EXPECT_TRUE(Contains(InputErrorOf([&] { ReadTrajectoryFile(path); }), "trajectory.tum:3: expected a pose"));
+}
+
+TEST(Export, PointCloudHasHeaderAndBinaryFields) {
+  TemporaryDirectory directory;
+  const CalibrationResult result = SampleResult();
+  WritePointCloudFile(directory.Path() / "map.pcd", result.map);
+  const std::string content = ReadFile(directory.Path() / "map.pcd");
+  EXPECT_TRUE(Contains(content.substr(0, 400),
+                       "FIELDS x y z intensity lidar plane\nSIZE 4 4 4 4 4 4\nTYPE F F F F I I\n"));
+  EXPECT_TRUE(Contains(content.substr(0, 400), "POINTS 20000\nDATA binary\n"));
+  const std::size_t data = content.find("DATA binary\n") + 12;
+  ASSERT_EQ(content.size(), data + 24 * result.map.size());
+  float xyzi[4];
+  std::int32_t indices[2];
+  std::memcpy(xyzi, content.data() + data + 24 * 1234, 16);
+  std::memcpy(indices, content.data() + data + 24 * 1234 + 16, 8);
+  EXPECT_EQ(xyzi[1], result.map[1234].position.y());
+  EXPECT_EQ(xyzi[3], result.map[1234].intensity);
+  EXPECT_EQ(indices[0], result.map[1234].lidar);
+  EXPECT_EQ(indices[1], result.map[1234].plane);
+}
+
+TEST(WriteResults, RefusedLeavesNoTransformsOfAnEarlierRun) {
+  TemporaryDirectory directory;
+  const std::filesystem::path output = directory.Path() / "new" / "results";
+  CalibrationResult result = SampleResult();
+  result.trajectories.push_back(result.trajectories[0]);
+  WriteResults(output, result);
+  for (const char* name : {"calibration.yaml", "report.html", "trajectory.tum", "trajectory_2.tum", "map.pcd",
+                           "static_transforms.launch", "sensors.urdf.xacro", "kalibr_camchain.yaml",
+                           "camera_info/cam_front.yaml", "images/cam_front_tracks.png",
+                           "images/keyframes.csv", "initial_calibration.yaml"}) {
+    EXPECT_TRUE(std::filesystem::exists(output / name)) << name;
+  }
+  CalibrationResult refused;
+  refused.reasons = {"the vehicle stood still"};
+  WriteResults(output, refused);
+  std::vector<std::string> left;
+  for (const auto& entry : std::filesystem::directory_iterator(output))
+    left.push_back(entry.path().filename());
+  std::sort(left.begin(), left.end());
+  EXPECT_EQ(left, (std::vector<std::string>{"calibration.yaml", "report.html"}));
+  EXPECT_FALSE(ReadCalibrationFile(output / "calibration.yaml").trusted);
+}
+
+TEST(WriteResults, SameResultSameBytes) {
+  TemporaryDirectory directory;
+  WriteResults(directory.Path() / "a", SampleResult());
+  WriteResults(directory.Path() / "b", SampleResult());
+  for (const auto& entry : std::filesystem::directory_iterator(directory.Path() / "a")) {
+    if (entry.is_directory()) continue;
+    EXPECT_EQ(ReadFile(entry.path()), ReadFile(directory.Path() / "b" / entry.path().filename()))
+        << entry.path();
+  }
+}
+
+TEST(WriteResults, UnwritablePlaceIsOneLine) {
+  TemporaryDirectory directory;
+  WriteFileAtomically(directory.Path() / "file", "x");
+  EXPECT_TRUE(Contains(InputErrorOf([&] { WriteResults(directory.Path() / "file" / "sub", SampleResult()); }),
+                       "file"));
+}
+
+}  // namespace
+}  // namespace mlic

@@ -1,0 +1,138 @@
+#include <cstdlib>
+
+#include "support/sample_result.h"
+#include "support/files.h"
+#include "mlic_core/common/random.h"
+#include "mlic_core/io/pictures/png_image.h"
+#include "mlic_core/io/report/report.h"
+#include "mlic_core/io/text_file.h"
+#include "mlic_core/io/pictures/track_picture.h"
+
+namespace mlic {
+namespace {
+
+std::string ReportOf(const CalibrationResult& result) {
+  TemporaryDirectory directory;
+  WriteReport(directory.Path() / "report.html", result);
+  return ReadFile(directory.Path() / "report.html");
+}
+
+TEST(Report, TrustedSaysSoFirstAndMarksWhatWasHeld) {
+  const std::string html = ReportOf(SampleResult());
+  EXPECT_LT(html.find("<h1>Trusted</h1>"), html.find("front_lidar"));
+  EXPECT_TRUE(Contains(html, "<b>held</b>"));
+  EXPECT_TRUE(Contains(html, "the common z of all LiDARs"));
+  EXPECT_TRUE(Contains(html, "data:image/png;base64,"));
+  EXPECT_TRUE(Contains(html, "translation along (0.00, 0.02, 1.00), held to &plusmn; 100.0 mm"));
+  EXPECT_TRUE(Contains(html, "1423 planes"));
+}
+
+TEST(Report, SaysWhereTheTimeWent) {
+  const std::string html = ReportOf(SampleResult());
+  EXPECT_TRUE(Contains(html, "<td>odometry</td><td class=\"n\">11.7</td><td class=\"n\">44.1</td>"));
+  EXPECT_TRUE(Contains(html, "<b>44.0</b></td><td class=\"n\"><b>145.8</b>")) << "the sums";
+}
+
+TEST(Report, OpensOffline) {
+  const std::string html = ReportOf(SampleResult());
+  for (const char* outside : {"http://", "https://", "src=\"", "<script", "@import", "url("}) {
+    EXPECT_EQ(html.find(outside), std::string::npos) << outside;
+  }
+}
+
+TEST(Report, RefusedGivesReasonsEscaped) {
+  CalibrationResult result;
+  result.reasons = {"turned by 3 deg < 20 deg & stood still"};
+  const std::string html = ReportOf(result);
+  EXPECT_TRUE(Contains(html, "<h1>Refused</h1>"));
+  EXPECT_TRUE(Contains(html, "turned by 3 deg &lt; 20 deg &amp; stood still"));
+  EXPECT_TRUE(Contains(html, "Record again with turns"));
+  EXPECT_EQ(html.find("<h1>Trusted"), std::string::npos);
+}
+
+TEST(Report, LowInlierShareBecomesAHint) {
+  CalibrationResult result = SampleResult();
+  EXPECT_EQ(ReportOf(result).find("are inliers; look"), std::string::npos);
+  result.residuals[1].inlier_share = 0.6;
+  EXPECT_TRUE(Contains(ReportOf(result), "left_lidar: only 60 percent"));
+}
+
+TEST(Report, CamerasAreShownByCellsAndOnThePhoto) {
+  CalibrationResult result = SampleResult();
+  const std::string html = ReportOf(result);
+  EXPECT_TRUE(Contains(html, "rms 0.410 px of each coordinate"));
+  // Nine of ten mean errors are below 0.08 px and a cell is 80 px wide.
+  EXPECT_TRUE(Contains(html, "arrows: mean errors &times; 1000"));
+  EXPECT_TRUE(Contains(html, "data:image/jpeg;base64,"));
+  EXPECT_TRUE(Contains(html, "512 places of the LiDAR map that no solve used: off by 0.31 px"));
+  result.views.clear();
+  result.residuals.pop_back();
+  EXPECT_EQ(ReportOf(result).find("Camera residuals"), std::string::npos);
+}
+
+// Arrows are magnified so that they can be seen, and the factor is said.
+TEST(TrackPicture, ArrowsPointFromTheSightToTheProjection) {
+  const CameraView view = SampleResult().views.front();
+  const cv::Mat photo = view.images->Load(1), picture = DrawTracks(photo, view);
+  ASSERT_EQ(picture.type(), CV_8UC3);
+  ASSERT_EQ(picture.size(), photo.size());
+  const int factor = ArrowMagnification(view, photo.cols);
+  EXPECT_EQ(factor, 100);  // 0.36 px become 36 of the 42.7 px allowed
+  const auto colour = [&](const Eigen::Vector2f& at) {
+    return picture.at<cv::Vec3b>(static_cast<int>(at.y()), static_cast<int>(at.x()));
+  };
+  const LandmarkSight& sight = view.sights[30];
+  const cv::Vec3b along = colour(sight.observed + 0.5f * factor * (sight.projected - sight.observed));
+  EXPECT_GT(along[2], along[0] + 60) << "red where the arrow is";
+  const cv::Vec3b against = colour(sight.observed - 0.5f * factor * (sight.projected - sight.observed));
+  EXPECT_LE(std::abs(against[2] - against[0]), 30) << "gray where it is not";
+}
+
+TEST(Base64, KnownValues) {
+  EXPECT_EQ(EncodeBase64(""), "");
+  EXPECT_EQ(EncodeBase64("f"), "Zg==");
+  EXPECT_EQ(EncodeBase64("fo"), "Zm8=");
+  EXPECT_EQ(EncodeBase64("foo"), "Zm9v");
+  EXPECT_EQ(EncodeBase64("foobar"), "Zm9vYmFy");
+  EXPECT_EQ(EncodeBase64(std::string("\xff\xfe\xfd")), "//79");
+}
+
+// Another program's inflate must give the same rows back.
+TEST(Png, PythonReadsItBack) {
+  if (std::system("command -v /usr/bin/python3 > /dev/null") != 0)
+    GTEST_SKIP() << "no python3 on this machine";
+  Random random(9);
+  PaletteImage image;
+  image.width = 301;
+  image.height = 77;
+  for (int i = 0; i < 256; ++i) image.palette.push_back({static_cast<std::uint8_t>(i), 0, 0});
+  while (image.pixels.size() < 301u * 77u) {
+    const std::size_t run = 1 + random.Next() % (random.Next() % 20 == 0 ? 900 : 6);
+    image.pixels.insert(image.pixels.end(), run, static_cast<std::uint8_t>(random.Next()));
+  }
+  image.pixels.resize(301u * 77u);
+  TemporaryDirectory directory;
+  WriteFileAtomically(directory.Path() / "image.png", EncodePng(image));
+  WriteFileAtomically(directory.Path() / "pixels",
+                      std::string(reinterpret_cast<const char*>(image.pixels.data()), image.pixels.size()));
+  WriteFileAtomically(
+      directory.Path() / "check.py",
+      "import struct, sys, zlib\n"
+      "png = open(sys.argv[1] + '/image.png', 'rb').read()\n"
+      "at, data = 8, b''\n"
+      "while at < len(png):\n"
+      "    size, kind = struct.unpack('>I4s', png[at:at + 8])\n"
+      "    body = png[at + 8:at + 8 + size]\n"
+      "    assert zlib.crc32(kind + body) == struct.unpack('>I', png[at + 8 + size:at + 12 + size])[0]\n"
+      "    data += body if kind == b'IDAT' else b''\n"
+      "    at += 12 + size\n"
+      "rows = zlib.decompress(data)\n"
+      "pixels = b''.join(rows[302 * y + 1:302 * y + 302] for y in range(77))\n"
+      "assert pixels == open(sys.argv[1] + '/pixels', 'rb').read()\n");
+  const std::string script = (directory.Path() / "check.py").string();
+  EXPECT_EQ(std::system(("/usr/bin/python3 '" + script + "' '" + directory.Path().string() + "'").c_str()),
+            0);
+}
+
+}  // namespace
+}  // namespace mlic

@@ -1,0 +1,118 @@
+#include "support/sample_result.h"
+#include "support/files.h"
+#include "mlic_core/geometry/so3.h"
+#include "mlic_core/io/result/result_file.h"
+#include "mlic_core/io/text_file.h"
+
+namespace mlic {
+namespace {
+
+void ExpectSame(const RigidTransform& a, const RigidTransform& b) {
+  EXPECT_LT(AngleBetween(a.rotation, b.rotation), 1e-11);
+  EXPECT_LT((a.translation - b.translation).norm(), 1e-9);
+}
+
+void ExpectSame(const PoseSigma& a, const PoseSigma& b) {
+  EXPECT_LT((a.translation - b.translation).norm(), 1e-11);
+  EXPECT_LT((a.rotation - b.rotation).norm(), 1e-11);
+  EXPECT_NEAR(a.time_offset, b.time_offset, 1e-12);
+}
+
+TEST(ResultFile, RoundTripKeepsEverything) {
+  TemporaryDirectory directory;
+  const CalibrationResult result = SampleResult();
+  WriteCalibrationFile(directory.Path() / "calibration.yaml", result);
+  const CalibrationResult copy = ReadCalibrationFile(directory.Path() / "calibration.yaml");
+  EXPECT_EQ(copy.trusted, result.trusted);
+  EXPECT_EQ(copy.imu_frame_id, result.imu_frame_id);
+  EXPECT_LT((copy.imu.gyroscope_bias - result.imu.gyroscope_bias).norm(), 1e-12);
+  EXPECT_LT((copy.imu.accelerometer_bias - result.imu.accelerometer_bias).norm(), 1e-12);
+  EXPECT_LT((copy.imu.gyroscope_matrix - result.imu.gyroscope_matrix).norm(), 1e-11);
+  EXPECT_LT((copy.imu.accelerometer_matrix - result.imu.accelerometer_matrix).norm(), 1e-11);
+  EXPECT_LT((copy.gravity - result.gravity).norm(), 1e-10);
+  ASSERT_EQ(copy.sensors.size(), result.sensors.size());
+  for (std::size_t i = 0; i < copy.sensors.size(); ++i) {
+    const SensorResult &a = result.sensors[i], &b = copy.sensors[i];
+    EXPECT_EQ(a.name, b.name);
+    EXPECT_EQ(a.type, b.type);
+    EXPECT_EQ(a.frame_id, b.frame_id);
+    ExpectSame(a.calibration.T_imu_sensor, b.calibration.T_imu_sensor);
+    ExpectSame(a.sigma, b.sigma);
+    EXPECT_NEAR(a.calibration.time_offset, b.calibration.time_offset, 1e-9);
+    EXPECT_EQ(a.translation_observable, b.translation_observable);
+    EXPECT_EQ(a.rotation_observable, b.rotation_observable);
+    EXPECT_EQ(a.time_offset_observable, b.time_offset_observable);
+    ASSERT_EQ(a.unobservable.size(), b.unobservable.size());
+    for (std::size_t k = 0; k < a.unobservable.size(); ++k) {
+      EXPECT_EQ(a.unobservable[k].quantity, b.unobservable[k].quantity);
+      EXPECT_LT((a.unobservable[k].direction - b.unobservable[k].direction).norm(), 1e-8);
+      EXPECT_NEAR(a.unobservable[k].sigma, b.unobservable[k].sigma, 1e-11);
+    }
+    ASSERT_EQ(a.intrinsics.has_value(), b.intrinsics.has_value());
+    if (a.intrinsics) {
+      EXPECT_EQ(a.intrinsics->width, b.intrinsics->width);
+      EXPECT_EQ(a.intrinsics->height, b.intrinsics->height);
+      EXPECT_EQ(a.intrinsics->model, b.intrinsics->model);
+      EXPECT_EQ(a.intrinsics->parameters, b.intrinsics->parameters);
+    }
+    EXPECT_EQ(a.intrinsics_sigma, b.intrinsics_sigma);
+    EXPECT_EQ(a.intrinsics_held, b.intrinsics_held);
+    EXPECT_EQ(a.rolling_shutter_readout, b.rolling_shutter_readout);
+    EXPECT_EQ(a.readout_sigma, b.readout_sigma);
+    ASSERT_EQ(a.held_out.has_value(), b.held_out.has_value());
+    if (!a.held_out) continue;
+    EXPECT_EQ(a.held_out->count, b.held_out->count);
+    EXPECT_EQ(a.held_out->median, b.held_out->median);
+    EXPECT_EQ(a.held_out->rms, b.held_out->rms);
+  }
+  ASSERT_EQ(copy.pairs.size(), result.pairs.size());
+  for (std::size_t i = 0; i < copy.pairs.size(); ++i) {
+    EXPECT_EQ(copy.pairs[i].a, result.pairs[i].a);
+    EXPECT_EQ(copy.pairs[i].b, result.pairs[i].b);
+    ExpectSame(copy.pairs[i].T_a_b, result.pairs[i].T_a_b);
+    ExpectSame(copy.pairs[i].sigma, result.pairs[i].sigma);
+  }
+}
+
+TEST(ResultFile, RefusedKeepsReasons) {
+  TemporaryDirectory directory;
+  CalibrationResult result;
+  result.reasons = {"the vehicle stood still: turn it", "quotes \" and: colons # survive"};
+  WriteCalibrationFile(directory.Path() / "calibration.yaml", result);
+  const CalibrationResult copy = ReadCalibrationFile(directory.Path() / "calibration.yaml");
+  EXPECT_FALSE(copy.trusted);
+  EXPECT_EQ(copy.reasons, result.reasons);
+  EXPECT_TRUE(copy.sensors.empty());
+}
+
+TEST(ResultFile, TruthFileWithFewKeys) {
+  TemporaryDirectory directory;
+  const std::filesystem::path path = directory.Path() / "truth.yaml";
+  WriteFileAtomically(path,
+                      "format: mlic_calibration/1\nimu: {frame_id: imu_link}\nsensors:\n  velodyne:\n"
+                      "    type: lidar\n    T_imu_sensor: {translation: [0.8, -0.3, 0.8], "
+                      "rotation: [-0.007412088, 0.001015086, 0.000385188, 0.999971941]}\n");
+  const CalibrationResult truth = ReadCalibrationFile(path);
+  ASSERT_EQ(truth.sensors.size(), 1u);
+  EXPECT_TRUE(truth.trusted);
+  EXPECT_EQ(truth.sensors[0].calibration.time_offset, 0.0);
+  EXPECT_NEAR(truth.sensors[0].calibration.T_imu_sensor.rotation.norm(), 1.0, 1e-15);
+  EXPECT_TRUE(truth.imu.gyroscope_matrix.isIdentity(0.0));
+}
+
+TEST(ResultFile, SaysWhatIsWrong) {
+  TemporaryDirectory directory;
+  const std::filesystem::path path = directory.Path() / "c.yaml";
+  const auto error_of = [&](const std::string& text) {
+    WriteFileAtomically(path, text);
+    return InputErrorOf([&] { ReadCalibrationFile(path); });
+  };
+  EXPECT_TRUE(Contains(error_of("sensors: {}\n"), "'format' is missing"));
+  EXPECT_TRUE(
+      Contains(error_of("format: other/2\nsensors: {}\n"), "c.yaml:1: format: 'other/2' is not known"));
+  EXPECT_TRUE(Contains(error_of("format: mlic_calibration/1\nsensors:\n  a: {type: lidar}\n"),
+                       "c.yaml:3: sensors.a: key 'T_imu_sensor' is missing"));
+}
+
+}  // namespace
+}  // namespace mlic

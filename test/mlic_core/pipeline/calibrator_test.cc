@@ -1,0 +1,117 @@
+#include <gtest/gtest.h>
+
+#include "mlic_core/pipeline/calibrator.h"
+#include "mlic_core/geometry/so3.h"
+#include "support/simulated_input.h"
+
+namespace mlic {
+namespace {
+
+struct SimulatedRun {
+  CalibrationResult result;
+  std::vector<SensorCalibration> truth;
+};
+
+SimulatedRun CalibrateSimulated(const std::string& sensors_file, sim::Scenario scenario, double duration,
+                                std::uint64_t seed, bool with_noise, bool with_guess) {
+  const SimulatedInput input = SimulateInput(ConfiguredSensors(sensors_file),
+                                             DriveOptions(scenario, duration, seed, with_noise), with_guess);
+  CalibrationObserver observer;
+  return {Calibrate(input.rig, input.dataset, CancellationToken(), observer),
+          sim::TrueCalibrations(input.sensors)};
+}
+
+double RotationErrorDeg(const SimulatedRun& run, std::size_t l) {
+  return AngleBetween(run.result.sensors[l].calibration.T_imu_sensor.rotation,
+                      run.truth[l].T_imu_sensor.rotation) *
+         180.0 / M_PI;
+}
+Eigen::Vector3d TranslationError(const SimulatedRun& run, std::size_t l) {
+  return run.result.sensors[l].calibration.T_imu_sensor.translation - run.truth[l].T_imu_sensor.translation;
+}
+double OffsetError(const SimulatedRun& run, std::size_t l) {
+  return std::abs(run.result.sensors[l].calibration.time_offset - run.truth[l].time_offset);
+}
+
+TEST(Calibration, NoiseFreeHandHeldDriveGivesTheTruth) {
+  const SimulatedRun run =
+      CalibrateSimulated("handheld.yaml", sim::Scenario::kHandheld, 15.0, 2, false, false);
+  ASSERT_TRUE(run.result.trusted);
+  EXPECT_LT(RotationErrorDeg(run, 0), 1e-3);
+  EXPECT_LT(TranslationError(run, 0).norm(), 1e-4);
+  EXPECT_LT(OffsetError(run, 0), 2e-6);
+}
+
+TEST(Calibration, NoisyHandHeldDriveNeedsNoGuessAndKeepsItsSigmas) {
+  const SimulatedRun run =
+      CalibrateSimulated("handheld.yaml", sim::Scenario::kHandheld, 20.0, 1, true, false);
+  ASSERT_TRUE(run.result.trusted);
+  EXPECT_LT(RotationErrorDeg(run, 0), 0.016);
+  EXPECT_LT(TranslationError(run, 0).norm(), 2e-3);
+  EXPECT_LT(OffsetError(run, 0), 4e-5);
+  const PoseSigma& sigma = run.result.sensors[0].sigma;
+  for (int a = 0; a < 3; ++a) EXPECT_LT(std::abs(TranslationError(run, 0)[a]), 4.0 * sigma.translation[a]);
+  EXPECT_LT(OffsetError(run, 0), 4.0 * sigma.time_offset);
+}
+
+TEST(Calibration, FourLidarsOfACarShareTheirMap) {
+  const SimulatedRun run =
+      CalibrateSimulated("paper_rig_lidars.yaml", sim::Scenario::kFigureEight, 20.0, 1, true, true);
+  ASSERT_TRUE(run.result.trusted);
+  ASSERT_EQ(run.result.sensors.size(), 4u);
+  for (std::size_t l = 0; l < 4; ++l) {
+    EXPECT_LT(RotationErrorDeg(run, l), 0.06);
+    EXPECT_LT(TranslationError(run, l).head<2>().norm(), 0.01);
+    EXPECT_LT(OffsetError(run, l), 8e-4);
+  }
+  ASSERT_EQ(run.result.pairs.size(), 6u);
+  for (const PairResult& pair : run.result.pairs) {
+    RigidTransform T_imu_a, T_imu_b;
+    for (std::size_t l = 0; l < 4; ++l) {
+      if (run.result.sensors[l].name == pair.a) T_imu_a = run.truth[l].T_imu_sensor;
+      if (run.result.sensors[l].name == pair.b) T_imu_b = run.truth[l].T_imu_sensor;
+    }
+    const RigidTransform truth = T_imu_a.Inverse() * T_imu_b;
+    EXPECT_LT(AngleBetween(pair.T_a_b.rotation, truth.rotation) * 180.0 / M_PI, 0.02);
+    EXPECT_LT((pair.T_a_b.translation - truth.translation).norm(), 3e-3);
+  }
+}
+
+TEST(Calibration, PlanarDriveHoldsTheHeight) {
+  const SimulatedRun run =
+      CalibrateSimulated("paper_rig_lidars.yaml", sim::Scenario::kPlanar, 20.0, 1, true, true);
+  ASSERT_TRUE(run.result.trusted);
+  for (const SensorResult& sensor : run.result.sensors) {
+    EXPECT_FALSE(sensor.translation_observable[2]) << sensor.name;
+    EXPECT_TRUE(sensor.translation_observable[0] && sensor.translation_observable[1]) << sensor.name;
+    ASSERT_EQ(sensor.unobservable.size(), 1u);
+    EXPECT_GT(std::abs(sensor.unobservable[0].direction.z()), 0.99);
+  }
+}
+
+TEST(Calibration, PlanarDriveWithoutGuessIsRefused) {
+  EXPECT_FALSE(CalibrateSimulated("paper_rig_lidars.yaml", sim::Scenario::kPlanar, 12.0, 1, true, false)
+                   .result.trusted);
+}
+
+TEST(Calibration, DrivesWithoutExcitationAreRefusedThoughThereIsAGuess) {
+  for (const auto scenario : {sim::Scenario::kStatic, sim::Scenario::kStraight, sim::Scenario::kCircle}) {
+    const SimulatedRun run = CalibrateSimulated("handheld.yaml", scenario, 8.0, 1, true, true);
+    EXPECT_FALSE(run.result.trusted);
+    EXPECT_FALSE(run.result.reasons.empty());
+  }
+}
+
+TEST(Calibration, SameInputGivesSameNumbers) {
+  const SimulatedRun a = CalibrateSimulated("handheld.yaml", sim::Scenario::kHandheld, 8.0, 4, true, false);
+  const SimulatedRun b = CalibrateSimulated("handheld.yaml", sim::Scenario::kHandheld, 8.0, 4, true, false);
+  ASSERT_EQ(a.result.sensors.size(), b.result.sensors.size());
+  for (std::size_t l = 0; l < a.result.sensors.size(); ++l) {
+    EXPECT_EQ(a.result.sensors[l].calibration.T_imu_sensor.translation,
+              b.result.sensors[l].calibration.T_imu_sensor.translation);
+    EXPECT_EQ(a.result.sensors[l].calibration.time_offset, b.result.sensors[l].calibration.time_offset);
+  }
+}
+
+}  // namespace
+}  // namespace mlic
