@@ -16,10 +16,10 @@
 #include <string>
 #include <vector>
 
-#include "mlic_core/initialization/lidar_imu.h"
-#include "mlic_core/pipeline/refinement.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/initialization/lidar_imu.h"
 #include "mlic_core/lidar/scan_filter.h"
+#include "mlic_core/pipeline/refinement.h"
 #include "mlic_sim/simulation.h"
 
 namespace mlic {

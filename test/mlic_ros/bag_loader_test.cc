@@ -1,3 +1,5 @@
+#include "mlic_ros/bag/bag_loader.h"
+
 #include <gtest/gtest.h>
 #include <sensor_msgs/Image.h>
 #include <unistd.h>
@@ -5,7 +7,6 @@
 #include <fstream>
 
 #include "mlic_core/common/random.h"
-#include "mlic_ros/bag/bag_loader.h"
 #include "mlic_ros/bag/rig_draft.h"
 #include "support/test_bags.h"
 

@@ -82,7 +82,7 @@ class CheckCalibration(unittest.TestCase):
         landmarks = self.latched("/mlic/landmarks", PointCloud2)
         self.assertEqual(landmarks.header.frame_id, "map")
         self.assertGreater(landmarks.width, 50)
-        self.assertLessEqual({"x", "y", "z", "rgb", "error", "sights"}, {field.name for field in landmarks.fields})
+        self.assertLessEqual({"x", "y", "z", "rgb", "error", "observations"}, {field.name for field in landmarks.fields})
         outlines = self.latched("/mlic/cameras", MarkerArray).markers
         frames = {self.calibration["sensors"][name]["frame_id"] for name in self.rig["cameras"]}
         self.assertEqual({outline.header.frame_id for outline in outlines}, frames)

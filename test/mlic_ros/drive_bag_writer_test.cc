@@ -1,3 +1,5 @@
+#include "mlic_ros/bag/drive_bag_writer.h"
+
 #include <gtest/gtest.h>
 #include <rosbag/view.h>
 #include <sensor_msgs/Imu.h>
@@ -13,7 +15,6 @@
 
 #include "mlic_core/common/error.h"
 #include "mlic_ros/bag/camera_messages.h"
-#include "mlic_ros/bag/drive_bag_writer.h"
 #include "mlic_ros/bag/driver_messages.h"
 
 namespace mlic {

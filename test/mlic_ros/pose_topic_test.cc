@@ -1,3 +1,5 @@
+#include "mlic_ros/bag/pose_topic.h"
+
 #include <geometry_msgs/PoseStamped.h>
 #include <geometry_msgs/TransformStamped.h>
 #include <gtest/gtest.h>
@@ -9,7 +11,6 @@
 #include <limits>
 
 #include "mlic_core/common/error.h"
-#include "mlic_ros/bag/pose_topic.h"
 
 namespace mlic {
 namespace {

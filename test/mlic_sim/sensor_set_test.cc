@@ -1,3 +1,5 @@
+#include "mlic_sim/sensor_set.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -6,7 +8,6 @@
 #include <string>
 
 #include "mlic_core/common/error.h"
-#include "mlic_sim/sensor_set.h"
 #include "support/source_directory.h"
 
 namespace mlic::sim {
@@ -114,8 +115,7 @@ double HorizontalView(const CameraIntrinsics& intrinsics) {
 
 TEST(SensorSet, EveryShippedFileLoads) {
   int count = 0;
-  for (const auto& entry :
-       fs::directory_iterator(fs::path(SourceDirectory()) / "config" / "simulation")) {
+  for (const auto& entry : fs::directory_iterator(fs::path(SourceDirectory()) / "config" / "simulation")) {
     if (entry.path().extension() != ".yaml") continue;
     SCOPED_TRACE(entry.path().string());
     const SensorSet set = LoadSensorSet(entry.path());

@@ -1,3 +1,5 @@
+#include "mlic_sim/trajectory.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -6,7 +8,6 @@
 #include "mlic_core/common/error.h"
 #include "mlic_core/geometry/so3.h"
 #include "mlic_sim/imu_simulator.h"
-#include "mlic_sim/trajectory.h"
 
 namespace mlic::sim {
 namespace {

@@ -3,8 +3,8 @@
 #include <map>
 #include <string>
 
-#include "mlic_core/result/observer.h"
 #include "mlic_core/common/progress.h"
+#include "mlic_core/result/observer.h"
 
 namespace mlic {
 

@@ -108,7 +108,7 @@ void AddCameraResiduals(CalibrationResult& result) {
   CameraView view{"cam_front", std::make_shared<SampleImages>(), 1, {}};
   for (int i = 0; i < 60; ++i) {
     const Eigen::Vector2f pixel(40.0f + 20.0f * i, 60.0f + 11.0f * i), step(4.0f, -3.0f);
-    view.sights.push_back(
+    view.observations.push_back(
         {pixel, pixel + Eigen::Vector2f(0.3f, 0.2f), {pixel - step, pixel, pixel + 2.0f * step}});
   }
   result.views = {view};
@@ -141,7 +141,7 @@ CalibrationResult SampleResult() {
       CameraIntrinsics{CameraModel::kEquidistant, 1280, 800, {369.5, 369.25, 640, 400, 0.01, 0, 0, 0}};
   camera.topic = "/cam_front/image_raw";
   camera.intrinsics_sigma = {0.11, 0.12, 0.21, 0.22, 1e-4, 2e-4, 3e-4, 4e-4};
-  camera.intrinsics_held = {false, false, false, false, false, false, true, true};
+  camera.intrinsics_fixed = {false, false, false, false, false, false, true, true};
   camera.rolling_shutter_readout = 0.0221;
   camera.readout_sigma = 1.5e-4;
   camera.held_out = HeldOutMatches{512, 0.3125, 0.4375};

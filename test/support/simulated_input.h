@@ -10,7 +10,7 @@
 
 namespace mlic {
 
-// A simulated drive in memory, as a calibration takes it. 
+// A simulated drive in memory, as a calibration takes it.
 struct SimulatedInput {
   sim::SensorSet sensors;
   Rig rig;

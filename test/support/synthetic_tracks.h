@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "mlic_core/initialization/camera_on_trajectory.h"
-#include "mlic_core/problem/state.h"
 #include "mlic_core/camera/tracks/tracks.h"
 #include "mlic_core/common/random.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/initialization/camera_on_trajectory.h"
+#include "mlic_core/problem/state.h"
 #include "mlic_sim/trajectory.h"
 
 namespace mlic {
@@ -23,7 +23,7 @@ struct SyntheticTracksOptions {
   double nearest = 1.5, farthest = 8.0;  // m, from the place where a point is drawn
   double visible_seconds = 1.2;          // either side of the time where a point is drawn
   double noise = 0.0;                    // px
-  double outliers = 0.0;                 // share of sights that lie anywhere in the image
+  double outliers = 0.0;                 // share of observations that lie anywhere in the image
   std::uint64_t seed = 1;
 };
 

@@ -24,7 +24,7 @@ bool IsHeldOut(const LandmarkObservation& o) {
 // Points have one observation each.
 void AddMatch(const LandmarkSet& from, std::size_t p, LandmarkSet* to) {
   to->points.push_back(from.points[p]);
-  to->lidar_sights.push_back(from.lidar_sights[p]);
+  to->lidar_points.push_back(from.lidar_points[p]);
   to->observations.push_back(from.observations[from.begin[p]]);
   to->begin.push_back(to->observations.size());
 }
@@ -49,11 +49,11 @@ std::vector<HeldOutMatches> EvaluateHeldOutMatches(const std::vector<LandmarkSet
     LandmarkSet moved = held_out[d];
     const SplitSpline& trajectory = state.drives[d].trajectory;
     for (std::size_t p = 0; p < moved.points.size(); ++p) {
-      const LidarSight& sight = moved.lidar_sights[p];
-      const SensorCalibration& lidar = state.lidars[sight.lidar];
-      const double t = sight.time + lidar.time_offset;
+      const LidarPointObservation& observation = moved.lidar_points[p];
+      const SensorCalibration& lidar = state.lidars[observation.lidar];
+      const double t = observation.time + lidar.time_offset;
       if (!trajectory.Contains(t)) continue;
-      moved.points[p].position = trajectory.Pose(t) * lidar.T_imu_sensor * sight.position;
+      moved.points[p].position = trajectory.Pose(t) * lidar.T_imu_sensor * observation.position;
     }
     const std::vector<Eigen::Vector2d> residuals = LandmarkResiduals(moved, state, d);
     for (std::size_t k = 0; k < residuals.size(); ++k) {

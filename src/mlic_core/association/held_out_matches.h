@@ -9,7 +9,7 @@
 
 namespace mlic {
 
-// Moves about a tenth of the matches with the LiDAR map (points with one sight of a LiDAR and one of a
+// Moves about a tenth of the matches with the LiDAR map (points with one observation of a LiDAR and one of a
 // camera) out of a drive's set, so that no solve uses them, into the set returned. Whole parts of photos
 // (160 px wide) go, chosen by camera, image and place: neighbours of a match err as it does, and would tell
 // what it told the solve.

@@ -19,23 +19,23 @@ struct Whitened {
   double shared = 0.0;                                 // what the fit makes the two share, of the variance
 };
 
-// Points take up three of the residuals of a landmark: with few sights they look better than they are, and
-// what the point takes up is about the same of neighbouring sights.
+// Points take up three of the residuals of a landmark: with few observations they look better than they are,
+// and what the point takes up is about the same of neighbouring observations.
 void Collect(const LandmarkSet& set, const std::vector<Eigen::Vector2d>& residuals, bool noise_of_each,
              std::vector<std::vector<Whitened>>* of_cameras) {
   for (std::size_t p = 0; p < set.points.size(); ++p) {
     if (set.IsOnMap(p)) continue;
-    const double sights = static_cast<double>(set.begin[p + 1] - set.begin[p]);
-    // Single sights are no worse for being many.
-    const double many = noise_of_each ? ManySightsScale(set.begin[p + 1] - set.begin[p]) : 1.0;
+    const double observations = static_cast<double>(set.begin[p + 1] - set.begin[p]);
+    // Single observations are no worse for being many.
+    const double many = noise_of_each ? ManyObservationsScale(set.begin[p + 1] - set.begin[p]) : 1.0;
     for (std::size_t k = set.begin[p]; k < set.begin[p + 1]; ++k) {
       if (!residuals[k].allFinite()) continue;
       const LandmarkObservation& o = set.observations[k];
-      Whitened w{many * residuals[k] / o.sigma, std::sqrt((2.0 * sights - 3.0) / (2.0 * sights))};
+      Whitened w{many * residuals[k] / o.sigma, std::sqrt((2.0 * observations - 3.0) / (2.0 * observations))};
       if (k > set.begin[p] && residuals[k - 1].allFinite() && set.observations[k - 1].camera == o.camera) {
         w.follows = 1.0;
         w.previous = many * residuals[k - 1] / set.observations[k - 1].sigma;
-        w.shared = -2.4 / sights;
+        w.shared = -2.4 / observations;
       }
       (*of_cameras)[o.camera].push_back(w);
     }
@@ -43,7 +43,7 @@ void Collect(const LandmarkSet& set, const std::vector<Eigen::Vector2d>& residua
 }
 
 // The spread of the many is their median's. By how much the noise of their mean exceeds it: what the spread
-// without the outliers adds, and the correlation of neighbouring sights of a landmark (first-order
+// without the outliers adds, and the correlation of neighbouring observations of a landmark (first-order
 // autoregressive), which share what their patch has in common.
 LandmarkNoise NoiseOf(const std::vector<Whitened>& residuals) {
   std::vector<double> norms;

@@ -132,20 +132,21 @@ double KeepAgreeing(const CalibrationState& state, int camera, const MapMatching
                     std::vector<Photo*> photos) {
   const double scale = map_options.noise_scale.empty() ? 1.0 : map_options.noise_scale[camera];
   const CameraCalibration& calibration = state.cameras[camera];
-  std::vector<PointSighting> sightings;
+  std::vector<PointCorrespondence> correspondences;
   for (const Photo* photo : photos) {
     const SplitSpline& trajectory = state.drives[photo->drive].trajectory;
     for (const MapMatch& match : photo->matches) {
       const double t = photo->time + calibration.sensor.time_offset +
                        match.pixel.y() / calibration.intrinsics.height * calibration.readout;
       const double inside = std::clamp(t, trajectory.Start(), trajectory.End());
-      sightings.push_back({trajectory.Pose(inside).Inverse() * match.point, match.pixel, match.covariance});
+      correspondences.push_back(
+          {trajectory.Pose(inside).Inverse() * match.point, match.pixel, match.covariance});
     }
   }
   PnpOptions options;
   options.fewest_inliers = map_options.fewest_matches;
   const RigidTransform guess = calibration.sensor.T_imu_sensor.Inverse();
-  const auto pose = EstimatePose(sightings, calibration.intrinsics, options, &guess);
+  const auto pose = EstimatePose(correspondences, calibration.intrinsics, options, &guess);
   std::size_t k = 0;
   for (Photo* photo : photos) {
     std::vector<MapMatch> matches;
@@ -161,7 +162,7 @@ double KeepAgreeing(const CalibrationState& state, int camera, const MapMatching
     photo->matches = std::move(matches);
     photo->origins = std::move(origins);
   }
-  return pose ? static_cast<double>(pose->inliers) / static_cast<double>(sightings.size()) : 0.0;
+  return pose ? static_cast<double>(pose->inliers) / static_cast<double>(correspondences.size()) : 0.0;
 }
 
 // Inverse of a square root of a covariance: whitens.
@@ -183,15 +184,15 @@ void AddPoints(const Photo& photo, const CalibrationState& state, const MapMatch
     const SensorCalibration& lidar = state.lidars[origin.lidar];
     const double t = origin.time + lidar.time_offset;
     if (!trajectory.Contains(t)) continue;
-    LidarSight sight;
-    sight.lidar = origin.lidar;
-    sight.time = origin.time;
-    sight.position = (trajectory.Pose(t) * lidar.T_imu_sensor).Inverse() * match.point;
-    sight.sigma_along = static_cast<float>(options.sigma_along);
-    sight.sigma_across = static_cast<float>(options.sigma_across);
+    LidarPointObservation lidar_point;
+    lidar_point.lidar = origin.lidar;
+    lidar_point.time = origin.time;
+    lidar_point.position = (trajectory.Pose(t) * lidar.T_imu_sensor).Inverse() * match.point;
+    lidar_point.sigma_along = static_cast<float>(options.sigma_along);
+    lidar_point.sigma_across = static_cast<float>(options.sigma_across);
     LandmarkObservation observation{photo.camera, 1.0f, photo.time, match.pixel, Whitening(match.covariance)};
     set->points.push_back({match.point, eye});
-    set->lidar_sights.push_back(sight);
+    set->lidar_points.push_back(lidar_point);
     set->observations.push_back(observation);
     set->begin.push_back(set->observations.size());
   }
@@ -303,14 +304,14 @@ std::vector<double> MeasureMatchNoise(const std::vector<LandmarkSet>& landmarks,
 
 void Append(const LandmarkSet& more, LandmarkSet* landmarks) {
   if (landmarks->begin.empty()) landmarks->begin.push_back(0);
-  landmarks->lidar_sights.resize(landmarks->points.size());
+  landmarks->lidar_points.resize(landmarks->points.size());
   const std::size_t before = landmarks->observations.size();
   landmarks->points.insert(landmarks->points.end(), more.points.begin(), more.points.end());
   landmarks->observations.insert(landmarks->observations.end(), more.observations.begin(),
                                  more.observations.end());
-  landmarks->lidar_sights.insert(landmarks->lidar_sights.end(), more.lidar_sights.begin(),
-                                 more.lidar_sights.end());
-  landmarks->lidar_sights.resize(landmarks->points.size());
+  landmarks->lidar_points.insert(landmarks->lidar_points.end(), more.lidar_points.begin(),
+                                 more.lidar_points.end());
+  landmarks->lidar_points.resize(landmarks->points.size());
   for (std::size_t p = 1; p < more.begin.size(); ++p) landmarks->begin.push_back(before + more.begin[p]);
 }
 

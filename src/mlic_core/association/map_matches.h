@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "mlic_core/problem/joint_problem.h"
-#include "mlic_core/result/result.h"
 #include "mlic_core/camera/tracks/tracks.h"
 #include "mlic_core/common/progress.h"
+#include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/result/result.h"
 
 namespace mlic {
 
@@ -26,7 +26,7 @@ struct MapMatchingOptions {
 // SPEC stage 7: places of the LiDAR map found in photos.
 struct MapMatches {
   std::vector<LandmarkSet>
-      landmarks;  // of each drive: each point has one sight of a LiDAR and one of a camera
+      landmarks;  // of each drive: each point has one observation of a LiDAR and one of a camera
   // Of each camera:
   std::vector<std::size_t> counts;   // matches that agree with one pose
   std::vector<double> inlier_share;  // of all matches

@@ -4,14 +4,14 @@
 #include <cmath>
 
 #include "mlic_core/association/ring_corrections.h"
-#include "mlic_core/problem/time_windows.h"
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/parallel.h"
+#include "mlic_core/problem/time_windows.h"
 
 namespace mlic {
 namespace {
 
-constexpr double kMostPlanes = 2000.0;  // for each stretch of kLongestTie
+constexpr double kMostPlanes = 2000.0;  // for each stretch of kLongestCoupling
 
 struct ScanSamples {
   std::vector<MapSample> samples;
@@ -87,9 +87,9 @@ PlaneAssociation AssociatePlanes(const Drive& drive, const CalibrationState& sta
   const std::vector<MapSample> samples = DrawMap(drive, state, drive_index, options);
   PlaneMapOptions map_options;
   map_options.root_voxel = options.root_voxel;
-  map_options.longest = kLongestTie;
+  map_options.longest = kLongestCoupling;
   const SplitSpline& trajectory = state.drives[drive_index].trajectory;
-  const double stretches = std::max(1.0, (trajectory.End() - trajectory.Start()) / kLongestTie);
+  const double stretches = std::max(1.0, (trajectory.End() - trajectory.Start()) / kLongestCoupling);
   map_options.largest_count = static_cast<std::size_t>(kMostPlanes * stretches);
   PlaneAssociation association;
   association.planes = BuildPlaneMap(samples, noise, map_options);

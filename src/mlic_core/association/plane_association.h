@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "mlic_core/problem/joint_problem.h"
 #include "mlic_core/lidar/plane_map.h"
+#include "mlic_core/problem/joint_problem.h"
 
 namespace mlic {
 
@@ -18,8 +18,8 @@ struct AssociationOptions {
 double RootVoxelSize(const Drive& drive);
 
 // Draws the map of one drive with the current state and ties points to its planes (SPEC stage 6b). A place
-// that is seen for longer than kLongestTie (time_windows.h) comes as one plane for each such stretch of time,
-// in order of time.
+// that is seen for longer than kLongestCoupling (time_windows.h) comes as one plane for each such stretch of
+// time, in order of time.
 PlaneAssociation AssociatePlanes(const Drive& drive, const CalibrationState& state, std::size_t drive_index,
                                  const std::vector<PlaneNoise>& noise, const AssociationOptions& options);
 

@@ -22,9 +22,9 @@ double PixelsPerRadian(const CameraIntrinsics& intrinsics, const Eigen::Vector3d
   return std::sqrt(std::abs(turn.determinant()));
 }
 
-// One sight of a track, in the map; nothing where the trajectory or the camera model does not reach.
-std::optional<BearingObservation> Sight(const LandmarkObservation& o, const CameraCalibration& camera,
-                                        const SplitSpline& trajectory) {
+// One bearing of a track, in the map; nothing where the trajectory or the camera model does not reach.
+std::optional<BearingObservation> BearingOf(const LandmarkObservation& o, const CameraCalibration& camera,
+                                            const SplitSpline& trajectory) {
   const double t =
       o.time + camera.sensor.time_offset + o.pixel.y() / camera.intrinsics.height * camera.readout;
   Eigen::Vector3d bearing;
@@ -35,7 +35,7 @@ std::optional<BearingObservation> Sight(const LandmarkObservation& o, const Came
   return BearingObservation{T_map_camera.translation, T_map_camera.rotation * bearing, o.sigma / scale};
 }
 
-// By how much a landmark's noise differs from what its sights claim, given their whitened errors: the scale
+// By how much a landmark's noise differs from what its bearings claim, given their whitened errors: the scale
 // that makes normal errors Student's t with kPriorFreedom (Lange, Little and Taylor, JASA 1989).
 double OwnNoise(const TriangulatedPoint& point) {
   const double freedom = LandmarkFreedom(static_cast<std::size_t>(point.inliers));
@@ -50,33 +50,33 @@ struct Landmark {
 Landmark Triangulate(const TrackSet& tracks, const Track& track, const CalibrationState& state,
                      std::size_t drive, const LandmarkOptions& options) {
   Landmark landmark;
-  std::vector<BearingObservation> sights;
+  std::vector<BearingObservation> bearings;
   for (const TrackObservation& seen : track.observations) {
     const Keyframe& keyframe = tracks.keyframes[seen.keyframe];
     const double spread = options.noise.empty() ? 1.0 : options.noise[keyframe.camera].spread;
     const double sigma = std::max(options.least_sigma, spread * seen.sigma);
     const LandmarkObservation o{keyframe.camera, static_cast<float>(sigma), keyframe.time,
                                 seen.pixel.cast<double>()};
-    const auto sight = Sight(o, state.cameras[o.camera], state.drives[drive].trajectory);
-    if (!sight) continue;
-    sights.push_back(*sight);
+    const auto bearing = BearingOf(o, state.cameras[o.camera], state.drives[drive].trajectory);
+    if (!bearing) continue;
+    bearings.push_back(*bearing);
     landmark.observations.push_back(o);
   }
   TriangulationOptions triangulation;
   triangulation.largest_error = options.largest_error;
   triangulation.least_parallax_deg = options.least_parallax_deg;
-  const auto point = sights.size() < 2 ? std::nullopt : TriangulatePoint(sights, triangulation);
+  const auto point = bearings.size() < 2 ? std::nullopt : TriangulatePoint(bearings, triangulation);
   std::vector<LandmarkObservation> agreeing;
   landmark.point.anchor.setZero();
-  for (std::size_t k = 0; k < sights.size() && point; ++k) {
+  for (std::size_t k = 0; k < bearings.size() && point; ++k) {
     if (!point->inlier[k]) continue;
     agreeing.push_back(landmark.observations[k]);
-    landmark.point.anchor += sights[k].centre;
+    landmark.point.anchor += bearings[k].centre;
   }
   landmark.observations = std::move(agreeing);
   if (!point) return landmark;
   const double own =
-      options.noise_of_each ? OwnNoise(*point) * ManySightsScale(landmark.observations.size()) : 1.0;
+      options.noise_of_each ? OwnNoise(*point) * ManyObservationsScale(landmark.observations.size()) : 1.0;
   for (LandmarkObservation& o : landmark.observations) {
     o.sigma *= static_cast<float>(own * (options.noise.empty() ? 1.0 : options.noise[o.camera].dependence));
   }

@@ -4,32 +4,33 @@
 #include <cstddef>
 #include <vector>
 
-#include "mlic_core/problem/joint_problem.h"
 #include "mlic_core/camera/tracks/tracks.h"
+#include "mlic_core/problem/joint_problem.h"
 
 namespace mlic {
 
-// The noise of one camera's sights, of what the tracks claim (the calibration's own errors come on top while
-// it is far from right).
+// The noise of one camera's observations, of what the tracks claim (the calibration's own errors come on top
+// while it is far from right).
 struct LandmarkNoise {
-  double spread = 1.0;      // of single sights, outliers aside: what a sight is judged by
-  double dependence = 1.0;  // sights that share errors count for less: their sigmas are that much larger
+  double spread = 1.0;  // of single observations, outliers aside: what a observation is judged by
+  double dependence =
+      1.0;  // observations that share errors count for less: their sigmas are that much larger
 };
 
-// Sights of a landmark that count as known before it is seen, in degrees of freedom: few sights say little
-// about its own noise.
+// Observations of a landmark that count as known before it is seen, in degrees of freedom: few observations
+// say little about its own noise.
 constexpr double kPriorFreedom = 1.0;
-// How much its sights say about it.
-inline double LandmarkFreedom(std::size_t sights) {
-  return std::max(1.0, 2.0 * static_cast<double>(sights) - 3.0);
+// How much its observations say about it.
+inline double LandmarkFreedom(std::size_t observations) {
+  return std::max(1.0, 2.0 * static_cast<double>(observations) - 3.0);
 }
 
-// By how much larger the sigmas of a landmark's sights are, where its noise is its own, for being many: what
-// the piece of surface looks like from all of its views (a reveal that is seen from below only, an edge that
-// shade moves) does not average out, so a landmark counts for a dozen sights at most.
-inline double ManySightsScale(std::size_t sights) {
-  constexpr double kMostSights = 12.0;
-  return std::sqrt(std::max(1.0, static_cast<double>(sights) / kMostSights));
+// By how much larger the sigmas of a landmark's observations are, where its noise is its own, for being many:
+// what the piece of surface looks like from all of its views (a reveal that is seen from below only, an edge
+// that shade moves) does not average out, so a landmark counts for a dozen observations at most.
+inline double ManyObservationsScale(std::size_t observations) {
+  constexpr double kMostObservations = 12.0;
+  return std::sqrt(std::max(1.0, static_cast<double>(observations) / kMostObservations));
 }
 
 struct LandmarkOptions {
@@ -38,8 +39,8 @@ struct LandmarkOptions {
   double largest_error = 4.0;        // of an observation that takes part, in its sigmas
   double least_parallax_deg = 0.5;
   // Each landmark's noise is its own: corners at steps of depth, reflections and moving shadows look unlike
-  // themselves from elsewhere, and their sights agree less than those of a mark on a road. Only once the
-  // calibration is nearly right: before, landmarks that say much about it disagree the most.
+  // themselves from elsewhere, and their observations agree less than those of a mark on a road. Only once
+  // the calibration is nearly right: before, landmarks that say much about it disagree the most.
   bool noise_of_each = false;
   std::size_t most_points = 30000;  // in one drive; the longest tracks are kept
 };
@@ -57,8 +58,8 @@ std::vector<LandmarkSet> TriangulateLandmarks(const std::vector<TrackSet>& track
 std::vector<TrackSet> WithoutLostCameras(std::vector<TrackSet> tracks, const std::vector<bool>& found);
 
 // By how much each camera's reprojection errors exceed the tracks' own sigmas (robust; spread at least
-// `least`), given the options with which the landmarks were made. The dependence is what neighbouring sights
-// of a landmark have in common. A camera without observations: `least`.
+// `least`), given the options with which the landmarks were made. The dependence is what neighbouring
+// observations of a landmark have in common. A camera without observations: `least`.
 std::vector<LandmarkNoise> MeasureLandmarkNoise(const std::vector<LandmarkSet>& landmarks,
                                                 const CalibrationState& state,
                                                 const LandmarkOptions& made_with, double least = 0.3);

@@ -13,7 +13,7 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 struct Round {
   std::vector<std::vector<MapMatch>> matches;
-  std::vector<PointSighting> sightings;  // of all photos, in order
+  std::vector<PointCorrespondence> correspondences;  // of all photos, in order
   double nid = 1.0;
 };
 
@@ -41,7 +41,7 @@ Round MatchAll(const ViewRenderer& renderer, const CameraIntrinsics& intrinsics,
   for (std::size_t i = 0; i < photos.size(); ++i) {
     round.nid += nids[i] / static_cast<double>(photos.size());
     for (const MapMatch& match : round.matches[i]) {
-      round.sightings.push_back(
+      round.correspondences.push_back(
           {photos[i].T_map_body(match.pixel.y()).Inverse() * match.point, match.pixel, match.covariance});
     }
   }
@@ -86,14 +86,14 @@ std::optional<CameraToMapResult> AlignCameraToMap(const IntensityMap& map, const
     Round round = MatchAll(renderer, intrinsics, photos, structures, result.T_body_camera, current, options);
     if (i == 0) result.nid_before = round.nid;
     const RigidTransform before = result.T_body_camera.Inverse();
-    const auto pose = EstimatePose(round.sightings, intrinsics, options.pose, &before);
+    const auto pose = EstimatePose(round.correspondences, intrinsics, options.pose, &before);
     if (!pose) return std::nullopt;
     KeepInliers(pose->inlier, &round.matches);
     result.settled = MoveInSigmas(before, *pose) < options.settled;
     result.T_body_camera = pose->T_camera_body.Inverse();
     result.covariance = pose->covariance;
     result.matches = std::move(round.matches);
-    result.inlier_share = pose->inliers / static_cast<double>(round.sightings.size());
+    result.inlier_share = pose->inliers / static_cast<double>(round.correspondences.size());
     result.rounds = i + 1;
     // What the map and the intrinsics are wrong by is not in the covariance of a pose from many matches.
     current.pose = 9.0 * pose->covariance;

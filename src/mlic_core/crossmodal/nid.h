@@ -27,7 +27,7 @@ double NormalizedInformationDistance(const std::vector<float>& a, const std::vec
 // mask: CV_8UC1, 0: ignore; may be empty.
 double ViewNid(const cv::Mat& intensity, const cv::Mat& gray, const cv::Mat& mask, const NidOptions& options);
 
-// A visible map point of known intensity. point: m, body frame (as PointSighting's).
+// A visible map point of known intensity. point: m, body frame (as PointCorrespondence's).
 struct IntensitySample {
   Eigen::Vector3d point;
   float intensity = 0.0f;

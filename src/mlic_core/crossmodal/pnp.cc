@@ -19,29 +19,29 @@ constexpr int kMostRounds = 10;            // of choosing inliers
 constexpr double kRobustLimit = 1.5;       // sigmas: errors beyond count less (Huber)
 constexpr double kLeastSampleArea = 0.05;  // of three bearings' triangle, rad^2: smaller ones fix no pose
 
-class Sightings {
+class Correspondences {
  public:
-  Sightings(const std::vector<PointSighting>& sightings, const CameraIntrinsics& intrinsics,
-            const PnpOptions& options)
-      : sightings_(sightings), intrinsics_(intrinsics), options_(options) {
+  Correspondences(const std::vector<PointCorrespondence>& correspondences, const CameraIntrinsics& intrinsics,
+                  const PnpOptions& options)
+      : correspondences_(correspondences), intrinsics_(intrinsics), options_(options) {
     const Eigen::Matrix2d slack = options.model_sigma * options.model_sigma * Eigen::Matrix2d::Identity();
-    for (const PointSighting& sighting : sightings) {
-      const Eigen::LLT<Eigen::Matrix2d> cholesky(sighting.covariance + slack);
+    for (const PointCorrespondence& correspondence : correspondences) {
+      const Eigen::LLT<Eigen::Matrix2d> cholesky(correspondence.covariance + slack);
       whitening_.push_back(cholesky.matrixL().solve(Eigen::Matrix2d::Identity()));
     }
   }
 
-  std::size_t size() const { return sightings_.size(); }
+  std::size_t size() const { return correspondences_.size(); }
 
   // Whitened error; false where the camera cannot see the point.
   bool Error(const RigidTransform& pose, std::size_t i, Eigen::Vector2d* error,
              Eigen::Matrix<double, 2, 6>* J = nullptr) const {
-    const Eigen::Vector3d turned = pose.rotation * sightings_[i].point;
+    const Eigen::Vector3d turned = pose.rotation * correspondences_[i].point;
     Eigen::Vector2d pixel;
     CameraPointJacobian J_point;
     if (!Project(intrinsics_, turned + pose.translation, &pixel, J != nullptr ? &J_point : nullptr))
       return false;
-    *error = whitening_[i] * (pixel - sightings_[i].pixel);
+    *error = whitening_[i] * (pixel - correspondences_[i].pixel);
     if (J != nullptr) {
       const CameraPointJacobian whitened = whitening_[i] * J_point;
       J->leftCols<3>() = -whitened * Hat(turned);
@@ -71,7 +71,7 @@ class Sightings {
   }
 
  private:
-  const std::vector<PointSighting>& sightings_;
+  const std::vector<PointCorrespondence>& correspondences_;
   const CameraIntrinsics& intrinsics_;
   const PnpOptions& options_;
   std::vector<Eigen::Matrix2d> whitening_;
@@ -84,13 +84,13 @@ struct NormalEquations {
   int count = 0;
 };
 
-NormalEquations Linearize(const Sightings& sightings, const RigidTransform& pose,
+NormalEquations Linearize(const Correspondences& correspondences, const RigidTransform& pose,
                           const std::vector<bool>& inlier) {
   NormalEquations out;
-  for (std::size_t i = 0; i < sightings.size(); ++i) {
+  for (std::size_t i = 0; i < correspondences.size(); ++i) {
     Eigen::Vector2d error;
     Eigen::Matrix<double, 2, 6> J;
-    if (!inlier[i] || !sightings.Error(pose, i, &error, &J)) continue;
+    if (!inlier[i] || !correspondences.Error(pose, i, &error, &J)) continue;
     const double weight = std::min(1.0, kRobustLimit / std::max(1e-12, error.norm()));
     out.H += weight * J.transpose() * J;
     out.g += weight * J.transpose() * error;
@@ -101,9 +101,9 @@ NormalEquations Linearize(const Sightings& sightings, const RigidTransform& pose
 }
 
 // Moves the pose to the inliers' optimum. False where the inliers do not fix it.
-bool Optimize(const Sightings& sightings, const std::vector<bool>& inlier, RigidTransform* pose) {
+bool Optimize(const Correspondences& correspondences, const std::vector<bool>& inlier, RigidTransform* pose) {
   for (int i = 0; i < 20; ++i) {
-    const NormalEquations equations = Linearize(sightings, *pose, inlier);
+    const NormalEquations equations = Linearize(correspondences, *pose, inlier);
     const Eigen::LDLT<Matrix6d> solver(equations.H);
     const Vector6d step = -solver.solve(equations.g);
     if (equations.count < 3 || !step.allFinite() || !solver.isPositive()) return false;
@@ -129,10 +129,10 @@ int IterationsNeeded(double inlier_share, const PnpOptions& options) {
 
 }  // namespace
 
-std::optional<PnpResult> RefinePose(const std::vector<PointSighting>& sightings,
+std::optional<PnpResult> RefinePose(const std::vector<PointCorrespondence>& correspondences,
                                     const CameraIntrinsics& intrinsics, const PnpOptions& options,
                                     const RigidTransform& T_camera_body) {
-  const Sightings all(sightings, intrinsics, options);
+  const Correspondences all(correspondences, intrinsics, options);
   PnpResult result;
   result.T_camera_body = T_camera_body;
   for (int round = 0; round < kMostRounds; ++round) {
@@ -149,20 +149,20 @@ std::optional<PnpResult> RefinePose(const std::vector<PointSighting>& sightings,
   return result;
 }
 
-std::optional<PnpResult> EstimatePose(const std::vector<PointSighting>& sightings,
+std::optional<PnpResult> EstimatePose(const std::vector<PointCorrespondence>& correspondences,
                                       const CameraIntrinsics& intrinsics, const PnpOptions& options,
                                       const RigidTransform* guess) {
-  const Sightings all(sightings, intrinsics, options);
+  const Correspondences all(correspondences, intrinsics, options);
   std::vector<Eigen::Vector3d> bearings;
   std::vector<std::size_t> usable;
-  for (std::size_t i = 0; i < sightings.size(); ++i) {
+  for (std::size_t i = 0; i < correspondences.size(); ++i) {
     Eigen::Vector3d bearing = Eigen::Vector3d::Zero();
-    if (Unproject(intrinsics, sightings[i].pixel, &bearing)) usable.push_back(i);
+    if (Unproject(intrinsics, correspondences[i].pixel, &bearing)) usable.push_back(i);
     bearings.push_back(bearing);
   }
   if (static_cast<int>(usable.size()) < std::max(3, options.fewest_inliers)) return std::nullopt;
   RigidTransform best;
-  double least = static_cast<double>(sightings.size());
+  double least = static_cast<double>(correspondences.size());
   const auto consider = [&](const RigidTransform& pose) {
     const double cost = all.Cost(pose, least);
     if (cost >= least) return false;
@@ -177,17 +177,18 @@ std::optional<PnpResult> EstimatePose(const std::vector<PointSighting>& sighting
     for (std::size_t& k : s) k = usable[random.Next() % usable.size()];
     const Eigen::Vector3d b[3] = {bearings[s[0]], bearings[s[1]], bearings[s[2]]};
     if ((b[1] - b[0]).cross(b[2] - b[0]).norm() < kLeastSampleArea) continue;
-    const Eigen::Vector3d p[3] = {sightings[s[0]].point, sightings[s[1]].point, sightings[s[2]].point};
+    const Eigen::Vector3d p[3] = {correspondences[s[0]].point, correspondences[s[1]].point,
+                                  correspondences[s[2]].point};
     RigidTransform poses[kMostThreePointPoses];
     const int count = SolveThreePoint(b, p, poses);
     bool better = false;
     for (int k = 0; k < count; ++k) better |= consider(poses[k]);
     if (better) {
-      const double share = Count(all.Inliers(best)) / static_cast<double>(sightings.size());
+      const double share = Count(all.Inliers(best)) / static_cast<double>(correspondences.size());
       needed = std::min(options.most_iterations, std::max(i + 1, IterationsNeeded(share, options)));
     }
   }
-  return RefinePose(sightings, intrinsics, options, best);
+  return RefinePose(correspondences, intrinsics, options, best);
 }
 
 }  // namespace mlic

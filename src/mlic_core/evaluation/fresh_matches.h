@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "mlic_core/result/result.h"
 #include "mlic_core/common/progress.h"
+#include "mlic_core/result/result.h"
 #include "mlic_core/sensors/measurements.h"
 
 namespace mlic {

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <cstdio>
 
-#include "mlic_core/initialization/camera_rotation.h"
-#include "mlic_core/uncertainty/intrinsics_observability.h"
 #include "mlic_core/common/error.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/initialization/camera_rotation.h"
+#include "mlic_core/uncertainty/intrinsics_observability.h"
 
 namespace mlic {
 namespace {
@@ -22,7 +22,7 @@ constexpr double kLeastShare = 0.15;
 struct Round {
   double least_sigma;  // px; covers what the calibration is still off by
   double least_parallax_deg;
-  int parameters;  // that may move beside pose and offset; see HeldInRound
+  int parameters;  // that may move beside pose and offset; see FixedInRound
 };
 constexpr Round kRounds[] = {{8.0, 1.0, 1}, {6.0, 1.0, 2}, {4.0, 1.0, 2}, {2.0, 1.0, 3}, {1.0, 0.5, 3}};
 constexpr int kAllParameters = 3;
@@ -33,9 +33,9 @@ int FirstDistortion(CameraModel model) { return model == CameraModel::kDoubleSph
 
 // Holds all but what is meant to move in this round: with 1 the focal lengths that come from a field of view,
 // with 2 also their first term of distortion and readouts, with 3 everything.
-std::vector<HeldCameraParameters> HeldInRound(const Rig& rig, const std::vector<CameraStart>& start,
-                                              const std::vector<bool>& found, int parameters) {
-  std::vector<HeldCameraParameters> held(rig.cameras.size());
+std::vector<FixedCameraParameters> FixedInRound(const Rig& rig, const std::vector<CameraStart>& start,
+                                                const std::vector<bool>& found, int parameters) {
+  std::vector<FixedCameraParameters> held(rig.cameras.size());
   for (std::size_t c = 0; c < held.size(); ++c) {
     const bool fixed = rig.cameras[c].fixed || !found[c];
     held[c] = {fixed, fixed, fixed, parameters < 2 || !found[c], {}};
@@ -50,9 +50,9 @@ std::vector<HeldCameraParameters> HeldInRound(const Rig& rig, const std::vector<
 
 // Largest change of what is not held, in sigmas.
 double ChangeInSigmas(const CalibrationState& before, const CalibrationState& after, const Layout& layout,
-                      const std::vector<HeldCameraParameters>& held, const Eigen::MatrixXd& information) {
+                      const std::vector<FixedCameraParameters>& held, const Eigen::MatrixXd& information) {
   const Eigen::VectorXd limits = CalibrationLimits(after, layout);
-  Eigen::MatrixXd known = InformationWithHeld(information, after, layout, held);
+  Eigen::MatrixXd known = InformationWithFixed(information, after, layout, held);
   known.diagonal() += 1e-6 * limits.cwiseAbs2().cwiseInverse();
   const int cameras = 7 * layout.sensors;
   const Eigen::MatrixXd scaled = limits.asDiagonal() * known * limits.asDiagonal();
@@ -160,7 +160,7 @@ void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start,
   }
   LandmarkOptions options;
   options.noise.assign(cameras, LandmarkNoise());
-  std::vector<HeldCameraParameters> held;
+  std::vector<FixedCameraParameters> held;
   const Layout layout(*state, false);
   constexpr int kPlanned = static_cast<int>(std::size(kRounds));
   for (int round = rounds.first; round < rounds.end; ++round) {
@@ -171,7 +171,7 @@ void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start,
     problem.landmarks = TriangulateLandmarks(tracks, *state, options);
     const CalibrationState before = *state;
     const int parameters = planned ? kRounds[round].parameters : kAllParameters;
-    problem.camera_held = HeldInRound(rig, start, result->found, parameters);
+    problem.camera_fixed = FixedInRound(rig, start, result->found, parameters);
     if (parameters == kAllParameters) {
       // What can be told is decided by the information at the present state.
       Eigen::MatrixXd prior;
@@ -180,8 +180,8 @@ void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start,
       CalibrationState probe = *state;
       const Eigen::MatrixXd information = SolveJointProblem(problem, 1, cancellation, &probe).information;
       if (information.size() == 0) break;
-      problem.camera_held =
-          HoldUndeterminedIntrinsics(information + prior, *state, layout, problem.camera_held,
+      problem.camera_fixed =
+          HoldUndeterminedIntrinsics(information + prior, *state, layout, problem.camera_fixed,
                                      PatternSensitivity(problem.landmarks, cameras));
     }
     const SolveSummary summary = SolveJointProblem(problem, planned ? 4 : 3, cancellation, state);
@@ -192,10 +192,10 @@ void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start,
     if (!planned) options.noise = MeasureLandmarkNoise(problem.landmarks, *state, options);
     result->information = summary.information;
     if (planned) continue;
-    if (ChangeInSigmas(before, *state, layout, problem.camera_held, summary.information) < kStandsStill)
+    if (ChangeInSigmas(before, *state, layout, problem.camera_fixed, summary.information) < kStandsStill)
       break;
   }
-  result->held = problem.camera_held;
+  result->held = problem.camera_fixed;
   result->noise = options.noise;
   result->landmarks = std::move(problem.landmarks);
 }
@@ -226,7 +226,7 @@ CameraInitialization InitializeCameras(const Rig& rig, const std::vector<CameraS
   state.drives = given.drives;
   state.cameras = result.cameras;
   JointProblem problem;
-  problem.hold_trajectory = true;
+  problem.fix_trajectory = true;
   AdjustCameras(rig, start, tracks, std::move(problem), cancellation, &state, &result);
   result.cameras = state.cameras;
   JudgeCameras(rig, &result);
@@ -240,7 +240,7 @@ void AdjustCamerasFurther(const Rig& rig, const std::vector<CameraStart>& start,
   state.drives = given.drives;
   state.cameras = cameras->cameras;
   JointProblem problem;
-  problem.hold_trajectory = true;
+  problem.fix_trajectory = true;
   // The last of the planned rounds lets cameras as they were found agree with other tracks.
   const AdjustmentRounds rounds{static_cast<int>(std::size(kRounds)) - 1, AdjustmentRounds().end};
   AdjustCameras(rig, start, tracks, std::move(problem), cancellation, &state, cameras, rounds);
@@ -257,15 +257,16 @@ void JudgeCameras(const Rig& rig, CameraInitialization* judged) {
     char line[240];
     if (counts[c] < kFewestObservations) {
       result.found[c] = false;
-      std::snprintf(line, sizeof(line),
-                    "%s: only %zu sights of points agree with the trajectory; record more texture or nearer "
-                    "structure, or check model and field of view",
-                    rig.cameras[c].name.c_str(), counts[c]);
+      std::snprintf(
+          line, sizeof(line),
+          "%s: only %zu observations of points agree with the trajectory; record more texture or nearer "
+          "structure, or check model and field of view",
+          rig.cameras[c].name.c_str(), counts[c]);
       result.problems.push_back(line);
       continue;
     }
     const SensorCalibration& sensor = result.cameras[c].sensor;
-    std::snprintf(line, sizeof(line), "%s: %zu sights, %.2f of the expected noise, offset %.2f ms",
+    std::snprintf(line, sizeof(line), "%s: %zu observations, %.2f of the expected noise, offset %.2f ms",
                   rig.cameras[c].name.c_str(), counts[c], result.noise[c].spread, 1e3 * sensor.time_offset);
     result.notes.push_back(line);
   }

@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "mlic_core/association/point_landmarks.h"
-#include "mlic_core/initialization/camera_rotation.h"
-#include "mlic_core/problem/joint_problem.h"
 #include "mlic_core/camera/tracks/tracks.h"
 #include "mlic_core/common/progress.h"
+#include "mlic_core/initialization/camera_rotation.h"
+#include "mlic_core/problem/joint_problem.h"
 
 namespace mlic {
 
@@ -24,11 +24,11 @@ std::vector<CameraStart> StartFromRig(const Rig& rig, const Dataset& dataset);
 // What the initialisation of the cameras found; problems are reasons for refusal, in plain words.
 struct CameraInitialization {
   std::vector<CameraCalibration> cameras;
-  std::vector<HeldCameraParameters> held;  // fixed cameras, and intrinsics that the data do not determine
-  std::vector<LandmarkNoise> noise;        // of each camera, for LandmarkOptions
-  std::vector<bool> found;                 // cameras that can take part in the joint solve
-  std::vector<LandmarkSet> landmarks;      // of each drive, at the cameras found
-  Eigen::MatrixXd information;             // of the calibration of a state with these cameras and no LiDARs
+  std::vector<FixedCameraParameters> held;  // fixed cameras, and intrinsics that the data do not determine
+  std::vector<LandmarkNoise> noise;         // of each camera, for LandmarkOptions
+  std::vector<bool> found;                  // cameras that can take part in the joint solve
+  std::vector<LandmarkSet> landmarks;       // of each drive, at the cameras found
+  Eigen::MatrixXd information;              // of the calibration of a state with these cameras and no LiDARs
   std::vector<std::string> problems;
   std::vector<std::string> notes;
 };
@@ -73,7 +73,7 @@ void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start, const 
                    JointProblem problem, const CancellationToken& cancellation, CalibrationState* state,
                    CameraInitialization* result, const AdjustmentRounds& rounds = {});
 
-// Gives up cameras with too few sights; says so, or how good the others are.
+// Gives up cameras with too few observations; says so, or how good the others are.
 void JudgeCameras(const Rig& rig, CameraInitialization* result);
 
 }  // namespace mlic

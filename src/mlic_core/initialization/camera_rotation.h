@@ -20,7 +20,7 @@ struct VisualMotion {
 };
 
 // Motions between consecutive keyframes of one camera (at most 3 s apart), from the tracks that both see.
-// largest_error: px, of a sight that agrees; the intrinsics may be rough.
+// largest_error: px, of a observation that agrees; the intrinsics may be rough.
 std::vector<VisualMotion> VisualMotions(const std::vector<TrackSet>& tracks, int camera,
                                         const CameraIntrinsics& intrinsics, double largest_error);
 

@@ -31,7 +31,7 @@ bool IsLostFromGuess(const LidarConfig& config, const RigidTransform& T_imu_lida
   return !config.guess || FromGuess(*config.guess, T_imu_lidar).sigmas > kNear;
 }
 
-std::string WhyLeftOut(const LidarConfig& config) {
+std::string WhyRejected(const LidarConfig& config) {
   return config.name + ": its odometry does not agree with the gyroscope and " +
          (config.guess
               ? "its planes do not tie it to the others from the given T_imu_sensor; give a better one"

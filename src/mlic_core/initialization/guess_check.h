@@ -14,7 +14,7 @@ namespace mlic {
 bool IsLostFromGuess(const LidarConfig& config, const RigidTransform& T_imu_lidar);
 
 // One line for people why such a LiDAR is refused.
-std::string WhyLeftOut(const LidarConfig& config);
+std::string WhyRejected(const LidarConfig& config);
 
 // Empty, or a warning where the result is more than four of the guess' sigmas away from it.
 std::string DescribeIfFarFromGuess(const ExtrinsicGuess& guess, const RigidTransform& T_imu_sensor);

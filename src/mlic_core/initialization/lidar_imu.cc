@@ -5,8 +5,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include "mlic_core/initialization/knot_spacing.h"
-#include "mlic_core/initialization/pose_fit.h"
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/imu/accelerometer_lag.h"
@@ -15,6 +13,8 @@
 #include "mlic_core/imu/gyro_integration.h"
 #include "mlic_core/imu/hand_eye.h"
 #include "mlic_core/imu/relative_motion.h"
+#include "mlic_core/initialization/knot_spacing.h"
+#include "mlic_core/initialization/pose_fit.h"
 
 namespace mlic {
 namespace {

@@ -3,10 +3,10 @@
 #include <string>
 #include <vector>
 
-#include "mlic_core/problem/joint_problem.h"
 #include "mlic_core/common/progress.h"
 #include "mlic_core/imu/angular_rate_alignment.h"
 #include "mlic_core/lidar/odometry.h"
+#include "mlic_core/problem/joint_problem.h"
 
 namespace mlic {
 

@@ -2,9 +2,9 @@
 
 #include <vector>
 
+#include "mlic_core/geometry/timed_pose.h"
 #include "mlic_core/problem/joint_problem.h"
 #include "mlic_core/problem/state.h"
-#include "mlic_core/geometry/timed_pose.h"
 
 namespace mlic {
 

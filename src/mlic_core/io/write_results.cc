@@ -1,17 +1,17 @@
 #include "mlic_core/io/write_results.h"
 
 #include "mlic_core/common/error.h"
+#include "mlic_core/io/pictures/projection_picture.h"
+#include "mlic_core/io/pictures/track_picture.h"
+#include "mlic_core/io/report/report.h"
 #include "mlic_core/io/result/camera_info.h"
 #include "mlic_core/io/result/kalibr_camchain.h"
 #include "mlic_core/io/result/point_cloud_file.h"
-#include "mlic_core/io/pictures/projection_picture.h"
-#include "mlic_core/io/report/report.h"
 #include "mlic_core/io/result/result_file.h"
 #include "mlic_core/io/result/static_transforms.h"
-#include "mlic_core/io/text_file.h"
-#include "mlic_core/io/pictures/track_picture.h"
 #include "mlic_core/io/result/trajectory_file.h"
 #include "mlic_core/io/result/urdf.h"
+#include "mlic_core/io/text_file.h"
 
 namespace mlic {
 namespace {

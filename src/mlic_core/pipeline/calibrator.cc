@@ -3,13 +3,13 @@
 #include <cmath>
 #include <cstdio>
 
-#include "mlic_core/pipeline/camera_stages.h"
-#include "mlic_core/initialization/lidar_imu.h"
-#include "mlic_core/problem/joint_problem.h"
-#include "mlic_core/pipeline/refinement.h"
-#include "mlic_core/summary/result_assembly.h"
-#include "mlic_core/pipeline/stage_clock.h"
 #include "mlic_core/initialization/camera_imu/camera_imu.h"
+#include "mlic_core/initialization/lidar_imu.h"
+#include "mlic_core/pipeline/camera_stages.h"
+#include "mlic_core/pipeline/refinement.h"
+#include "mlic_core/pipeline/stage_clock.h"
+#include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/summary/result_assembly.h"
 
 namespace mlic {
 namespace {
@@ -80,7 +80,7 @@ void LidarAdjustmentStage(const StageContext& context, Refinement* refinement) {
     refinement->AdjustEachLidar([&](double fraction) { stage.Progress(fraction); }, line);
     Keep(*refinement, stage, kName, context.store);
   }
-  refinement->LeaveOutLostLidars(line);
+  refinement->RejectLostLidars(line);
 }
 
 // last: no other adjustment follows, so that it goes on until the calibration stands still.

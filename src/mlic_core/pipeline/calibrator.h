@@ -3,11 +3,11 @@
 #include <filesystem>
 #include <functional>
 
-#include "mlic_core/result/observer.h"
-#include "mlic_core/pipeline/options.h"
-#include "mlic_core/result/result.h"
-#include "mlic_core/pipeline/stage_store.h"
 #include "mlic_core/common/progress.h"
+#include "mlic_core/pipeline/options.h"
+#include "mlic_core/pipeline/stage_store.h"
+#include "mlic_core/result/observer.h"
+#include "mlic_core/result/result.h"
 #include "mlic_core/sensors/measurements.h"
 #include "mlic_core/sensors/rig.h"
 

@@ -48,7 +48,7 @@ std::vector<T> ForEveryDrive(const StageContext& context, const std::string& nam
 
 void CountTracks(const StageContext& context, const std::vector<TrackSet>& tracks, StageClock* stage) {
   for (std::size_t c = 0; c < context.rig.cameras.size(); ++c) {
-    std::size_t keyframes = 0, sights = 0, shared = 0;
+    std::size_t keyframes = 0, observations = 0, shared = 0;
     for (const TrackSet& set : tracks) {
       const auto camera = [&](const TrackObservation& o) {
         return static_cast<std::size_t>(set.keyframes[o.keyframe].camera);
@@ -58,14 +58,14 @@ void CountTracks(const StageContext& context, const std::vector<TrackSet>& track
       for (const Track& track : set.tracks) {
         std::size_t own = 0;
         for (const TrackObservation& o : track.observations) own += camera(o) == c;
-        sights += own;
+        observations += own;
         if (own < track.observations.size()) shared += own;
       }
     }
     char line[200];
     std::snprintf(line, sizeof(line),
-                  "%s: %zu keyframes, %zu sights of tracks, %zu of them shared with other cameras",
-                  context.rig.cameras[c].name.c_str(), keyframes, sights, shared);
+                  "%s: %zu keyframes, %zu observations of tracks, %zu of them shared with other cameras",
+                  context.rig.cameras[c].name.c_str(), keyframes, observations, shared);
     stage->Line(line);
   }
 }

@@ -2,9 +2,9 @@
 
 #include <vector>
 
+#include "mlic_core/camera/tracks/tracks_from_images.h"
 #include "mlic_core/initialization/camera_on_trajectory.h"
 #include "mlic_core/pipeline/stage_clock.h"
-#include "mlic_core/camera/tracks/tracks_from_images.h"
 
 namespace mlic {
 
@@ -41,7 +41,7 @@ CameraInitialization CameraInitializationStage(const StageContext& context,
                                                const CalibrationState& state);
 
 // The cameras found again on the same trajectories, with the tracks across cameras and time: the joint
-// adjustment judges each sight by cameras that agree with all of them. Says so in `found`.
+// adjustment judges each observation by cameras that agree with all of them. Says so in `found`.
 void SharedCameraStage(const StageContext& context, SharedPass pass, const std::vector<CameraStart>& start,
                        const std::vector<TrackSet>& shared_tracks, const CalibrationState& state,
                        CameraInitialization* found);

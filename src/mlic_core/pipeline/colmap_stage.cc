@@ -1,23 +1,23 @@
 // The part of camera_stages.h that runs COLMAP.
 #include <cstdio>
 
-#include "mlic_core/pipeline/camera_stages.h"
 #include "mlic_core/camera/colmap/colmap.h"
+#include "mlic_core/pipeline/camera_stages.h"
 
 namespace mlic {
 namespace {
 
-// Of the drive with the most sights of the camera; COLMAP takes one drive at a time.
+// Of the drive with the most observations of the camera; COLMAP takes one drive at a time.
 ColmapInput RichestInput(const std::vector<TrackSet>& tracks, std::size_t camera,
                          const CameraIntrinsics& start) {
   ColmapInput richest;
   std::size_t most = 0;
   for (const TrackSet& drive : tracks) {
     ColmapInput input = ColmapInputFromTracks(drive, static_cast<int>(camera), start);
-    std::size_t sights = 0;
-    for (const auto& pixels : input.keypoints) sights += pixels.size();
-    if (sights < most) continue;
-    most = sights;
+    std::size_t observations = 0;
+    for (const auto& pixels : input.keypoints) observations += pixels.size();
+    if (observations < most) continue;
+    most = observations;
     richest = std::move(input);
   }
   return richest;

@@ -4,14 +4,14 @@
 #include <cmath>
 #include <cstdio>
 
-#include "mlic_core/initialization/guess_check.h"
 #include "mlic_core/association/held_out_matches.h"
-#include "mlic_core/uncertainty/intrinsics_observability.h"
-#include "mlic_core/summary/result_assembly.h"
 #include "mlic_core/association/ring_corrections.h"
-#include "mlic_core/summary/snapshot.h"
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/initialization/guess_check.h"
+#include "mlic_core/summary/result_assembly.h"
+#include "mlic_core/summary/snapshot.h"
+#include "mlic_core/uncertainty/intrinsics_observability.h"
 
 namespace mlic {
 namespace {
@@ -32,9 +32,9 @@ constexpr int kLeastRoundsWithCameras = 3;
 // Rounds that find landmarks and matches anew; later ones keep them, as which of them just agree and which
 // just do not would change for ever.
 constexpr int kLandmarkRounds = 3;
-// Of a sight of a landmark whose noise is its own, in its sigmas. That noise already makes wrong sights count
-// for little. Judged more strictly, sights that agree with the calibration as it stands win over those that
-// do not, and its errors grow from round to round.
+// Of a observation of a landmark whose noise is its own, in its sigmas. That noise already makes wrong
+// observations count for little. Judged more strictly, observations that agree with the calibration as it
+// stands win over those that do not, and its errors grow from round to round.
 constexpr double kLargestOwnError = 8.0;
 
 // Light, shade and the map move all matches of a camera by some 0.2 px together, which their scatter does not
@@ -52,7 +52,7 @@ Refinement::Refinement(const Rig& rig, const Dataset& dataset, Initialization st
       observer_(observer),
       base_lidar_(start.base_lidar),
       unaligned_lidars_(start.unaligned),
-      left_out_lidars_(rig.lidars.size(), false),
+      rejected_lidars_(rig.lidars.size(), false),
       state_(std::move(start.state)),
       given_imu_sigma_(start.imu_sigma),
       noise_(rig.lidars.size()),
@@ -62,7 +62,7 @@ Refinement::Refinement(const Rig& rig, const Dataset& dataset, Initialization st
   problem_.imu_sigma = start.imu_sigma;
   for (const LidarConfig& lidar : rig.lidars) {
     problem_.guesses.push_back(lidar.fixed ? std::nullopt : lidar.guess);
-    problem_.lidar_held.push_back(lidar.fixed);
+    problem_.lidar_fixed.push_back(lidar.fixed);
   }
 }
 
@@ -122,15 +122,15 @@ void Refinement::AssociateLandmarks(const Progress& progress, const Line& line) 
 }
 
 // For the next round: intrinsics that the present solve shows well enough move in it.
-void Refinement::HoldWhatIsNotShown() {
+void Refinement::FixUnobservable() {
   const Layout layout(state_, problem_.estimate_imu_matrices);
   if (last_solve_.information.rows() != layout.calibration) return;
-  for (HeldCameraParameters& held : problem_.camera_held) held.square_pixels = false;  // decided anew
+  for (FixedCameraParameters& held : problem_.camera_fixed) held.square_pixels = false;  // decided anew
   Eigen::MatrixXd prior;
   Eigen::VectorXd gradient;
   CalibrationPrior(problem_, state_, layout, &prior, &gradient);
-  problem_.camera_held =
-      HoldUndeterminedIntrinsics(ScaledInformation() + prior, state_, layout, always_held_,
+  problem_.camera_fixed =
+      HoldUndeterminedIntrinsics(ScaledInformation() + prior, state_, layout, always_fixed_,
                                  PatternSensitivity(problem_.landmarks, state_.cameras.size()));
 }
 
@@ -138,19 +138,19 @@ void Refinement::AddCameras(const CameraInitialization& cameras, const std::vect
   state_.cameras = initial_.cameras = cameras.cameras;
   cameras_found_ = cameras.found;
   tracks_ = WithoutLostCameras(tracks, cameras.found);
-  // The cameras are not yet as right as single sights are sharp: the first round judges less strictly.
+  // The cameras are not yet as right as single observations are sharp: the first round judges less strictly.
   for (const LandmarkNoise& noise : cameras.noise) {
     landmark_options_.noise.push_back({noise.spread * noise.dependence, 1.0});
   }
   landmark_options_.noise_of_each = true;
   landmark_options_.largest_error = kLargestOwnError;
-  problem_.camera_held = cameras.held;
+  problem_.camera_fixed = cameras.held;
   for (std::size_t c = 0; c < rig_.cameras.size(); ++c) {
     const CameraConfig& config = rig_.cameras[c];
     const bool still = config.fixed || !cameras.found[c];
     problem_.camera_guesses.push_back(config.fixed ? std::nullopt : config.guess);
-    always_held_.push_back({still, still, still, !cameras.found[c], {}});
-    always_held_.back().intrinsics.assign(state_.cameras[c].intrinsics.parameters.size(), !cameras.found[c]);
+    always_fixed_.push_back({still, still, still, !cameras.found[c], {}});
+    always_fixed_.back().intrinsics.assign(state_.cameras[c].intrinsics.parameters.size(), !cameras.found[c]);
   }
   rounds_ = 0;
 }
@@ -181,13 +181,13 @@ void Refinement::AdjustEachLidar(const Progress& progress, const Line& line) {
   for (std::size_t l = 0; l < lidars; ++l) {
     if (l != base_lidar_) order.push_back(l);
   }
-  const std::vector<bool> held = problem_.lidar_held;
+  const std::vector<bool> held = problem_.lidar_fixed;
   for (std::size_t k = 0; k < lidars; ++k) {
     const std::size_t lidar = order[k];
     std::vector<bool> only(lidars, false);
     only[lidar] = true;
-    for (std::size_t l = 0; l < lidars; ++l) problem_.lidar_held[l] = held[l] || l != lidar;
-    problem_.hold_trajectory = lidar != base_lidar_;
+    for (std::size_t l = 0; l < lidars; ++l) problem_.lidar_fixed[l] = held[l] || l != lidar;
+    problem_.fix_trajectory = lidar != base_lidar_;
     for (int round = 0; round < kRounds; ++round) {
       Associate(only, kFewPoints);
       Solve(kMostIterations);
@@ -201,18 +201,18 @@ void Refinement::AdjustEachLidar(const Progress& progress, const Line& line) {
     line(text);
     Show("plane adjustment of each LiDAR", static_cast<int>(k));
   }
-  problem_.lidar_held = held;
-  problem_.hold_trajectory = false;
+  problem_.lidar_fixed = held;
+  problem_.fix_trajectory = false;
   // LiDARs still disagree by what their own adjustments could not see; the common map must bridge that.
   for (PlaneNoise& noise : noise_) noise.floor = std::max(noise.floor, 0.05);
 }
 
-void Refinement::LeaveOutLostLidars(const Line& line) {
+void Refinement::RejectLostLidars(const Line& line) {
   for (std::size_t l = 0; l < unaligned_lidars_.size(); ++l) {
     const LidarConfig& config = rig_.lidars[l];
     if (!unaligned_lidars_[l] || config.fixed || !IsLostFromGuess(config, state_.lidars[l].T_imu_sensor))
       continue;
-    left_out_lidars_[l] = problem_.lidar_held[l] = true;
+    rejected_lidars_[l] = problem_.lidar_fixed[l] = true;
     line(config.name + ": left out, its planes lead far from where it started");
   }
 }
@@ -230,7 +230,7 @@ void Refinement::AdjustJointly(double until, const Progress& progress, const Lin
     const CalibrationState before = state_;
     problem_.estimate_imu_matrices =
         rig_.imu.intrinsics == ImuIntrinsicsModel::kScaleMisalignment && (round >= 2 || many);
-    std::vector<bool> taking_part = left_out_lidars_;
+    std::vector<bool> taking_part = rejected_lidars_;
     taking_part.flip();
     Associate(taking_part, points_per_scan_);
     if (!tracks_.empty() && round < kLandmarkRounds) AssociateLandmarks(progress, line);
@@ -253,7 +253,7 @@ void Refinement::AdjustJointly(double until, const Progress& progress, const Lin
     char text[200];
     std::snprintf(
         text, sizeof(text),
-        "round %d: %zu planes, %zu points, %zu sights of landmarks, cost %.0f, calibration moved by "
+        "round %d: %zu planes, %zu points, %zu observations of landmarks, cost %.0f, calibration moved by "
         "%.2f of its sigma",
         round + 1, problem_.planes[0].planes.size(), last_solve_.observations,
         last_solve_.landmark_observations, last_solve_.last_cost, change);
@@ -264,7 +264,7 @@ void Refinement::AdjustJointly(double until, const Progress& progress, const Lin
     if (many && !more && !rings_moved && change < until && round + 1 >= least_rounds) break;
     // The map has settled once the noise has: then all points take part.
     if (!many && (change < 1.0 || round + 1 >= least_rounds - 1)) points_per_scan_ = kManyPoints;
-    if (!tracks_.empty()) HoldWhatIsNotShown();
+    if (!tracks_.empty()) FixUnobservable();
     ++rounds_;
     if (rounds_ < kMostRounds) {
       after_round();
@@ -292,7 +292,7 @@ RefinementProgress Refinement::Checkpoint() const {
           problem_.imu_sigma,
           noise_,
           landmark_options_.noise,
-          problem_.camera_held,
+          problem_.camera_fixed,
           sigmas_,
           match_noise_,
           problem_.landmarks,
@@ -307,7 +307,7 @@ void Refinement::Restore(const RefinementProgress& progress) {
   problem_.imu_sigma = progress.imu_sigma;
   noise_ = progress.noise;
   landmark_options_.noise = progress.landmark_noise;
-  problem_.camera_held = progress.camera_held;
+  problem_.camera_fixed = progress.camera_fixed;
   sigmas_ = progress.sigmas;
   match_noise_ = progress.match_noise;
   problem_.landmarks = progress.landmarks;

@@ -4,15 +4,15 @@
 #include <string>
 #include <vector>
 
-#include "mlic_core/association/plane_association.h"
-#include "mlic_core/initialization/camera_on_trajectory.h"
-#include "mlic_core/association/point_landmarks.h"
-#include "mlic_core/initialization/lidar_imu.h"
-#include "mlic_core/problem/joint_problem.h"
 #include "mlic_core/association/map_matches.h"
-#include "mlic_core/uncertainty/observability.h"
-#include "mlic_core/result/observer.h"
+#include "mlic_core/association/plane_association.h"
+#include "mlic_core/association/point_landmarks.h"
+#include "mlic_core/initialization/camera_on_trajectory.h"
+#include "mlic_core/initialization/lidar_imu.h"
 #include "mlic_core/pipeline/stage_store.h"
+#include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/result/observer.h"
+#include "mlic_core/uncertainty/observability.h"
 #include "mlic_core/uncertainty/stamp_errors.h"
 
 namespace mlic {
@@ -42,7 +42,7 @@ class Refinement {
 
   // After AdjustEachLidar: from here on, LiDARs that were not aligned and whose planes lead far from their
   // guess (guess_check.h) take no part.
-  void LeaveOutLostLidars(const Line& line);
+  void RejectLostLidars(const Line& line);
 
   // From here on AdjustJointly also matches the cameras' photos to the LiDAR map (SPEC stages 7 and 8).
   void MatchMap();
@@ -50,8 +50,8 @@ class Refinement {
   // How well the map fits the photos where no solve looked; tells `line` of each camera.
   void MeasureHeldOut(const Line& line);
 
-  // Of the points, of the times of LiDARs' scans and of cameras' sights, once the calibration stands still:
-  // sigmas grow by it.
+  // Of the points, of the times of LiDARs' scans and of cameras' observations, once the calibration stands
+  // still: sigmas grow by it.
   void MeasureCorrelation(const Line& line);
 
   // What to keep between rounds, and how to go on from it.
@@ -66,8 +66,8 @@ class Refinement {
   const SolveSummary& last_solve() const { return last_solve_; }
   // Of each LiDAR: see Initialization.
   const std::vector<bool>& unaligned_lidars() const { return unaligned_lidars_; }
-  // Of each LiDAR, from LeaveOutLostLidars.
-  const std::vector<bool>& left_out_lidars() const { return left_out_lidars_; }
+  // Of each LiDAR, from RejectLostLidars.
+  const std::vector<bool>& rejected_lidars() const { return rejected_lidars_; }
   // By how many of its sigmas the last round moved the calibration where rounds were over before it stood
   // still, else 0: part of the sigmas.
   double unsettled() const { return unsettled_; }
@@ -88,7 +88,7 @@ class Refinement {
  private:
   void Associate(const std::vector<bool>& lidars, std::size_t points_per_scan);
   void AssociateLandmarks(const Progress& progress, const Line& line);
-  void HoldWhatIsNotShown();
+  void FixUnobservable();
   // True if the next round takes more points of each scan.
   bool TakeMorePoints();
   // Solves from the state as it is: state and landmarks move together.
@@ -106,13 +106,13 @@ class Refinement {
   const CancellationToken& cancellation_;
   CalibrationObserver& observer_;
   std::size_t base_lidar_;
-  std::vector<bool> unaligned_lidars_, left_out_lidars_;
+  std::vector<bool> unaligned_lidars_, rejected_lidars_;
   CalibrationState state_, initial_;
   JointProblem problem_;
   std::vector<ImuSigma> given_imu_sigma_;
   std::vector<PlaneNoise> noise_;
-  std::vector<TrackSet> tracks_;                   // of each drive; empty without cameras
-  std::vector<HeldCameraParameters> always_held_;  // of each camera
+  std::vector<TrackSet> tracks_;                     // of each drive; empty without cameras
+  std::vector<FixedCameraParameters> always_fixed_;  // of each camera
   LandmarkOptions landmark_options_;
   std::vector<bool> cameras_found_;
   bool match_map_ = false;

@@ -3,11 +3,11 @@
 #include <string>
 #include <vector>
 
-#include "mlic_core/result/observer.h"
 #include "mlic_core/pipeline/options.h"
-#include "mlic_core/result/result.h"
 #include "mlic_core/pipeline/stage_store.h"
 #include "mlic_core/pipeline/stopwatch.h"
+#include "mlic_core/result/observer.h"
+#include "mlic_core/result/result.h"
 #include "mlic_core/sensors/measurements.h"
 #include "mlic_core/sensors/rig.h"
 

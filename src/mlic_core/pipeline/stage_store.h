@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "mlic_core/association/plane_association.h"
+#include "mlic_core/camera/tracks/tracks_from_images.h"
 #include "mlic_core/initialization/camera_on_trajectory.h"
 #include "mlic_core/initialization/lidar_imu.h"
 #include "mlic_core/result/result.h"
-#include "mlic_core/camera/tracks/tracks_from_images.h"
 
 namespace mlic {
 
@@ -15,17 +15,17 @@ namespace mlic {
 // on a later run gives the same bits as one that was never interrupted.
 struct RefinementProgress {
   CalibrationState state;
-  std::vector<ImuSigma> imu_sigma;                // of each drive, as measured last
-  std::vector<PlaneNoise> noise;                  // of each LiDAR, likewise
-  std::vector<LandmarkNoise> landmark_noise;      // of each camera, likewise
-  std::vector<HeldCameraParameters> camera_held;  // of each camera
-  std::vector<PoseSigma> sigmas;                  // of each camera against the base LiDAR
-  std::vector<double> match_noise;                // of each camera
-  std::vector<LandmarkSet> landmarks;             // of each drive, with the map's
-  int rounds = 0;                                 // of the joint adjustment, done
-  std::size_t points_per_scan = 0;                // that take part in the map
-  std::vector<std::string> lines;                 // what the stage has said so far
-  std::vector<LandmarkSet> held_out;              // of each drive: matches that no solve used
+  std::vector<ImuSigma> imu_sigma;                  // of each drive, as measured last
+  std::vector<PlaneNoise> noise;                    // of each LiDAR, likewise
+  std::vector<LandmarkNoise> landmark_noise;        // of each camera, likewise
+  std::vector<FixedCameraParameters> camera_fixed;  // of each camera
+  std::vector<PoseSigma> sigmas;                    // of each camera against the base LiDAR
+  std::vector<double> match_noise;                  // of each camera
+  std::vector<LandmarkSet> landmarks;               // of each drive, with the map's
+  int rounds = 0;                                   // of the joint adjustment, done
+  std::size_t points_per_scan = 0;                  // that take part in the map
+  std::vector<std::string> lines;                   // what the stage has said so far
+  std::vector<LandmarkSet> held_out;                // of each drive: matches that no solve used
 };
 
 // Where finished stages of a run are kept, so that a killed run goes on where it was. Load returns false when

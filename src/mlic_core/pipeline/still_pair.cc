@@ -160,7 +160,7 @@ SensorResult DescribeCamera(const CameraConfig& config, const CameraIntrinsics& 
   camera.topic = config.topic;
   camera.calibration.T_imu_sensor = T_lidar_camera;
   camera.intrinsics = intrinsics;
-  camera.intrinsics_held.assign(intrinsics.parameters.size(), true);
+  camera.intrinsics_fixed.assign(intrinsics.parameters.size(), true);
   camera.time_offset_observable = false;
   camera.unobservable.push_back({UnobservableDirection::Quantity::kTimeOffset, Eigen::Vector3d::Zero(), 0.0});
   const RigidTransform T_camera_lidar = T_lidar_camera.Inverse();

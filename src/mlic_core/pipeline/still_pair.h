@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "mlic_core/result/result.h"
 #include "mlic_core/crossmodal/intensity_map.h"
+#include "mlic_core/result/result.h"
 
 namespace mlic {
 

@@ -29,8 +29,8 @@ void RestoreGeometry(const LandmarkGeometry& geometry, JointProblem* problem) {
   for (std::size_t d = 0; d < geometry.points.size(); ++d) problem->landmarks[d].points = geometry.points[d];
 }
 
-void HoldCamera(const HeldCameraParameters& held, const Layout& layout, std::size_t camera,
-                std::vector<bool>* free_calibration) {
+void FixCamera(const FixedCameraParameters& held, const Layout& layout, std::size_t camera,
+               std::vector<bool>* free_calibration) {
   const auto hold = [&](int first, int count) {
     std::fill_n(free_calibration->begin() + first, count, false);
   };
@@ -43,16 +43,16 @@ void HoldCamera(const HeldCameraParameters& held, const Layout& layout, std::siz
   }
 }
 
-// The problem with point landmarks that tie control points over no more than kLongestPointTie; planes come
-// cut from AssociatePlanes. While the trajectory is held they tie nothing, and stay whole: then origins stays
-// empty.
-JointProblem WithShortTies(const JointProblem& given, const CalibrationState& state,
-                           std::vector<std::vector<std::size_t>>* origins) {
+// The problem with point landmarks that tie control points over no more than kLongestPointCoupling; planes
+// come cut from AssociatePlanes. While the trajectory is held they tie nothing, and stay whole: then origins
+// stays empty.
+JointProblem WithShortCouplings(const JointProblem& given, const CalibrationState& state,
+                                std::vector<std::vector<std::size_t>>* origins) {
   JointProblem problem = given;
-  if (problem.hold_trajectory) return problem;
+  if (problem.fix_trajectory) return problem;
   origins->resize(problem.landmarks.size());
   for (std::size_t d = 0; d < problem.landmarks.size(); ++d) {
-    problem.landmarks[d] = SplitPoints(given.landmarks[d], state, kLongestPointTie, &(*origins)[d]);
+    problem.landmarks[d] = SplitPoints(given.landmarks[d], state, kLongestPointCoupling, &(*origins)[d]);
   }
   return problem;
 }
@@ -62,25 +62,27 @@ JointProblem WithShortTies(const JointProblem& given, const CalibrationState& st
 SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
                                const CancellationToken& cancellation, CalibrationState* state) {
   std::vector<std::vector<std::size_t>> origins;
-  JointProblem problem = WithShortTies(given, *state, &origins);  // the landmarks move with the solve
+  JointProblem problem = WithShortCouplings(given, *state, &origins);  // the landmarks move with the solve
   const Layout layout(*state, problem.estimate_imu_matrices);
   std::vector<bool> free_calibration(layout.calibration, true);
-  for (std::size_t i = 0; i < problem.lidar_held.size(); ++i) {
-    if (problem.lidar_held[i]) std::fill_n(free_calibration.begin() + Layout::Lidar(i), 7, false);
+  for (std::size_t i = 0; i < problem.lidar_fixed.size(); ++i) {
+    if (problem.lidar_fixed[i]) std::fill_n(free_calibration.begin() + Layout::Lidar(i), 7, false);
   }
-  if (problem.hold_trajectory) {
+  if (problem.fix_trajectory) {
     std::fill(free_calibration.begin() + (layout.matrices >= 0 ? layout.matrices : layout.biases),
               free_calibration.end(), false);
   }
-  for (std::size_t c = 0; c < problem.camera_held.size(); ++c) {
-    HoldCamera(problem.camera_held[c], layout, c, &free_calibration);
+  for (std::size_t c = 0; c < problem.camera_fixed.size(); ++c) {
+    FixCamera(problem.camera_fixed[c], layout, c, &free_calibration);
   }
   SolveSummary summary;
   for (const PlaneAssociation& association : problem.planes)
     summary.observations += association.observations.size();
   for (const LandmarkSet& set : problem.landmarks) summary.landmark_observations += set.observations.size();
-  std::vector<LandmarkTies> ties;
-  const auto linearize = [&](const CalibrationState& at) { return Linearize({problem, at, layout}, &ties); };
+  std::vector<LandmarkCoupling> couplings;
+  const auto linearize = [&](const CalibrationState& at) {
+    return Linearize({problem, at, layout}, &couplings);
+  };
   Eigen::MatrixXd prior;
   Eigen::VectorXd prior_gradient;
   Accumulator sum = linearize(*state);
@@ -89,8 +91,8 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
   for (int iteration = 0; iteration < iterations; ++iteration) {
     cancellation.ThrowIfCancelled();
     CalibrationPrior(problem, *state, layout, &prior, &prior_gradient);
-    const NormalSolution solution = SolveNormalEquations(sum, ties, prior, prior_gradient, free_calibration,
-                                                         damping, problem.hold_trajectory);
+    const NormalSolution solution = SolveNormalEquations(sum, couplings, prior, prior_gradient,
+                                                         free_calibration, damping, problem.fix_trajectory);
     ++summary.iterations;
     if (!solution.solved) {
       damping = std::max(1e-6, 10.0 * damping);
@@ -101,8 +103,8 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
     CalibrationState moved = *state;
     const LandmarkGeometry before = GeometryOf(problem);
     layout.Update(solution.delta, &moved);
-    if (problem.hold_trajectory) moved.drives = state->drives;
-    MoveLandmarks(ties, solution.delta, &problem);
+    if (problem.fix_trajectory) moved.drives = state->drives;
+    MoveLandmarks(couplings, solution.delta, &problem);
     const double step = solution.delta.segment(layout.knots, 7 * layout.sensors).cwiseAbs().maxCoeff();
     const bool settled = damping == 0.0 && solution.predicted_decrease < kNegligibleDecrease * sum.cost;
     if (settled || iteration + 1 == iterations) {

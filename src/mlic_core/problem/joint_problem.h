@@ -4,13 +4,13 @@
 #include <optional>
 #include <vector>
 
-#include "mlic_core/problem/layout.h"
-#include "mlic_core/solver/normal_equations.h"
 #include "mlic_core/common/progress.h"
 #include "mlic_core/imu/excitation.h"
 #include "mlic_core/lidar/plane_map.h"
+#include "mlic_core/problem/layout.h"
 #include "mlic_core/sensors/measurements.h"
 #include "mlic_core/sensors/rig.h"
+#include "mlic_core/solver/normal_equations.h"
 
 namespace mlic {
 
@@ -33,7 +33,7 @@ struct PlaneAssociation {
   std::vector<std::size_t> begin;  // of each plane's observations; one more than planes
 };
 
-// A sight of a point landmark.
+// A observation of a point landmark.
 struct LandmarkObservation {
   std::int32_t camera;
   float sigma;  // px, of each coordinate of shape * error
@@ -44,7 +44,7 @@ struct LandmarkObservation {
 
 // A point landmark as a LiDAR measured it: a place of the map that a camera found again. It ties the camera
 // to the LiDAR at the beam's time.
-struct LidarSight {
+struct LidarPointObservation {
   std::int32_t lidar = -1;                             // -1: none
   double time = 0.0;                                   // LiDAR clock
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // LiDAR frame
@@ -59,18 +59,18 @@ struct PointLandmark {
   Eigen::Vector3d anchor;
 };
 
-// One drive's point landmarks and the sights of each.
+// One drive's point landmarks and the observations of each.
 struct LandmarkSet {
   std::vector<PointLandmark> points;
   std::vector<LandmarkObservation> observations;
-  std::vector<std::size_t> begin;        // of each point's observations; one more than points
-  std::vector<LidarSight> lidar_sights;  // of each point; empty: of none
+  std::vector<std::size_t> begin;                   // of each point's observations; one more than points
+  std::vector<LidarPointObservation> lidar_points;  // of each point; empty: of none
 
-  bool IsOnMap(std::size_t point) const { return !lidar_sights.empty() && lidar_sights[point].lidar >= 0; }
+  bool IsOnMap(std::size_t point) const { return !lidar_points.empty() && lidar_points[point].lidar >= 0; }
 };
 
 // Which parameters of a camera do not move.
-struct HeldCameraParameters {
+struct FixedCameraParameters {
   bool rotation = false;
   bool translation = false;
   bool time_offset = false;
@@ -95,10 +95,10 @@ struct JointProblem {
   std::vector<LandmarkSet> landmarks;                         // for each drive; may be empty
   std::vector<std::vector<PoseObservation>> poses;            // for each drive; may be empty
   std::vector<std::optional<ExtrinsicGuess>> guesses;         // for each LiDAR: priors
-  std::vector<bool> lidar_held;                               // neither pose nor offset moves
+  std::vector<bool> lidar_fixed;                              // neither pose nor offset moves
   std::vector<std::optional<ExtrinsicGuess>> camera_guesses;  // for each camera: priors; may be empty
-  std::vector<HeldCameraParameters> camera_held;              // for each camera; empty: all move
-  bool hold_trajectory = false;                               // and the biases
+  std::vector<FixedCameraParameters> camera_fixed;            // for each camera; empty: all move
+  bool fix_trajectory = false;                                // and the biases
   bool estimate_imu_matrices = false;
 };
 

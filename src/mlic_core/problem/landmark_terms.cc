@@ -71,7 +71,7 @@ struct CameraColumns {
   CameraColumns() = default;
 };
 
-void AddToCalibration(const CameraColumns& c, const Square& H, LandmarkTies* landmark, Accumulator* sum) {
+void AddToCalibration(const CameraColumns& c, const Square& H, LandmarkCoupling* landmark, Accumulator* sum) {
   sum->corner.block<7, 7>(c.pose, c.pose) += H.block<7, 7>(kExtrinsic, kExtrinsic);
   sum->corner.block(c.inner, c.pose, c.count, 7) += H.block(c.from, kExtrinsic, c.count, 7);
   sum->corner.block(c.pose, c.inner, 7, c.count) += H.block(kExtrinsic, c.from, 7, c.count);
@@ -84,8 +84,8 @@ void AddToCalibration(const CameraColumns& c, const Square& H, LandmarkTies* lan
   landmark->calibration.middleRows(c.inner, c.count) += H.block(c.from, kPoint, c.count, 3);
 }
 
-void AddToKnots(const CameraColumns& c, const KnotColumns& columns, const Square& H, TieSlots* slots,
-                LandmarkTies* landmark, Accumulator* sum) {
+void AddToKnots(const CameraColumns& c, const KnotColumns& columns, const Square& H, CouplingSlots* slots,
+                LandmarkCoupling* landmark, Accumulator* sum) {
   for (int a = 0; a < 8; ++a) {
     sum->gradient_knots.segment<3>(sum->Local(columns[a])) += H.block<3, 1>(3 * a, kResidual);
     sum->border.block<7, 3>(c.pose, sum->Local(columns[a])) += H.block<7, 3>(kExtrinsic, 3 * a);
@@ -102,7 +102,7 @@ void AddToKnots(const CameraColumns& c, const KnotColumns& columns, const Square
 // with A the axes of the beam by their sigmas. rows: as those of a camera, the LiDAR's pose and offset in the
 // place of the camera's; may be null.
 using LidarRows = Eigen::Matrix<double, kColumns, 3>;
-Eigen::Vector3d EvaluateLidarSight(const LidarSight& sight, const SensorCalibration& lidar,
+Eigen::Vector3d EvaluateLidarPoint(const LidarPointObservation& observation, const SensorCalibration& lidar,
                                    const SplitSpline& trajectory, const Eigen::Vector3d& P, double t,
                                    LidarRows* rows) {
   const SplineBasis rb(trajectory.rotation.knots(), t);
@@ -113,12 +113,12 @@ Eigen::Vector3d EvaluateLidarSight(const LidarSight& sight, const SensorCalibrat
   const Eigen::Vector3d y = rotation.rotation.transpose() * from_imu;
   const Eigen::Vector3d z = y - lidar.T_imu_sensor.translation;
   const Eigen::Matrix3d R_imu_lidar = lidar.T_imu_sensor.rotation.toRotationMatrix();
-  const Eigen::Vector3d beam = sight.position.normalized();
+  const Eigen::Vector3d beam = observation.position.normalized();
   Eigen::Matrix3d axes;
-  axes.col(0) = beam.unitOrthogonal() / sight.sigma_across;
-  axes.col(1) = beam.cross(beam.unitOrthogonal()) / sight.sigma_across;
-  axes.col(2) = beam / sight.sigma_along;
-  const Eigen::Vector3d residual = axes.transpose() * (R_imu_lidar.transpose() * z - sight.position);
+  axes.col(0) = beam.unitOrthogonal() / observation.sigma_across;
+  axes.col(1) = beam.cross(beam.unitOrthogonal()) / observation.sigma_across;
+  axes.col(2) = beam / observation.sigma_along;
+  const Eigen::Vector3d residual = axes.transpose() * (R_imu_lidar.transpose() * z - observation.position);
   if (rows == nullptr) return residual;
   const Eigen::Vector3d y_dot =
       y.cross(rotation.angular_velocity) - rotation.rotation.transpose() * trajectory.position.Velocity(pb);
@@ -142,20 +142,21 @@ Eigen::Vector3d EvaluateLidarSight(const LidarSight& sight, const SensorCalibrat
   return residual;
 }
 
-void AddLidarSight(const LinearizationPoint& at, std::size_t d, std::size_t p, const Eigen::Matrix3d& J_chart,
-                   TieSlots* slots, LandmarkTies* landmark, Accumulator* sum) {
+void AddLidarPoint(const LinearizationPoint& at, std::size_t d, std::size_t p, const Eigen::Matrix3d& J_chart,
+                   CouplingSlots* slots, LandmarkCoupling* landmark, Accumulator* sum) {
   const LandmarkSet& set = at.problem.landmarks[d];
-  const LidarSight& sight = set.lidar_sights[p];
-  const SensorCalibration& lidar = at.state.lidars[sight.lidar];
+  const LidarPointObservation& observation = set.lidar_points[p];
+  const SensorCalibration& lidar = at.state.lidars[observation.lidar];
   const SplitSpline& trajectory = at.state.drives[d].trajectory;
-  const double t = sight.time + lidar.time_offset;
+  const double t = observation.time + lidar.time_offset;
   if (!trajectory.Contains(t)) return;
   LidarRows rows;
-  sum->cost += EvaluateLidarSight(sight, lidar, trajectory, set.points[p].position, t, &rows).squaredNorm();
+  sum->cost +=
+      EvaluateLidarPoint(observation, lidar, trajectory, set.points[p].position, t, &rows).squaredNorm();
   rows.middleRows<3>(kPoint) = J_chart * rows.middleRows<3>(kPoint).eval();
   const Square H = rows * rows.transpose();
-  const CameraColumns columns = CameraColumns::OfLidar(sight.lidar);
-  if (!at.problem.hold_trajectory) {
+  const CameraColumns columns = CameraColumns::OfLidar(observation.lidar);
+  if (!at.problem.fix_trajectory) {
     const SplineBasis rb(trajectory.rotation.knots(), t);
     const SplineBasis pb(trajectory.position.knots(), t);
     AddToKnots(columns, KnotColumns(at.layout, d, rb.first, pb.first), H, slots, landmark, sum);
@@ -172,9 +173,9 @@ std::vector<Reprojection::Camera> Cameras(const CalibrationState& state) {
   return cameras;
 }
 
-// One sight of a landmark by a camera of the state, with its time on the IMU's clock.
-struct CameraSight {
-  CameraSight(const LandmarkObservation& o, const CalibrationState& state) : camera(o.camera) {
+// One observation of a landmark by a camera of the state, with its time on the IMU's clock.
+struct CameraObservation {
+  CameraObservation(const LandmarkObservation& o, const CalibrationState& state) : camera(o.camera) {
     const CameraCalibration& calibration = state.cameras[o.camera];
     factor = Reprojection::Of(o.pixel, calibration.intrinsics);
     time = factor.Time(o.time, calibration.sensor.time_offset, calibration.readout);
@@ -190,16 +191,17 @@ struct CameraSight {
   double time;
 };
 
-// The rows of one sight by its sigma and the robust loss's weight, whose cost is added. False where the
+// The rows of one observation by its sigma and the robust loss's weight, whose cost is added. False where the
 // camera cannot see the point.
-bool WhitenedRows(const LandmarkObservation& o, const CameraSight& sight, const SplitSpline& trajectory,
-                  const SplineBasis& rotation_basis, const SplineBasis& position_basis,
-                  const Reprojection::Camera& camera, const Eigen::Vector3d& point,
-                  const Eigen::Matrix3d& J_chart, Rows* rows, double* cost) {
+bool WhitenedRows(const LandmarkObservation& o, const CameraObservation& observation,
+                  const SplitSpline& trajectory, const SplineBasis& rotation_basis,
+                  const SplineBasis& position_basis, const Reprojection::Camera& camera,
+                  const Eigen::Vector3d& point, const Eigen::Matrix3d& J_chart, Rows* rows, double* cost) {
   Eigen::Vector2d residual;
   Reprojection::Jacobian J;
   double weight;
-  if (!sight.factor.Evaluate(trajectory, rotation_basis, position_basis, camera, point, &residual, &J)) {
+  if (!observation.factor.Evaluate(trajectory, rotation_basis, position_basis, camera, point, &residual,
+                                   &J)) {
     *cost += RobustCost(kLostSigmas, &weight);
     return false;
   }
@@ -215,23 +217,23 @@ bool WhitenedRows(const LandmarkObservation& o, const CameraSight& sight, const 
   return true;
 }
 
-// use(observation, sight, rotation basis, position basis) for each of a landmark's sights that the trajectory
-// reaches and the camera can see, with its whitened rows; all costs are added.
+// use(observation, observation, rotation basis, position basis) for each of a landmark's observations that
+// the trajectory reaches and the camera can see, with its whitened rows; all costs are added.
 template <typename Use>
-void ForEachSight(const LinearizationPoint& at, std::size_t d, std::size_t p,
-                  const std::vector<Reprojection::Camera>& cameras, const Eigen::Matrix3d& J_chart,
-                  Rows* rows, double* cost, const Use& use) {
+void ForEachObservation(const LinearizationPoint& at, std::size_t d, std::size_t p,
+                        const std::vector<Reprojection::Camera>& cameras, const Eigen::Matrix3d& J_chart,
+                        Rows* rows, double* cost, const Use& use) {
   const LandmarkSet& set = at.problem.landmarks[d];
   const SplitSpline& trajectory = at.state.drives[d].trajectory;
   for (std::size_t k = set.begin[p]; k < set.begin[p + 1]; ++k) {
     const LandmarkObservation& o = set.observations[k];
-    const CameraSight sight(o, at.state);
-    if (!trajectory.Contains(sight.time)) continue;
-    const SplineBasis rb(trajectory.rotation.knots(), sight.time);
-    const SplineBasis pb(trajectory.position.knots(), sight.time);
-    if (WhitenedRows(o, sight, trajectory, rb, pb, cameras[o.camera], set.points[p].position, J_chart, rows,
-                     cost)) {
-      use(o, sight, rb, pb);
+    const CameraObservation observation(o, at.state);
+    if (!trajectory.Contains(observation.time)) continue;
+    const SplineBasis rb(trajectory.rotation.knots(), observation.time);
+    const SplineBasis pb(trajectory.position.knots(), observation.time);
+    if (WhitenedRows(o, observation, trajectory, rb, pb, cameras[o.camera], set.points[p].position, J_chart,
+                     rows, cost)) {
+      use(o, observation, rb, pb);
     }
   }
 }
@@ -239,19 +241,19 @@ void ForEachSight(const LinearizationPoint& at, std::size_t d, std::size_t p,
 }  // namespace
 
 void AddLandmarks(const LinearizationPoint& at, std::size_t d, std::size_t begin, std::size_t end,
-                  LandmarkTies* ties, Accumulator* sum) {
+                  LandmarkCoupling* couplings, Accumulator* sum) {
   const LandmarkSet& set = at.problem.landmarks[d];
   const std::vector<Reprojection::Camera> cameras = Cameras(at.state);
-  const bool with_knots = !at.problem.hold_trajectory;
-  TieSlots slots(at.layout.knots);
+  const bool with_knots = !at.problem.fix_trajectory;
+  CouplingSlots slots(at.layout.knots);
   Rows rows;
   Square H;
   for (std::size_t p = begin; p < end; ++p) {
-    LandmarkTies& landmark = ties[p];
+    LandmarkCoupling& landmark = couplings[p];
     landmark.calibration = Eigen::MatrixXd::Zero(at.layout.calibration, 3);
     const PointChart chart(set.points[p]);
     const Eigen::Matrix3d J_chart = chart.Jacobian().transpose();
-    const auto add = [&](const LandmarkObservation& o, const CameraSight&, const SplineBasis& rb,
+    const auto add = [&](const LandmarkObservation& o, const CameraObservation&, const SplineBasis& rb,
                          const SplineBasis& pb) {
       const CameraColumns columns(at.layout, at.state, o.camera);
       if (with_knots) {
@@ -264,31 +266,32 @@ void AddLandmarks(const LinearizationPoint& at, std::size_t d, std::size_t begin
       }
       AddToCalibration(columns, H, &landmark, sum);
     };
-    ForEachSight(at, d, p, cameras, J_chart, &rows, &sum->cost, add);
-    if (set.IsOnMap(p)) AddLidarSight(at, d, p, J_chart, &slots, &landmark, sum);
+    ForEachObservation(at, d, p, cameras, J_chart, &rows, &sum->cost, add);
+    if (set.IsOnMap(p)) AddLidarPoint(at, d, p, J_chart, &slots, &landmark, sum);
     slots.Release(landmark);
   }
 }
 
-std::vector<SightRows> RowsOfLandmark(const LinearizationPoint& at, std::size_t d, std::size_t p) {
+std::vector<ReprojectionRows> RowsOfLandmark(const LinearizationPoint& at, std::size_t d, std::size_t p) {
   const Eigen::Matrix3d J_chart = PointChart(at.problem.landmarks[d].points[p]).Jacobian().transpose();
-  std::vector<SightRows> sights;
+  std::vector<ReprojectionRows> observations;
   Rows rows;
   double cost = 0.0;
-  const auto add = [&](const LandmarkObservation& o, const CameraSight& sight, const SplineBasis& rb,
-                       const SplineBasis& pb) {
+  const auto add = [&](const LandmarkObservation& o, const CameraObservation& observation,
+                       const SplineBasis& rb, const SplineBasis& pb) {
     const CameraColumns camera(at.layout, at.state, o.camera);
-    SightRows out{&o, sight.time, {}, {}, rows.middleRows<3>(kPoint), rows.row(kResidual).transpose()};
+    ReprojectionRows out{&o, observation.time,           {},
+                         {}, rows.middleRows<3>(kPoint), rows.row(kResidual).transpose()};
     const KnotColumns knots(at.layout, d, rb.first, pb.first);
     for (int i = 0; i < kExtrinsic; ++i) out.columns.push_back(knots[i / 3] + i % 3);
     for (int i = 0; i < 7; ++i) out.columns.push_back(at.layout.knots + camera.pose + i);
     for (int i = 0; i < camera.count; ++i) out.columns.push_back(at.layout.knots + camera.inner + i);
     out.jacobian.resize(static_cast<Eigen::Index>(out.columns.size()), 2);
     out.jacobian << rows.topRows<kExtrinsic + 7>(), rows.middleRows(camera.from, camera.count);
-    sights.push_back(std::move(out));
+    observations.push_back(std::move(out));
   };
-  ForEachSight(at, d, p, Cameras(at.state), J_chart, &rows, &cost, add);
-  return sights;
+  ForEachObservation(at, d, p, Cameras(at.state), J_chart, &rows, &cost, add);
+  return observations;
 }
 
 double LandmarkCost(const LinearizationPoint& at, std::size_t d, std::size_t begin, std::size_t end) {
@@ -299,19 +302,20 @@ double LandmarkCost(const LinearizationPoint& at, std::size_t d, std::size_t beg
   for (std::size_t p = begin; p < end; ++p) {
     for (std::size_t k = set.begin[p]; k < set.begin[p + 1]; ++k) {
       const LandmarkObservation& o = set.observations[k];
-      const CameraSight sight(o, at.state);
-      if (!trajectory.Contains(sight.time)) continue;
+      const CameraObservation observation(o, at.state);
+      if (!trajectory.Contains(observation.time)) continue;
       Eigen::Vector2d residual;
-      const bool seen = sight.Evaluate(trajectory, cameras, set.points[p].position, &residual);
+      const bool seen = observation.Evaluate(trajectory, cameras, set.points[p].position, &residual);
       double weight;
       cost += RobustCost(seen ? (o.shape.cast<double>() * residual).norm() / o.sigma : kLostSigmas, &weight);
     }
     if (!set.IsOnMap(p)) continue;
-    const LidarSight& sight = set.lidar_sights[p];
-    const SensorCalibration& lidar = at.state.lidars[sight.lidar];
-    const double t = sight.time + lidar.time_offset;
+    const LidarPointObservation& observation = set.lidar_points[p];
+    const SensorCalibration& lidar = at.state.lidars[observation.lidar];
+    const double t = observation.time + lidar.time_offset;
     if (!trajectory.Contains(t)) continue;
-    cost += EvaluateLidarSight(sight, lidar, trajectory, set.points[p].position, t, nullptr).squaredNorm();
+    cost +=
+        EvaluateLidarPoint(observation, lidar, trajectory, set.points[p].position, t, nullptr).squaredNorm();
   }
   return cost;
 }
@@ -332,9 +336,9 @@ std::vector<Eigen::Vector2d> LandmarkResiduals(const LandmarkSet& set, const Cal
                                          Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN()));
   ParallelFor(set.points.size(), [&](std::size_t p) {
     for (std::size_t k = set.begin[p]; k < set.begin[p + 1]; ++k) {
-      const CameraSight sight(set.observations[k], state);
-      if (!trajectory.Contains(sight.time)) continue;
-      sight.Evaluate(trajectory, cameras, set.points[p].position, &residuals[k]);
+      const CameraObservation observation(set.observations[k], state);
+      if (!trajectory.Contains(observation.time)) continue;
+      observation.Evaluate(trajectory, cameras, set.points[p].position, &residuals[k]);
     }
   });
   return residuals;

@@ -7,11 +7,12 @@ namespace mlic {
 // Adds the reprojection errors of the point landmarks [begin, end) of one drive; ties: one for each point of
 // the drive, filled for these.
 void AddLandmarks(const LinearizationPoint& at, std::size_t drive, std::size_t begin, std::size_t end,
-                  LandmarkTies* ties, Accumulator* sum);
+                  LandmarkCoupling* couplings, Accumulator* sum);
 
-// One sight of a point landmark as AddLandmarks takes it: divided by its sigma, weighted by the robust loss.
-struct SightRows {
-  const LandmarkObservation* sight;
+// One observation of a point landmark as AddLandmarks takes it: divided by its sigma, weighted by the robust
+// loss.
+struct ReprojectionRows {
+  const LandmarkObservation* observation;
   double time;                                        // IMU clock
   std::vector<int> columns;                           // in the vector of all unknowns (Layout)
   Eigen::Matrix<double, Eigen::Dynamic, 2> jacobian;  // of those unknowns (rows), for each residual
@@ -19,8 +20,9 @@ struct SightRows {
   Eigen::Vector2d residual;
 };
 
-// Of those sights of one point that the cameras can see. The trajectory is free.
-std::vector<SightRows> RowsOfLandmark(const LinearizationPoint& at, std::size_t drive, std::size_t point);
+// Of those observations of one point that the cameras can see. The trajectory is free.
+std::vector<ReprojectionRows> RowsOfLandmark(const LinearizationPoint& at, std::size_t drive,
+                                             std::size_t point);
 
 // What AddLandmarks adds to the cost.
 double LandmarkCost(const LinearizationPoint& at, std::size_t drive, std::size_t begin, std::size_t end);

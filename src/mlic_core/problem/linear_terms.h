@@ -83,20 +83,20 @@ inline std::vector<std::size_t> CutByObservations(const std::vector<std::size_t>
 }
 
 // The ties of one landmark while its observations are summed; slots are found by control point.
-class TieSlots {
+class CouplingSlots {
  public:
-  explicit TieSlots(int knots) : slot_(knots / 3, -1) {}
-  Eigen::Matrix3d& Block(LandmarkTies* ties, int column) {
+  explicit CouplingSlots(int knots) : slot_(knots / 3, -1) {}
+  Eigen::Matrix3d& Block(LandmarkCoupling* couplings, int column) {
     int& slot = slot_[column / 3];
     if (slot < 0) {
-      slot = static_cast<int>(ties->columns.size());
-      ties->columns.push_back(column);
-      ties->blocks.push_back(Eigen::Matrix3d::Zero());
+      slot = static_cast<int>(couplings->columns.size());
+      couplings->columns.push_back(column);
+      couplings->blocks.push_back(Eigen::Matrix3d::Zero());
     }
-    return ties->blocks[slot];
+    return couplings->blocks[slot];
   }
-  void Release(const LandmarkTies& ties) {
-    for (const int column : ties.columns) slot_[column / 3] = -1;
+  void Release(const LandmarkCoupling& couplings) {
+    for (const int column : couplings.columns) slot_[column / 3] = -1;
   }
 
  private:

@@ -6,15 +6,15 @@
 #include <limits>
 #include <optional>
 
+#include "mlic_core/common/parallel.h"
 #include "mlic_core/problem/imu_terms.h"
 #include "mlic_core/problem/landmark_terms.h"
 #include "mlic_core/problem/plane_terms.h"
-#include "mlic_core/common/parallel.h"
 
 namespace mlic {
 namespace {
 
-Eigen::Vector3d LandmarkStep(const LandmarkTies& tie, const Eigen::VectorXd& delta) {
+Eigen::Vector3d LandmarkStep(const LandmarkCoupling& tie, const Eigen::VectorXd& delta) {
   Eigen::Vector3d right = tie.gradient + tie.calibration.transpose() * delta.tail(tie.calibration.rows());
   for (std::size_t b = 0; b < tie.columns.size(); ++b) {
     right += tie.blocks[b].transpose() * delta.segment<3>(tie.columns[b]);
@@ -83,8 +83,8 @@ TimeSpan SpanOf(const LinearizationPoint& at, std::size_t d, const Part& part) {
     }
     for (std::size_t p = part.point_begin; p < part.point_end; ++p) {
       if (!points.IsOnMap(p)) continue;
-      const LidarSight& sight = points.lidar_sights[p];
-      span.Include(sight.time + at.state.lidars[sight.lidar].time_offset);
+      const LidarPointObservation& observation = points.lidar_points[p];
+      span.Include(observation.time + at.state.lidars[observation.lidar].time_offset);
     }
   }
   return span;
@@ -94,7 +94,7 @@ TimeSpan SpanOf(const LinearizationPoint& at, std::size_t d, const Part& part) {
 // held. Landmarks come in order of time, so parts are narrow.
 Accumulator NarrowAccumulator(const LinearizationPoint& at, std::size_t d, const TimeSpan& span) {
   const Layout& layout = at.layout;
-  if (at.problem.hold_trajectory || span.begin > span.end) {
+  if (at.problem.fix_trajectory || span.begin > span.end) {
     return Accumulator(0, layout.bandwidth, layout.calibration);
   }
   const SplitSpline& trajectory = at.state.drives[d].trajectory;
@@ -110,7 +110,7 @@ Accumulator NarrowAccumulator(const LinearizationPoint& at, std::size_t d, const
 
 }  // namespace
 
-Accumulator Linearize(const LinearizationPoint& at, std::vector<LandmarkTies>* landmarks) {
+Accumulator Linearize(const LinearizationPoint& at, std::vector<LandmarkCoupling>* landmarks) {
   const Layout& layout = at.layout;
   const JointProblem& problem = at.problem;
   Accumulator sum(layout.knots, layout.bandwidth, layout.calibration);
@@ -121,20 +121,20 @@ Accumulator Linearize(const LinearizationPoint& at, std::vector<LandmarkTies>* l
     const std::size_t points = d < problem.landmarks.size() ? problem.landmarks[d].points.size() : 0;
     const std::size_t first = landmarks->size();
     landmarks->resize(first + planes + points);
-    LandmarkTies* plane_ties = landmarks->data() + first;
-    LandmarkTies* point_ties = plane_ties + planes;
+    LandmarkCoupling* plane_couplings = landmarks->data() + first;
+    LandmarkCoupling* point_couplings = plane_couplings + planes;
     const std::vector<Part> parts = PartsOf(problem, d);
     std::vector<std::optional<Accumulator>> sums(parts.size());
     ParallelFor(parts.size(), [&](std::size_t c) {
       const Part& part = parts[c];
       // A held trajectory has no columns, and the problem perhaps no IMU.
-      sums[c] = NarrowAccumulator(at, d, problem.hold_trajectory ? TimeSpan() : SpanOf(at, d, part));
-      if (planes > 0) plane_terms.Add(d, part.plane_begin, part.plane_end, plane_ties, &*sums[c]);
-      if (points > 0) AddLandmarks(at, d, part.point_begin, part.point_end, point_ties, &*sums[c]);
-      if (!problem.hold_trajectory) AddImu(at, d, c, &*sums[c]);
+      sums[c] = NarrowAccumulator(at, d, problem.fix_trajectory ? TimeSpan() : SpanOf(at, d, part));
+      if (planes > 0) plane_terms.Add(d, part.plane_begin, part.plane_end, plane_couplings, &*sums[c]);
+      if (points > 0) AddLandmarks(at, d, part.point_begin, part.point_end, point_couplings, &*sums[c]);
+      if (!problem.fix_trajectory) AddImu(at, d, c, &*sums[c]);
     });
     for (const std::optional<Accumulator>& part : sums) sum += *part;
-    if (problem.hold_trajectory) continue;
+    if (problem.fix_trajectory) continue;
     if (d < problem.poses.size()) AddPoses(at, d, &sum);
     AddGauge(at, d, &sum);
   }
@@ -156,25 +156,26 @@ double Cost(const LinearizationPoint& at) {
       if (part.point_begin < part.point_end) {
         costs[c] += LandmarkCost(at, d, part.point_begin, part.point_end);
       }
-      if (!problem.hold_trajectory) costs[c] += ImuCost(at, d, c);
+      if (!problem.fix_trajectory) costs[c] += ImuCost(at, d, c);
     });
     for (const double one : costs) cost += one;
-    if (!problem.hold_trajectory && d < problem.poses.size()) cost += PoseCost(at, d);
+    if (!problem.fix_trajectory && d < problem.poses.size()) cost += PoseCost(at, d);
   }
   return cost;
 }
 
-void MoveLandmarks(const std::vector<LandmarkTies>& ties, const Eigen::VectorXd& delta,
+void MoveLandmarks(const std::vector<LandmarkCoupling>& couplings, const Eigen::VectorXd& delta,
                    JointProblem* problem) {
   std::size_t at = 0;
   const std::size_t drives = std::max(problem->planes.size(), problem->landmarks.size());
   for (std::size_t d = 0; d < drives; ++d) {
     if (d < problem->planes.size()) {
-      for (MapPlane& plane : problem->planes[d].planes) MovePlane(LandmarkStep(ties[at++], delta), &plane);
+      for (MapPlane& plane : problem->planes[d].planes)
+        MovePlane(LandmarkStep(couplings[at++], delta), &plane);
     }
     if (d < problem->landmarks.size()) {
       for (PointLandmark& point : problem->landmarks[d].points) {
-        MovePoint(LandmarkStep(ties[at++], delta), &point);
+        MovePoint(LandmarkStep(couplings[at++], delta), &point);
       }
     }
   }

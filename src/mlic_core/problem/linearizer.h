@@ -8,13 +8,13 @@ namespace mlic {
 
 // The normal equations of the joint problem at a state: all that the problem says but for the priors.
 // landmarks: for each drive the planes' ties, then the points'.
-Accumulator Linearize(const LinearizationPoint& at, std::vector<LandmarkTies>* landmarks);
+Accumulator Linearize(const LinearizationPoint& at, std::vector<LandmarkCoupling>* landmarks);
 
 // The cost of Linearize alone, several times faster.
 double Cost(const LinearizationPoint& at);
 
 // The landmarks' own steps after the control points' and the calibration's (delta).
-void MoveLandmarks(const std::vector<LandmarkTies>& ties, const Eigen::VectorXd& delta,
+void MoveLandmarks(const std::vector<LandmarkCoupling>& couplings, const Eigen::VectorXd& delta,
                    JointProblem* problem);
 
 }  // namespace mlic

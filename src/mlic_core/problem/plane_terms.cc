@@ -61,14 +61,14 @@ class PlaneTerms::RowBuffer {
 
 PlaneTerms::PlaneTerms(const LinearizationPoint& at) : at_(at), extrinsics_(Extrinsics(at.state)) {}
 
-void PlaneTerms::Add(std::size_t d, std::size_t begin, std::size_t end, LandmarkTies* ties,
+void PlaneTerms::Add(std::size_t d, std::size_t begin, std::size_t end, LandmarkCoupling* couplings,
                      Accumulator* sum) const {
   const PlaneAssociation& association = at_.problem.planes[d];
   const SplitSpline& trajectory = at_.state.drives[d].trajectory;
-  TieSlots slots(at_.layout.knots);
+  CouplingSlots slots(at_.layout.knots);
   RowBuffer buffer;
   for (std::size_t p = begin; p < end; ++p) {
-    LandmarkTies& landmark = ties[p];
+    LandmarkCoupling& landmark = couplings[p];
     landmark.calibration = Eigen::MatrixXd::Zero(at_.layout.calibration, 3);
     const PointToPlane factor = PlaneFactor(association.planes[p]);
     int rotation_first = -1, position_first = -1, lidar = -1;
@@ -116,7 +116,7 @@ double PlaneTerms::Cost(std::size_t d, std::size_t begin, std::size_t end) const
 }
 
 void PlaneTerms::Flush(std::size_t d, int rotation_first, int position_first, int lidar, RowBuffer* buffer,
-                       TieSlots* slots, LandmarkTies* landmark, Accumulator* sum) const {
+                       CouplingSlots* slots, LandmarkCoupling* landmark, Accumulator* sum) const {
   using P = PointToPlane;
   constexpr int kResidual = P::kColumns;
   const auto& H = buffer->Finish();
@@ -126,7 +126,7 @@ void PlaneTerms::Flush(std::size_t d, int rotation_first, int position_first, in
   landmark->own += H.block<3, 3>(P::kPlane, P::kPlane);
   landmark->gradient += H.block<3, 1>(P::kPlane, kResidual);
   landmark->calibration.middleRows<7>(at) += H.block<7, 3>(P::kExtrinsic, P::kPlane);
-  if (!at_.problem.hold_trajectory) {
+  if (!at_.problem.fix_trajectory) {
     int columns[8];
     for (int j = 0; j < 4; ++j) {
       columns[j] = at_.layout.drives[d].rotation[rotation_first + j];

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "mlic_core/problem/linear_terms.h"
 #include "mlic_core/factors/point_to_plane.h"
+#include "mlic_core/problem/linear_terms.h"
 
 namespace mlic {
 
@@ -13,7 +13,8 @@ class PlaneTerms {
   explicit PlaneTerms(const LinearizationPoint& at);
 
   // Adds the planes [begin, end) of one drive; ties: one for each plane of the drive.
-  void Add(std::size_t drive, std::size_t begin, std::size_t end, LandmarkTies* ties, Accumulator* sum) const;
+  void Add(std::size_t drive, std::size_t begin, std::size_t end, LandmarkCoupling* couplings,
+           Accumulator* sum) const;
 
   // What Add adds to the cost.
   double Cost(std::size_t drive, std::size_t begin, std::size_t end) const;
@@ -21,7 +22,7 @@ class PlaneTerms {
  private:
   class RowBuffer;
   void Flush(std::size_t drive, int rotation_first, int position_first, int lidar, RowBuffer* buffer,
-             TieSlots* slots, LandmarkTies* landmark, Accumulator* sum) const;
+             CouplingSlots* slots, LandmarkCoupling* landmark, Accumulator* sum) const;
 
   LinearizationPoint at_;
   std::vector<PointToPlane::Extrinsic> extrinsics_;

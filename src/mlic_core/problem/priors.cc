@@ -1,7 +1,7 @@
 #include <cmath>
 
-#include "mlic_core/problem/joint_problem.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/problem/joint_problem.h"
 
 namespace mlic {
 namespace {
@@ -60,7 +60,7 @@ void CalibrationPrior(const JointProblem& problem, const CalibrationState& state
                information, gradient);
     }
     AddDistortion(state.cameras[c].intrinsics, layout.Intrinsics(c), information, gradient);
-    if (c < problem.camera_held.size() && problem.camera_held[c].square_pixels) {
+    if (c < problem.camera_fixed.size() && problem.camera_fixed[c].square_pixels) {
       AddSquarePixels(state.cameras[c].intrinsics, layout.Intrinsics(c), information, gradient);
     }
     if (layout.Readout(c) < 0) continue;

@@ -8,7 +8,7 @@
 namespace mlic {
 namespace {
 
-// One sight of a point says nothing about anything else.
+// One observation of a point says nothing about anything else.
 constexpr std::size_t kFewestOfPoint = 2;
 
 // Images come at regular times: what is just so long apart must not change sides with the rounding of a clock
@@ -83,7 +83,7 @@ LandmarkSet SplitPoints(const LandmarkSet& points, const CalibrationState& state
   constexpr double kForever = std::numeric_limits<double>::infinity();
   std::vector<std::vector<Stretch>> stretches(points.points.size());
   ParallelFor(stretches.size(), [&](std::size_t p) {
-    // What a LiDAR measured once is one landmark, and a single sight ties the camera to it.
+    // What a LiDAR measured once is one landmark, and a single observation ties the camera to it.
     const bool on_map = points.IsOnMap(p);
     stretches[p] = CutByTime(points, p, state, on_map ? kForever : longest, on_map ? 1 : kFewestOfPoint);
   });
@@ -91,7 +91,7 @@ LandmarkSet SplitPoints(const LandmarkSet& points, const CalibrationState& state
   *origins = LayOut(stretches, points.observations, &split.observations, &split.begin);
   for (const std::size_t origin : *origins) {
     split.points.push_back(points.points[origin]);
-    if (!points.lidar_sights.empty()) split.lidar_sights.push_back(points.lidar_sights[origin]);
+    if (!points.lidar_points.empty()) split.lidar_points.push_back(points.lidar_points[origin]);
   }
   return split;
 }

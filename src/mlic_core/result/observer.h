@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "mlic_core/result/result.h"
 #include "mlic_core/common/progress.h"
+#include "mlic_core/result/result.h"
 
 namespace mlic {
 
@@ -20,7 +20,7 @@ struct PlanePatch {
 struct LandmarkMark {
   Eigen::Vector3f position;  // map frame, m
   float error = 0.0f;        // px, rms of the lengths of its reprojection errors
-  int sights = 0;
+  int observations = 0;
 };
 
 // The state of the calibration between two solves, as much of it as there is to show.

@@ -52,7 +52,7 @@ struct SensorResult {
   std::vector<UnobservableDirection> unobservable;
   std::optional<CameraIntrinsics> intrinsics;
   std::vector<double> intrinsics_sigma;           // of each parameter, in its unit; empty: not known
-  std::vector<bool> intrinsics_held;              // each parameter that the data do not show; empty: none
+  std::vector<bool> intrinsics_fixed;             // each parameter that the data do not show; empty: none
   std::optional<double> rolling_shutter_readout;  // s
   std::optional<double> readout_sigma;            // s
   std::optional<HeldOutMatches> held_out;         // of a camera that was matched to the map
@@ -109,7 +109,7 @@ struct ResidualSummary {
 
 // Where one image sees a landmark, where the calibration projects it to, and where the same camera's images
 // of the seconds before and after see it, in order of time (the place in this image among them). Pixels.
-struct LandmarkSight {
+struct LandmarkProjection {
   Eigen::Vector2f observed;
   Eigen::Vector2f projected;
   std::vector<Eigen::Vector2f> track;
@@ -120,7 +120,7 @@ struct CameraView {
   std::string camera;                         // its name
   std::shared_ptr<const ImageSource> images;  // where the photo can be loaded from
   std::size_t image = 0;
-  std::vector<LandmarkSight> sights;
+  std::vector<LandmarkProjection> observations;
 };
 
 // A LiDAR point in a photo: px; m along the ray; intensity as the driver writes it.
@@ -132,7 +132,7 @@ struct ProjectedPoint {
 
 // Where a place of the LiDAR map was found in a photo, and where the calibrations before and after the last
 // stage project it to. Pixels.
-struct MapSight {
+struct MatchProjection {
   Eigen::Vector2f observed;
   Eigen::Vector2f before;
   Eigen::Vector2f after;
@@ -145,7 +145,7 @@ struct CameraProjection {
   std::size_t image = 0;
   cv::Mat rendering;  // CV_32F, the map's intensity after the stage, 0 to 1; NaN where nothing is seen
   std::vector<ProjectedPoint> before, after;
-  std::vector<MapSight> matches;
+  std::vector<MatchProjection> matches;
 };
 
 // The images of one camera whose features took part in the solve.

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "mlic_core/solver/blas.h"
 #include "mlic_core/common/parallel.h"
+#include "mlic_core/solver/blas.h"
 
 namespace mlic {
 

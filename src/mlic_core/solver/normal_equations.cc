@@ -3,19 +3,19 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 
+#include "mlic_core/common/parallel.h"
 #include "mlic_core/solver/envelope_cholesky.h"
 #include "mlic_core/solver/schur_complement.h"
-#include "mlic_core/common/parallel.h"
 
 namespace mlic {
 namespace {
 
 // The last row that each control point's column reaches, by the band and by the landmarks that tie it.
-std::vector<int> Reach(const Accumulator& sum, const std::vector<LandmarkTies>& landmarks) {
+std::vector<int> Reach(const Accumulator& sum, const std::vector<LandmarkCoupling>& landmarks) {
   const int knots = static_cast<int>(sum.band.cols()), bandwidth = static_cast<int>(sum.band.rows()) - 1;
   std::vector<int> reach(knots);
   for (int j = 0; j < knots; ++j) reach[j] = std::min(knots - 1, j + bandwidth);
-  for (const LandmarkTies& landmark : landmarks) {
+  for (const LandmarkCoupling& landmark : landmarks) {
     if (landmark.columns.empty()) continue;
     const auto range = std::minmax_element(landmark.columns.begin(), landmark.columns.end());
     reach[*range.first] = std::max(reach[*range.first], *range.second + 2);
@@ -23,7 +23,7 @@ std::vector<int> Reach(const Accumulator& sum, const std::vector<LandmarkTies>& 
   return reach;
 }
 
-EnvelopeMatrix KnotMatrix(const Accumulator& sum, const std::vector<LandmarkTies>& landmarks) {
+EnvelopeMatrix KnotMatrix(const Accumulator& sum, const std::vector<LandmarkCoupling>& landmarks) {
   EnvelopeMatrix A(Reach(sum, landmarks), static_cast<int>(sum.corner.rows()) + 1);
   for (int j = 0; j < A.size(); ++j) {
     const int rows = std::min<int>(static_cast<int>(sum.band.rows()), A.size() - j);
@@ -73,7 +73,7 @@ Accumulator& Accumulator::operator+=(const Accumulator& other) {
   return *this;
 }
 
-NormalSolution SolveNormalEquations(const Accumulator& sum, const std::vector<LandmarkTies>& landmarks,
+NormalSolution SolveNormalEquations(const Accumulator& sum, const std::vector<LandmarkCoupling>& landmarks,
                                     const Eigen::MatrixXd& prior, const Eigen::VectorXd& prior_gradient,
                                     const std::vector<bool>& free_calibration, double damping,
                                     bool hold_knots) {
@@ -119,7 +119,7 @@ NormalSolution SolveNormalEquations(const Accumulator& sum, const std::vector<La
 }
 
 std::optional<Eigen::MatrixXd> KnotResponse(const Accumulator& sum,
-                                            const std::vector<LandmarkTies>& landmarks) {
+                                            const std::vector<LandmarkCoupling>& landmarks) {
   const Eigen::Index calibration = sum.corner.rows();
   EnvelopeMatrix A = KnotMatrix(sum, landmarks);
   Eigen::MatrixXd corner = Eigen::MatrixXd::Zero(calibration + 1, calibration + 1);  // not needed

@@ -40,7 +40,7 @@ struct Accumulator {
 };
 
 // What one landmark adds: its own block, and its ties to control points and calibration.
-struct LandmarkTies {
+struct LandmarkCoupling {
   Eigen::Matrix3d own = Eigen::Matrix3d::Zero();
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
   std::vector<int> columns;                              // starts of 3, in the vector of control points
@@ -60,7 +60,7 @@ struct NormalSolution {
 // alone). prior_gradient belongs to it. damping: relative, added to every diagonal (Marquardt). hold_knots:
 // the trajectory is held, only the calibration and the landmarks move. free_calibration: mask (calibration)
 // of what may move.
-NormalSolution SolveNormalEquations(const Accumulator& sum, const std::vector<LandmarkTies>& landmarks,
+NormalSolution SolveNormalEquations(const Accumulator& sum, const std::vector<LandmarkCoupling>& landmarks,
                                     const Eigen::MatrixXd& prior, const Eigen::VectorXd& prior_gradient,
                                     const std::vector<bool>& free_calibration, double damping,
                                     bool hold_knots);
@@ -69,6 +69,6 @@ NormalSolution SolveNormalEquations(const Accumulator& sum, const std::vector<La
 // calibration moves their best places by minus the transpose of this times the step. Nothing where the
 // equations have no solution.
 std::optional<Eigen::MatrixXd> KnotResponse(const Accumulator& sum,
-                                            const std::vector<LandmarkTies>& landmarks);
+                                            const std::vector<LandmarkCoupling>& landmarks);
 
 }  // namespace mlic

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "mlic_core/solver/blas.h"
 #include "mlic_core/common/parallel.h"
+#include "mlic_core/solver/blas.h"
 
 namespace mlic {
 namespace {
@@ -24,21 +24,21 @@ Eigen::Matrix3d InverseRoot(const Eigen::Matrix3d& own) {
   return llt.matrixL().solve(Eigen::Matrix3d::Identity());  // L^-1
 }
 
-std::vector<Eigen::Matrix3d> InverseRoots(const std::vector<LandmarkTies>& landmarks) {
+std::vector<Eigen::Matrix3d> InverseRoots(const std::vector<LandmarkCoupling>& landmarks) {
   std::vector<Eigen::Matrix3d> roots(landmarks.size());
   ParallelFor(roots.size(), [&](std::size_t i) { roots[i] = InverseRoot(landmarks[i].own); });
   return roots;
 }
 
 // What calibration and gradient (last row) have to do with a landmark, by its inverse root.
-void FillBorderRows(const LandmarkTies& landmark, const Eigen::Matrix3d& root,
+void FillBorderRows(const LandmarkCoupling& landmark, const Eigen::Matrix3d& root,
                     Eigen::Ref<Eigen::MatrixXd> rows) {
   rows.topRows(landmark.calibration.rows()).noalias() = landmark.calibration * root.transpose();
   rows.bottomRows<1>() = (root * landmark.gradient).transpose();
 }
 
-void SubtractFromCorner(const std::vector<LandmarkTies>& landmarks, const std::vector<Eigen::Matrix3d>& roots,
-                        Eigen::MatrixXd* corner) {
+void SubtractFromCorner(const std::vector<LandmarkCoupling>& landmarks,
+                        const std::vector<Eigen::Matrix3d>& roots, Eigen::MatrixXd* corner) {
   constexpr std::size_t kParts = 16;
   const Eigen::Index border = corner->rows();
   std::vector<Eigen::MatrixXd> sums(kParts, Eigen::MatrixXd::Zero(border, border));
@@ -60,7 +60,7 @@ struct TileRows {
   Eigen::MatrixXd rows;        // kTile, or fewer in the last tile
 };
 
-std::vector<TileRows> LandmarksOfTiles(const std::vector<LandmarkTies>& landmarks, int tiles) {
+std::vector<TileRows> LandmarksOfTiles(const std::vector<LandmarkCoupling>& landmarks, int tiles) {
   std::vector<TileRows> of_tiles(tiles);
   std::vector<int> last(tiles, -1);
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
@@ -74,11 +74,11 @@ std::vector<TileRows> LandmarksOfTiles(const std::vector<LandmarkTies>& landmark
   return of_tiles;
 }
 
-void FillRows(const std::vector<LandmarkTies>& landmarks, const std::vector<Eigen::Matrix3d>& roots, int tile,
-              int height, TileRows* of_tile) {
+void FillRows(const std::vector<LandmarkCoupling>& landmarks, const std::vector<Eigen::Matrix3d>& roots,
+              int tile, int height, TileRows* of_tile) {
   of_tile->rows = Eigen::MatrixXd::Zero(height, 3 * of_tile->landmarks.size());
   for (std::size_t k = 0; k < of_tile->landmarks.size(); ++k) {
-    const LandmarkTies& landmark = landmarks[of_tile->landmarks[k]];
+    const LandmarkCoupling& landmark = landmarks[of_tile->landmarks[k]];
     const Eigen::Matrix3d& root = roots[of_tile->landmarks[k]];
     for (std::size_t b = 0; b < landmark.columns.size(); ++b) {
       if (landmark.columns[b] / kTile != tile) continue;
@@ -113,7 +113,7 @@ void SubtractProduct(const TileRows& a, const TileRows& b, double* target, int s
 
 }  // namespace
 
-void EliminateLandmarks(const std::vector<LandmarkTies>& landmarks, EnvelopeMatrix* A,
+void EliminateLandmarks(const std::vector<LandmarkCoupling>& landmarks, EnvelopeMatrix* A,
                         Eigen::MatrixXd* corner) {
   if (landmarks.empty()) return;
   const BlasOnOneThread guard;
@@ -152,7 +152,7 @@ void EliminateLandmarks(const std::vector<LandmarkTies>& landmarks, EnvelopeMatr
   }
 }
 
-void EliminateLandmarksFromCorner(const std::vector<LandmarkTies>& landmarks, Eigen::MatrixXd* corner) {
+void EliminateLandmarksFromCorner(const std::vector<LandmarkCoupling>& landmarks, Eigen::MatrixXd* corner) {
   SubtractFromCorner(landmarks, InverseRoots(landmarks), corner);
 }
 

@@ -13,10 +13,10 @@ namespace mlic {
 
 // A: the control points with the border of calibration and gradient (last row); corner: of the border itself,
 // lower triangle.
-void EliminateLandmarks(const std::vector<LandmarkTies>& landmarks, EnvelopeMatrix* A,
+void EliminateLandmarks(const std::vector<LandmarkCoupling>& landmarks, EnvelopeMatrix* A,
                         Eigen::MatrixXd* corner);
 
 // The same while the control points are held.
-void EliminateLandmarksFromCorner(const std::vector<LandmarkTies>& landmarks, Eigen::MatrixXd* corner);
+void EliminateLandmarksFromCorner(const std::vector<LandmarkCoupling>& landmarks, Eigen::MatrixXd* corner);
 
 }  // namespace mlic

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kTrackSeconds = 0.5;  // either side of the view
 
-// The sights of one landmark by one camera in order of time.
+// The observations of one landmark by one camera in order of time.
 using TimedPixels = std::map<double, Eigen::Vector2f>;
 
 // Time of the camera's image that sees the most landmarks; false when it sees none.
@@ -42,9 +42,10 @@ std::size_t ImageAt(const ImageSource& images, double time) {
   return low;
 }
 
-std::vector<LandmarkSight> SightsAt(const LandmarkSet& landmarks,
-                                    const std::vector<Eigen::Vector2d>& residuals, int camera, double time) {
-  std::vector<LandmarkSight> sights;
+std::vector<LandmarkProjection> ProjectionsAt(const LandmarkSet& landmarks,
+                                              const std::vector<Eigen::Vector2d>& residuals, int camera,
+                                              double time) {
+  std::vector<LandmarkProjection> observations;
   for (std::size_t p = 0; p < landmarks.points.size(); ++p) {
     TimedPixels track;
     std::size_t here = landmarks.observations.size();
@@ -55,13 +56,13 @@ std::vector<LandmarkSight> SightsAt(const LandmarkSet& landmarks,
       if (o.time == time) here = k;
     }
     if (here == landmarks.observations.size() || !residuals[here].allFinite()) continue;
-    LandmarkSight sight;
-    sight.observed = landmarks.observations[here].pixel.cast<float>();
-    sight.projected = (landmarks.observations[here].pixel + residuals[here]).cast<float>();
-    for (const auto& [t, pixel] : track) sight.track.push_back(pixel);
-    sights.push_back(std::move(sight));
+    LandmarkProjection observation;
+    observation.observed = landmarks.observations[here].pixel.cast<float>();
+    observation.projected = (landmarks.observations[here].pixel + residuals[here]).cast<float>();
+    for (const auto& [t, pixel] : track) observation.track.push_back(pixel);
+    observations.push_back(std::move(observation));
   }
-  return sights;
+  return observations;
 }
 
 }  // namespace
@@ -74,15 +75,15 @@ std::vector<LandmarkMark> MarkLandmarks(const LandmarkSet& landmarks, const Cali
   const std::size_t stride = (landmarks.points.size() + largest - 1) / largest;
   for (std::size_t p = 0; p < landmarks.points.size(); p += stride) {
     double squares = 0.0;
-    int sights = 0;
+    int observations = 0;
     for (std::size_t k = landmarks.begin[p]; k < landmarks.begin[p + 1]; ++k) {
       if (!residuals[k].allFinite()) continue;
       squares += residuals[k].squaredNorm();
-      ++sights;
+      ++observations;
     }
-    if (sights == 0) continue;
+    if (observations == 0) continue;
     marks.push_back({(origin * landmarks.points[p].position).cast<float>(),
-                     static_cast<float>(std::sqrt(squares / sights)), sights});
+                     static_cast<float>(std::sqrt(squares / observations)), observations});
   }
   return marks;
 }
@@ -100,8 +101,8 @@ std::vector<CameraView> ChooseViews(const Rig& rig, const Drive& drive, const Ca
     view.camera = rig.cameras[c].name;
     view.images = drive.cameras[c].images;
     view.image = ImageAt(*view.images, time);
-    view.sights = SightsAt(landmarks, residuals, static_cast<int>(c), time);
-    if (!view.sights.empty()) views.push_back(std::move(view));
+    view.observations = ProjectionsAt(landmarks, residuals, static_cast<int>(c), time);
+    if (!view.observations.empty()) views.push_back(std::move(view));
   }
   return views;
 }

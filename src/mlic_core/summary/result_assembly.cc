@@ -5,14 +5,14 @@
 #include <cmath>
 #include <cstdio>
 
-#include "mlic_core/summary/camera_views.h"
 #include "mlic_core/initialization/guess_check.h"
-#include "mlic_core/uncertainty/imu_consistency.h"
-#include "mlic_core/summary/map_projections.h"
-#include "mlic_core/problem/observability_limits.h"
 #include "mlic_core/pipeline/refinement.h"
+#include "mlic_core/problem/observability_limits.h"
+#include "mlic_core/summary/camera_views.h"
+#include "mlic_core/summary/map_projections.h"
 #include "mlic_core/summary/residual_summary.h"
 #include "mlic_core/summary/snapshot.h"
+#include "mlic_core/uncertainty/imu_consistency.h"
 
 namespace mlic {
 namespace {
@@ -60,7 +60,7 @@ void AddIntrinsics(const CameraCalibration& camera, const ObservabilityAnalysis:
   result->type = SensorResult::Type::kCamera;
   result->intrinsics = camera.intrinsics;
   result->intrinsics_sigma = analysis.sigmas;
-  result->intrinsics_held = analysis.held;
+  result->intrinsics_fixed = analysis.held;
   if (!camera.rolling_shutter) return;
   result->rolling_shutter_readout = camera.readout;
   result->readout_sigma = analysis.readout_sigma;
@@ -245,10 +245,10 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Refinement& re
   std::vector<bool> shown, lost;
   for (std::size_t s = 0; s < sensors.size(); ++s) {
     const bool is_lidar = s < lidars;
-    lost.push_back(is_lidar ? refinement.left_out_lidars()[s] || DoesNotFit(refinement, s)
+    lost.push_back(is_lidar ? refinement.rejected_lidars()[s] || DoesNotFit(refinement, s)
                             : !found[s - lidars]);
     std::vector<std::string> reasons;
-    if (is_lidar && lost[s]) reasons = {WhyLeftOut(rig.lidars[s])};
+    if (is_lidar && lost[s]) reasons = {WhyRejected(rig.lidars[s])};
     if (!lost[s] && !sensors[s].fixed) reasons = Judge(sensors[s], analysis.sensors[s]);
     shown.push_back(!lost[s] && reasons.empty());
     result->reasons.insert(result->reasons.end(), reasons.begin(), reasons.end());

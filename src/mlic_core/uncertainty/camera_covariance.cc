@@ -6,10 +6,10 @@
 #include <cstdio>
 #include <numeric>
 
+#include "mlic_core/common/parallel.h"
 #include "mlic_core/problem/landmark_terms.h"
 #include "mlic_core/problem/linearizer.h"
 #include "mlic_core/problem/time_windows.h"
-#include "mlic_core/common/parallel.h"
 
 namespace mlic {
 namespace {
@@ -19,7 +19,7 @@ constexpr int kCells = 6;                  // along the longer side of an image
 constexpr int kFewestGroups = 4;           // that say something
 constexpr double kLeastNotFollowed = 0.2;  // of a group's errors
 
-// One way of putting sights together: columns are groups.
+// One way of putting observations together: columns are groups.
 struct Grouping {
   Eigen::MatrixXd moves;     // of the calibration, by the residuals of the group
   Eigen::MatrixXd variance;  // of these, for white residuals
@@ -36,14 +36,14 @@ struct Grouping {
 // Sums over landmarks.
 struct Sums {
   Eigen::MatrixXd information, self_weighing;
-  Eigen::VectorXd of_sights, of_landmarks;  // squared moves of the calibration by each alone
+  Eigen::VectorXd of_observations, of_landmarks;  // squared moves of the calibration by each alone
   Grouping stretches, later_stretches, cells;
 
   Sums(Eigen::Index parameters, Eigen::Index stretch_count, Eigen::Index cell_count)
       : information(Eigen::MatrixXd::Zero(parameters, parameters)),
         self_weighing(information),
-        of_sights(Eigen::VectorXd::Zero(parameters)),
-        of_landmarks(of_sights) {
+        of_observations(Eigen::VectorXd::Zero(parameters)),
+        of_landmarks(of_observations) {
     stretches.Resize(parameters, stretch_count);
     later_stretches.Resize(parameters, stretch_count);
     cells.Resize(parameters, cell_count);
@@ -51,7 +51,7 @@ struct Sums {
   void Add(const Sums& other) {
     information += other.information;
     self_weighing += other.self_weighing;
-    of_sights += other.of_sights;
+    of_observations += other.of_observations;
     of_landmarks += other.of_landmarks;
     stretches.Add(other.stretches);
     later_stretches.Add(other.later_stretches);
@@ -83,23 +83,24 @@ struct Groups {
   }
 };
 
-// The rows of a landmark's sights with control points and the point itself left free: two columns for each
-// sight.
-Eigen::MatrixXd ReducedRows(const std::vector<SightRows>& sights, const Eigen::MatrixXd& knot_response) {
+// The rows of a landmark's observations with control points and the point itself left free: two columns for
+// each observation.
+Eigen::MatrixXd ReducedRows(const std::vector<ReprojectionRows>& observations,
+                            const Eigen::MatrixXd& knot_response) {
   const int knots = static_cast<int>(knot_response.cols());
-  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(knot_response.rows(), 2 * sights.size());
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(knot_response.rows(), 2 * observations.size());
   Eigen::MatrixXd by_point(3, rows.cols());
-  for (std::size_t k = 0; k < sights.size(); ++k) {
+  for (std::size_t k = 0; k < observations.size(); ++k) {
     auto own = rows.middleCols<2>(2 * k);
-    for (std::size_t i = 0; i < sights[k].columns.size(); ++i) {
-      const int column = sights[k].columns[i];
+    for (std::size_t i = 0; i < observations[k].columns.size(); ++i) {
+      const int column = observations[k].columns[i];
       if (column >= knots) {
-        own.row(column - knots) += sights[k].jacobian.row(i);
+        own.row(column - knots) += observations[k].jacobian.row(i);
       } else {
-        own.noalias() -= knot_response.col(column) * sights[k].jacobian.row(i);
+        own.noalias() -= knot_response.col(column) * observations[k].jacobian.row(i);
       }
     }
-    by_point.middleCols<2>(2 * k) = sights[k].by_point;
+    by_point.middleCols<2>(2 * k) = observations[k].by_point;
   }
   Eigen::Matrix3d point = by_point * by_point.transpose();
   point.diagonal().array() += 1e-9;
@@ -124,43 +125,45 @@ void AddLandmark(const Ground& ground, std::size_t drive, const std::vector<std:
   double dependence = 0.0;
   std::size_t count = 0;
   for (const std::size_t part : parts) {
-    const std::vector<SightRows> sights = RowsOfLandmark(ground.at, drive, part);
-    if (sights.size() < 2) continue;
-    const Eigen::MatrixXd rows = ReducedRows(sights, ground.knot_response);
+    const std::vector<ReprojectionRows> observations = RowsOfLandmark(ground.at, drive, part);
+    if (observations.size() < 2) continue;
+    const Eigen::MatrixXd rows = ReducedRows(observations, ground.knot_response);
     const Eigen::MatrixXd influence = ground.covariance * rows;
     sums->information.noalias() += rows * rows.transpose();
-    count += sights.size();
-    for (std::size_t k = 0; k < sights.size(); ++k) {
-      const SightRows& sight = sights[k];
-      const int camera = sight.sight->camera;
-      const Eigen::VectorXd of_sight = influence.middleCols<2>(2 * k) * sight.residual;
+    count += observations.size();
+    for (std::size_t k = 0; k < observations.size(); ++k) {
+      const ReprojectionRows& observation = observations[k];
+      const int camera = observation.observation->camera;
+      const Eigen::VectorXd of_observation = influence.middleCols<2>(2 * k) * observation.residual;
       const Eigen::VectorXd variance = influence.middleCols<2>(2 * k).rowwise().squaredNorm();
       const auto add = [&](Eigen::Index group, Grouping* grouping) {
-        grouping->moves.col(group) += of_sight;
+        grouping->moves.col(group) += of_observation;
         grouping->variance.col(group) += variance;
       };
-      add(ground.groups.Stretch(drive, sight.time, 0.0), &sums->stretches);
-      add(ground.groups.Stretch(drive, sight.time, 0.5), &sums->later_stretches);
-      add(Groups::Cell(*sight.sight, ground.at.state.cameras[camera].intrinsics), &sums->cells);
-      sums->of_sights += of_sight.cwiseAbs2();
-      move += of_sight;
-      gradient.noalias() += rows.middleCols<2>(2 * k) * sight.residual;
+      add(ground.groups.Stretch(drive, observation.time, 0.0), &sums->stretches);
+      add(ground.groups.Stretch(drive, observation.time, 0.5), &sums->later_stretches);
+      add(Groups::Cell(*observation.observation, ground.at.state.cameras[camera].intrinsics), &sums->cells);
+      sums->of_observations += of_observation.cwiseAbs2();
+      move += of_observation;
+      gradient.noalias() += rows.middleCols<2>(2 * k) * observation.residual;
       dependence += std::pow(ground.made_with.noise[camera].dependence, 2);
     }
   }
   if (count == 0) return;
   sums->of_landmarks += move.cwiseAbs2();
   if (!ground.made_with.noise_of_each) return;
-  // Sights that count for less, by their dependence or for being many, have smaller gradients by as much.
-  const double less = dependence / static_cast<double>(count) * std::pow(ManySightsScale(count), 2);
+  // Observations that count for less, by their dependence or for being many, have smaller gradients by as
+  // much.
+  const double less = dependence / static_cast<double>(count) * std::pow(ManyObservationsScale(count), 2);
   const double curve = 2.0 * less / (kPriorFreedom + LandmarkFreedom(count));
   sums->self_weighing.noalias() += curve * gradient * gradient.transpose();
 }
 
-// The variance of each parameter by the scatter of groups; that of single sights where they are too few.
+// The variance of each parameter by the scatter of groups; that of single observations where they are too
+// few.
 Eigen::VectorXd Scatter(const Grouping& grouping, const Eigen::MatrixXd& covariance,
-                        const Eigen::VectorXd& of_sights) {
-  Eigen::VectorXd result = of_sights;
+                        const Eigen::VectorXd& of_observations) {
+  Eigen::VectorXd result = of_observations;
   for (Eigen::Index i = 0; i < result.size(); ++i) {
     std::vector<double> moves;
     for (Eigen::Index g = 0; g < grouping.moves.cols(); ++g) {
@@ -190,8 +193,8 @@ std::vector<std::vector<int>> Parts(const JointProblem& problem, const Calibrati
     parts.emplace_back();
     if (layout.Readout(c) >= 0) parts.back().push_back(layout.Readout(c));
     for (std::size_t i = 0; i < state.cameras[c].intrinsics.parameters.size(); ++i) {
-      const bool held = c < problem.camera_held.size() && i < problem.camera_held[c].intrinsics.size() &&
-                        problem.camera_held[c].intrinsics[i];
+      const bool held = c < problem.camera_fixed.size() && i < problem.camera_fixed[c].intrinsics.size() &&
+                        problem.camera_fixed[c].intrinsics[i];
       if (!held) parts.back().push_back(layout.Intrinsics(c) + static_cast<int>(i));
     }
   }
@@ -207,7 +210,7 @@ CameraDoubt MeasureCameraDoubt(const JointProblem& given, const CalibrationState
   std::size_t count = 0;
   for (std::size_t d = 0; d < problem.landmarks.size(); ++d) {
     std::vector<std::size_t> origins;
-    problem.landmarks[d] = SplitPoints(given.landmarks[d], state, kLongestPointTie, &origins);
+    problem.landmarks[d] = SplitPoints(given.landmarks[d], state, kLongestPointCoupling, &origins);
     parts[d].resize(given.landmarks[d].points.size());
     for (std::size_t p = 0; p < origins.size(); ++p) {
       if (problem.landmarks[d].IsOnMap(p)) continue;
@@ -218,9 +221,9 @@ CameraDoubt MeasureCameraDoubt(const JointProblem& given, const CalibrationState
   if (count == 0) return {};
   const Layout layout(state, problem.estimate_imu_matrices);
   const LinearizationPoint at{problem, state, layout};
-  std::vector<LandmarkTies> ties;
-  const Accumulator sum = Linearize(at, &ties);
-  const auto knot_response = KnotResponse(sum, ties);
+  std::vector<LandmarkCoupling> couplings;
+  const Accumulator sum = Linearize(at, &couplings);
+  const auto knot_response = KnotResponse(sum, couplings);
   if (!knot_response) return {};
   const Ground ground{at, *knot_response, covariance, made_with, Groups(state)};
   std::vector<Sums> sums(kLinearizationChunks,
@@ -234,7 +237,7 @@ CameraDoubt MeasureCameraDoubt(const JointProblem& given, const CalibrationState
   const Sums& all = sums[0];
   const Eigen::VectorXd claimed = (covariance * all.information * covariance).diagonal();
   const auto beyond = [&](const Grouping& grouping) -> Eigen::VectorXd {
-    return Scatter(grouping, covariance, all.of_sights) - all.of_sights;
+    return Scatter(grouping, covariance, all.of_observations) - all.of_observations;
   };
   const Eigen::VectorXd of_stretches = 0.5 * (beyond(all.stretches) + beyond(all.later_stretches));
   const Eigen::VectorXd of_cells = beyond(all.cells);
@@ -274,11 +277,12 @@ std::vector<std::string> DescribeDoubt(const CameraDoubt& doubt, const Rig& rig,
     const int pose = layout.Camera(c), lens = layout.Intrinsics(c);
     const int count = static_cast<int>(state.cameras[c].intrinsics.parameters.size());
     char text[200];
-    std::snprintf(text, sizeof(text),
-                  ": sights share errors: their part in the sigmas of rotation, translation, offset and lens "
-                  "grows by a factor of %.2f, %.2f, %.2f, %.2f",
-                  doubt.growth[pose], doubt.growth[pose + 3], doubt.growth[pose + 6],
-                  doubt.growth.segment(lens, count).maxCoeff());
+    std::snprintf(
+        text, sizeof(text),
+        ": observations share errors: their part in the sigmas of rotation, translation, offset and lens "
+        "grows by a factor of %.2f, %.2f, %.2f, %.2f",
+        doubt.growth[pose], doubt.growth[pose + 3], doubt.growth[pose + 6],
+        doubt.growth.segment(lens, count).maxCoeff());
     lines.push_back(rig.cameras[c].name + text);
   }
   return lines;

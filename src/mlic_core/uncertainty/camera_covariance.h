@@ -9,24 +9,26 @@
 
 namespace mlic {
 
-// Why the inverse of the information is too good a covariance for what cameras say, measured on the sights
-// themselves. Two things are missing in it:
+// Why the inverse of the information is too good a covariance for what cameras say, measured on the
+// observations themselves. Two things are missing in it:
 //
-// - Landmarks are weighed by how well their own sights agree (LandmarkOptions::noise_of_each). An error of
-//   the calibration makes sights disagree, and so takes weight from the very landmarks that would show it.
-//   The loss (v + f) log(1 + s / v) of a landmark's squared residuals s (v: kPriorFreedom, f:
+// - Landmarks are weighed by how well their own observations agree (LandmarkOptions::noise_of_each). An error
+// of
+//   the calibration makes observations disagree, and so takes weight from the very landmarks that would show
+//   it. The loss (v + f) log(1 + s / v) of a landmark's squared residuals s (v: kPriorFreedom, f:
 //   LandmarkFreedom) curves by 2 / (v + f) g g^T less than its weights say, g being the landmark's gradient:
-//   three sights lose half of their information, ten a tenth.
-// - Sights share errors: those of one landmark, those of the same seconds (trajectory, light, the surfaces
+//   three observations lose half of their information, ten a tenth.
+// - Observations share errors: those of one landmark, those of the same seconds (trajectory, light, the
+// surfaces
 //   that happen to be in view), and those of one part of the image (lens, what patches look like there). Each
 //   is measured by the scatter of the gradients' sums over such groups (Liang and Zeger, Biometrika 1986),
 //   made larger by what the calibration follows of each group (Bell and McCaffrey, Survey Methodology 2002);
-//   what each way has beyond single sights adds up (Cameron, Gelbach and Miller, Journal of Business and
-//   Economic Statistics 2011). Groups are fewer than parameters, so that no matrix is made of it: a camera's
-//   rotation, translation, time offset and lens get one factor each, the mean over their parameters, and
-//   never less than one.
+//   what each way has beyond single observations adds up (Cameron, Gelbach and Miller, Journal of Business
+//   and Economic Statistics 2011). Groups are fewer than parameters, so that no matrix is made of it: a
+//   camera's rotation, translation, time offset and lens get one factor each, the mean over their parameters,
+//   and never less than one.
 struct CameraDoubt {
-  Eigen::MatrixXd information;    // of the calibration (Layout): what sights of tracks add to it
+  Eigen::MatrixXd information;    // of the calibration (Layout): what observations of tracks add to it
   Eigen::MatrixXd self_weighing;  // what the first point takes of it
   Eigen::VectorXd growth;         // by the second, of each parameter's sigma as far as it is tracks'
 
@@ -36,7 +38,7 @@ struct CameraDoubt {
 // At a solution, with points of tracks and those on the map as they were solved (the latter are left out:
 // what they have in common is in their noise). made_with: the options of the points of tracks, with a noise
 // for each camera. covariance: of the calibration, all that the solve held taken as known. Empty without
-// sights of tracks.
+// observations of tracks.
 CameraDoubt MeasureCameraDoubt(const JointProblem& problem, const CalibrationState& state,
                                const LandmarkOptions& made_with, const Eigen::MatrixXd& covariance);
 

@@ -8,8 +8,8 @@
 namespace mlic {
 namespace {
 
-// px, rms over all sights: what the residuals of parts of an image have in common beyond their noise, as far
-// as it looks like a tangential term. (Parts of the image share 0.02 px on kitti_0005, 0.006 and less
+// px, rms over all observations: what the residuals of parts of an image have in common beyond their noise,
+// as far as it looks like a tangential term. (Parts of the image share 0.02 px on kitti_0005, 0.006 and less
 // hand-held, 0.03 to 0.08 on a simulated car.) With it p2 could be off by 2 to 4 times kUsualTangential on
 // kitti_0005, by 0.6 with small hand-held images of 12 s, by 0.3 with larger ones of 20 s.
 constexpr double kPatternError = 0.01;
@@ -70,9 +70,9 @@ double MeanDisplacement(const std::vector<CameraParameterJacobian>& jacobians,
 }
 
 // The parameter that is to be held next; -1 if none is. sensitivity: of this camera (PatternSensitivity).
-int NextHeld(const CameraIntrinsics& intrinsics, const std::vector<CameraParameterJacobian>& jacobians,
-             const Eigen::MatrixXd& covariance, const std::vector<bool>& held, double sensitivity,
-             double limit) {
+int NextFixed(const CameraIntrinsics& intrinsics, const std::vector<CameraParameterJacobian>& jacobians,
+              const Eigen::MatrixXd& covariance, const std::vector<bool>& held, double sensitivity,
+              double limit) {
   int next = -1, highest = -1;
   double largest = 0.0;
   for (int i = 0; i < covariance.rows(); ++i) {
@@ -99,7 +99,7 @@ bool DoubtsRatio(const CameraIntrinsics& intrinsics, const Eigen::MatrixXd& cova
 }
 
 // Where all that is held stands in the vector of calibration parameters.
-std::vector<int> HeldPlaces(const Layout& layout, const std::vector<HeldCameraParameters>& held) {
+std::vector<int> HeldPlaces(const Layout& layout, const std::vector<FixedCameraParameters>& held) {
   std::vector<int> places;
   for (std::size_t c = 0; c < held.size(); ++c) {
     for (int i = 0; i < 7; ++i) {
@@ -143,8 +143,8 @@ Eigen::VectorXd CalibrationLimits(const CalibrationState& state, const Layout& l
   return limits;
 }
 
-Eigen::MatrixXd InformationWithHeld(const Eigen::MatrixXd& information, const CalibrationState& state,
-                                    const Layout& layout, const std::vector<HeldCameraParameters>& held) {
+Eigen::MatrixXd InformationWithFixed(const Eigen::MatrixXd& information, const CalibrationState& state,
+                                     const Layout& layout, const std::vector<FixedCameraParameters>& held) {
   Eigen::MatrixXd result = information;
   const Eigen::VectorXd limits = CalibrationLimits(state, layout);
   for (const int at : HeldPlaces(layout, held)) {
@@ -157,7 +157,7 @@ Eigen::MatrixXd InformationWithHeld(const Eigen::MatrixXd& information, const Ca
 
 Eigen::MatrixXd WithDoubtOfTangentialTerms(const Eigen::MatrixXd& information, const CalibrationState& state,
                                            const Layout& layout,
-                                           const std::vector<HeldCameraParameters>& held,
+                                           const std::vector<FixedCameraParameters>& held,
                                            const Eigen::MatrixXd& known) {
   std::vector<int> doubtful;
   for (std::size_t c = 0; c < held.size(); ++c) {
@@ -196,10 +196,10 @@ std::vector<double> PatternSensitivity(const std::vector<LandmarkSet>& landmarks
   return squares;
 }
 
-std::vector<HeldCameraParameters> HoldUndeterminedIntrinsics(
+std::vector<FixedCameraParameters> HoldUndeterminedIntrinsics(
     const Eigen::MatrixXd& information, const CalibrationState& state, const Layout& layout,
-    const std::vector<HeldCameraParameters>& start, const std::vector<double>& sensitivity, double limit) {
-  std::vector<HeldCameraParameters> held = start;
+    const std::vector<FixedCameraParameters>& start, const std::vector<double>& sensitivity, double limit) {
+  std::vector<FixedCameraParameters> held = start;
   held.resize(state.cameras.size());
   for (std::size_t c = 0; c < held.size(); ++c) {
     held[c].intrinsics.resize(state.cameras[c].intrinsics.parameters.size(), false);
@@ -210,15 +210,15 @@ std::vector<HeldCameraParameters> HoldUndeterminedIntrinsics(
     jacobians.push_back(ImageJacobians(camera.intrinsics));
   while (true) {
     const Eigen::MatrixXd covariance =
-        InverseInLimits(InformationWithHeld(information, state, layout, held), limits);
+        InverseInLimits(InformationWithFixed(information, state, layout, held), limits);
     bool changed = false;
     // One parameter of each camera at a time.
     for (std::size_t c = 0; c < held.size(); ++c) {
       const int at = layout.Intrinsics(c), count = static_cast<int>(held[c].intrinsics.size());
       const Eigen::MatrixXd own = covariance.block(at, at, count, count);
       held[c].square_pixels = DoubtsRatio(state.cameras[c].intrinsics, own, held[c].intrinsics);
-      const int next =
-          NextHeld(state.cameras[c].intrinsics, jacobians[c], own, held[c].intrinsics, sensitivity[c], limit);
+      const int next = NextFixed(state.cameras[c].intrinsics, jacobians[c], own, held[c].intrinsics,
+                                 sensitivity[c], limit);
       if (next < 0) continue;
       held[c].intrinsics[next] = true;
       // A lens is off its axis in one direction: both terms or none.

@@ -10,10 +10,10 @@ namespace mlic {
 // For each parameter by how many pixels the image moves, in the mean over the image, for a change of one.
 std::vector<double> ImageDisplacements(const CameraIntrinsics& intrinsics);
 
-// By how many of its sigmas a parameter of each camera may be off, at most, if all sights of points err by
-// one pixel in some common pattern: for errors e and weights W of the sights, J the parameter's row of the
-// solution, |J W e| <= sqrt(e^T W e) sigma (Cauchy-Schwarz). Grows with the number of sights as sigma
-// shrinks.
+// By how many of its sigmas a parameter of each camera may be off, at most, if all observations of points err
+// by one pixel in some common pattern: for errors e and weights W of the observations, J the parameter's row
+// of the solution, |J W e| <= sqrt(e^T W e) sigma (Cauchy-Schwarz). Grows with the number of observations as
+// sigma shrinks.
 std::vector<double> PatternSensitivity(const std::vector<LandmarkSet>& landmarks, std::size_t cameras);
 
 // Decides which intrinsics the data determine. information: of the calibration (Layout) with what belongs to
@@ -23,27 +23,28 @@ std::vector<double> PatternSensitivity(const std::vector<LandmarkSet>& landmarks
 // tells more of the others. Both tangential terms are held too when a pattern of errors that real lenses and
 // features leave (sensitivity: PatternSensitivity) can fake as much of one of them as lenses have: in an
 // image much wider than high, of a car that turns about the vertical, they, the centre and the pitch look
-// alike, and more sights do not help. Where the data tell the ratio of the focal lengths to less than half a
-// thousandth, pixels are taken for square: a car hardly pitches, and its vertical focal length rests on how
-// well its trajectory has that little. information must be without that prior. start: what is held anyway.
-std::vector<HeldCameraParameters> HoldUndeterminedIntrinsics(const Eigen::MatrixXd& information,
-                                                             const CalibrationState& state,
-                                                             const Layout& layout,
-                                                             const std::vector<HeldCameraParameters>& start,
-                                                             const std::vector<double>& sensitivity,
-                                                             double limit = 1.0);
+// alike, and more observations do not help. Where the data tell the ratio of the focal lengths to less than
+// half a thousandth, pixels are taken for square: a car hardly pitches, and its vertical focal length rests
+// on how well its trajectory has that little. information must be without that prior. start: what is held
+// anyway.
+std::vector<FixedCameraParameters> HoldUndeterminedIntrinsics(const Eigen::MatrixXd& information,
+                                                              const CalibrationState& state,
+                                                              const Layout& layout,
+                                                              const std::vector<FixedCameraParameters>& start,
+                                                              const std::vector<double>& sensitivity,
+                                                              double limit = 1.0);
 
 // The information with all that is held taken as known: for covariances.
-Eigen::MatrixXd InformationWithHeld(const Eigen::MatrixXd& information, const CalibrationState& state,
-                                    const Layout& layout, const std::vector<HeldCameraParameters>& held);
+Eigen::MatrixXd InformationWithFixed(const Eigen::MatrixXd& information, const CalibrationState& state,
+                                     const Layout& layout, const std::vector<FixedCameraParameters>& held);
 
-// What InformationWithHeld gave (`known`, priors may have been added) with tangential terms that are held
+// What InformationWithFixed gave (`known`, priors may have been added) with tangential terms that are held
 // doubted by their usual size, 1e-3: the covariance of all else then is A^-1 + A^-1 B Q B^T A^-1, as of
 // parameters that are considered but not estimated (Schmidt), with A the information of what is estimated, B
 // how `information` couples it to the doubted and Q their variance.
 Eigen::MatrixXd WithDoubtOfTangentialTerms(const Eigen::MatrixXd& information, const CalibrationState& state,
                                            const Layout& layout,
-                                           const std::vector<HeldCameraParameters>& held,
+                                           const std::vector<FixedCameraParameters>& held,
                                            const Eigen::MatrixXd& known);
 
 // Steps of all calibration parameters that count as large (rotation, translation, offset: the limits of

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mlic_core/uncertainty/intrinsics_observability.h"
-#include "mlic_core/problem/observability_limits.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/problem/observability_limits.h"
+#include "mlic_core/uncertainty/intrinsics_observability.h"
 
 namespace mlic {
 namespace {
@@ -104,21 +104,21 @@ ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const Cali
   guesses.resize(state.lidars.size());
   guesses.insert(guesses.end(), problem.camera_guesses.begin(), problem.camera_guesses.end());
   guesses.resize(layout.sensors);
-  std::vector<bool> held = problem.lidar_held;
+  std::vector<bool> held = problem.lidar_fixed;
   held.resize(state.lidars.size(), false);
-  for (const HeldCameraParameters& camera : problem.camera_held) {
+  for (const FixedCameraParameters& camera : problem.camera_fixed) {
     held.push_back(camera.rotation && camera.translation && camera.time_offset);
   }
   held.resize(layout.sensors, false);
   const Eigen::MatrixXd known =
-      InformationWithHeld(information, state, layout, problem.camera_held) + (prior - guess);
+      InformationWithFixed(information, state, layout, problem.camera_fixed) + (prior - guess);
   ObservabilityAnalysis analysis =
-      AnalyzeSensors(WithDoubtOfTangentialTerms(information, state, layout, problem.camera_held, known),
+      AnalyzeSensors(WithDoubtOfTangentialTerms(information, state, layout, problem.camera_fixed, known),
                      known, guess, guesses, held, CalibrationLimits(state, layout), doubt, scale);
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
     ObservabilityAnalysis::Intrinsics camera;
     const std::size_t count = state.cameras[c].intrinsics.parameters.size();
-    if (c < problem.camera_held.size()) camera.held = problem.camera_held[c].intrinsics;
+    if (c < problem.camera_fixed.size()) camera.held = problem.camera_fixed[c].intrinsics;
     camera.held.resize(count, false);
     for (std::size_t i = 0; i < count; ++i) {
       const int at = layout.Intrinsics(c) + static_cast<int>(i) - poses;

@@ -3,10 +3,10 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "mlic_core/uncertainty/camera_covariance.h"
 #include "mlic_core/problem/joint_problem.h"
 #include "mlic_core/result/result.h"
 #include "mlic_core/sensors/rig.h"
+#include "mlic_core/uncertainty/camera_covariance.h"
 
 namespace mlic {
 

@@ -3,9 +3,9 @@
 #include <memory>
 #include <vector>
 
+#include "mlic_core/ingest/drive_notes.h"
 #include "mlic_core/sensors/images.h"
 #include "mlic_ros/bag/bag_images.h"
-#include "mlic_core/ingest/drive_notes.h"
 
 namespace mlic {
 

@@ -4,10 +4,10 @@
 #include <utility>
 
 #include "mlic_core/common/error.h"
+#include "mlic_core/ingest/drive_notes.h"
 #include "mlic_core/lidar/own_body.h"
 #include "mlic_core/lidar/scan_joining.h"
 #include "mlic_ros/bag/camera_builder.h"
-#include "mlic_core/ingest/drive_notes.h"
 
 namespace mlic {
 namespace {

@@ -3,10 +3,10 @@
 #include <string>
 #include <vector>
 
-#include "mlic_core/sensors/measurements.h"
-#include "mlic_ros/bag/bag_images.h"
 #include "mlic_core/ingest/drive_notes.h"
 #include "mlic_core/ingest/imu_check.h"
+#include "mlic_core/sensors/measurements.h"
+#include "mlic_ros/bag/bag_images.h"
 #include "mlic_ros/bag/scan_reader.h"
 
 namespace mlic {

@@ -23,7 +23,7 @@ struct Field {
 };
 
 // What becomes of beams without return.
-enum class Missing { kLeftOut, kZero, kNan };
+enum class Missing { kRejected, kZero, kNan };
 
 struct CloudLayout {
   std::vector<Field> fields;
@@ -45,7 +45,7 @@ const CloudLayout& LayoutOf(PointLayout layout) {
                                      {"ring", u16, 16, Content::kRing},
                                      {"time", f32, 18, Content::kTime}},
                                     22,
-                                    Missing::kLeftOut,
+                                    Missing::kRejected,
                                     false};
   static const CloudLayout ouster{{x,
                                    y,
@@ -66,7 +66,7 @@ const CloudLayout& LayoutOf(PointLayout layout) {
                                   {"timestamp", f64, 24, Content::kTime},
                                   {"ring", u16, 32, Content::kRing}},
                                  48,
-                                 Missing::kLeftOut,
+                                 Missing::kRejected,
                                  false};
   static const CloudLayout robosense{{x,
                                       y,
@@ -80,7 +80,7 @@ const CloudLayout& LayoutOf(PointLayout layout) {
   static const CloudLayout no_time{
       {x, y, z, {"intensity", f32, 12, Content::kIntensity}, {"ring", u16, 16, Content::kRing}},
       18,
-      Missing::kLeftOut,
+      Missing::kRejected,
       false};
   switch (layout) {
     case PointLayout::kVelodyne:
@@ -183,7 +183,7 @@ sensor_msgs::PointCloud2 MakePointCloud(const sim::SimulatedLidar& lidar, const 
   std::size_t written = 0;
   for (std::size_t i = 0; i < scan.points.size(); ++i) {
     const sim::SimulatedPoint& point = scan.points[(i % columns) * rings + i / columns];
-    if (!point.returned && layout.missing == Missing::kLeftOut) continue;
+    if (!point.returned && layout.missing == Missing::kRejected) continue;
     PutPoint(layout, scan, point, &cloud.data[written++ * layout.point_step]);
   }
   cloud.data.resize(written * layout.point_step);

@@ -6,8 +6,8 @@
 #include <cstring>
 #include <opencv2/imgproc.hpp>
 
-#include "mlic_ros/display/display_messages.h"
 #include "mlic_ros/bag/point_field.h"
+#include "mlic_ros/display/display_messages.h"
 
 namespace mlic {
 namespace {
@@ -58,9 +58,10 @@ sensor_msgs::PointCloud2 MakeLandmarkCloud(const std::vector<LandmarkMark>& land
   sensor_msgs::PointCloud2 cloud;
   cloud.header.frame_id = "map";
   cloud.header.stamp = stamp;
-  cloud.fields = {MakeField("x", 0, PointField::FLOAT32),      MakeField("y", 4, PointField::FLOAT32),
-                  MakeField("z", 8, PointField::FLOAT32),      MakeField("rgb", 12, PointField::FLOAT32),
-                  MakeField("error", 16, PointField::FLOAT32), MakeField("sights", 20, PointField::UINT16)};
+  cloud.fields = {
+      MakeField("x", 0, PointField::FLOAT32),      MakeField("y", 4, PointField::FLOAT32),
+      MakeField("z", 8, PointField::FLOAT32),      MakeField("rgb", 12, PointField::FLOAT32),
+      MakeField("error", 16, PointField::FLOAT32), MakeField("observations", 20, PointField::UINT16)};
   cloud.height = 1;
   cloud.width = static_cast<std::uint32_t>(landmarks.size());
   cloud.point_step = 24;
@@ -70,11 +71,11 @@ sensor_msgs::PointCloud2 MakeLandmarkCloud(const std::vector<LandmarkMark>& land
   std::uint8_t* at = cloud.data.data();
   for (const LandmarkMark& landmark : landmarks) {
     const std::uint32_t rgb = ColourOfError(landmark.error);
-    const auto sights = static_cast<std::uint16_t>(std::clamp(landmark.sights, 0, 65535));
+    const auto observations = static_cast<std::uint16_t>(std::clamp(landmark.observations, 0, 65535));
     std::memcpy(at, landmark.position.data(), 12);
     std::memcpy(at + 12, &rgb, 4);
     std::memcpy(at + 16, &landmark.error, 4);
-    std::memcpy(at + 20, &sights, 2);
+    std::memcpy(at + 20, &observations, 2);
     at += cloud.point_step;
   }
   return cloud;

@@ -14,8 +14,8 @@ namespace mlic {
 
 // Messages that show what cameras add to a calibration.
 
-// Fields x y z, rgb, error f32 (px), sights u16, in frame map; from green (no error) over yellow to red (3 px
-// and more).
+// Fields x y z, rgb, error f32 (px), observations u16, in frame map; from green (no error) over yellow to red
+// (3 px and more).
 sensor_msgs::PointCloud2 MakeLandmarkCloud(const std::vector<LandmarkMark>& landmarks,
                                            const ros::Time& stamp);
 

@@ -6,13 +6,13 @@
 #include <cstdio>
 #include <memory>
 
-#include "mlic_core/pipeline/calibrator.h"
-#include "mlic_core/pipeline/stopwatch.h"
 #include "mlic_core/common/error.h"
 #include "mlic_core/io/checkpoint/checkpoint.h"
-#include "mlic_core/io/rig/rig_file.h"
 #include "mlic_core/io/checkpoint/stage_files.h"
+#include "mlic_core/io/rig/rig_file.h"
 #include "mlic_core/io/write_results.h"
+#include "mlic_core/pipeline/calibrator.h"
+#include "mlic_core/pipeline/stopwatch.h"
 #include "mlic_ros/programs/finished_run.h"
 #include "mlic_ros/programs/job_log.h"
 #include "mlic_ros/programs/result_directory.h"

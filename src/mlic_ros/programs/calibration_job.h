@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "mlic_core/result/observer.h"
 #include "mlic_core/pipeline/options.h"
+#include "mlic_core/result/observer.h"
 #include "mlic_core/result/result.h"
 #include "mlic_core/sensors/rig.h"
 #include "mlic_ros/bag/bag_loader.h"

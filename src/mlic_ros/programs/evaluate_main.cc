@@ -16,9 +16,9 @@
 #include "mlic_core/io/rig/rig_file.h"
 #include "mlic_core/io/text_file.h"
 #include "mlic_ros/bag/bag_loader.h"
+#include "mlic_ros/bag/pose_topic.h"
 #include "mlic_ros/programs/evaluation_inputs.h"
 #include "mlic_ros/programs/interrupt.h"
-#include "mlic_ros/bag/pose_topic.h"
 #include "mlic_ros/programs/program.h"
 
 namespace mlic {

@@ -5,8 +5,8 @@
 #include <sstream>
 
 #include "mlic_core/common/error.h"
-#include "mlic_core/io/text_file.h"
 #include "mlic_core/io/result/trajectory_file.h"
+#include "mlic_core/io/text_file.h"
 #include "mlic_ros/bag/rig_draft.h"
 
 namespace mlic {

@@ -9,15 +9,15 @@
 #include <vector>
 
 #include "mlic_core/common/error.h"
+#include "mlic_core/ingest/imu_check.h"
+#include "mlic_core/ingest/stamp_check.h"
 #include "mlic_core/io/rig/rig_file.h"
 #include "mlic_ros/bag/bag_images.h"
 #include "mlic_ros/bag/bag_set.h"
-#include "mlic_core/ingest/imu_check.h"
 #include "mlic_ros/bag/message_reader.h"
-#include "mlic_ros/programs/program.h"
 #include "mlic_ros/bag/rig_draft.h"
 #include "mlic_ros/bag/scan_reader.h"
-#include "mlic_core/ingest/stamp_check.h"
+#include "mlic_ros/programs/program.h"
 
 namespace mlic {
 namespace {

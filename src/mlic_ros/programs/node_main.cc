@@ -12,11 +12,11 @@
 #include <thread>
 
 #include "mlic_core/common/error.h"
+#include "mlic_ros/display/ros_display.h"
 #include "mlic_ros/programs/calibration_job.h"
 #include "mlic_ros/programs/interrupt.h"
 #include "mlic_ros/programs/matcher_choice.h"
 #include "mlic_ros/programs/program.h"
-#include "mlic_ros/display/ros_display.h"
 
 namespace mlic {
 namespace {

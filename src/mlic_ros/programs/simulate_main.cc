@@ -8,10 +8,10 @@
 #include <filesystem>
 #include <string>
 
-#include "mlic_core/result/result.h"
 #include "mlic_core/common/error.h"
 #include "mlic_core/io/result/result_file.h"
 #include "mlic_core/io/rig/rig_file.h"
+#include "mlic_core/result/result.h"
 #include "mlic_ros/bag/drive_bag_writer.h"
 #include "mlic_ros/programs/program.h"
 #include "mlic_sim/image_stage.h"

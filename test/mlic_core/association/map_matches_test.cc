@@ -1,4 +1,6 @@
 // Places of the map that a LiDAR measured and a camera found again: what they add to the joint problem.
+#include "mlic_core/association/map_matches.h"
+
 #include <gtest/gtest.h>
 
 #include <set>
@@ -6,7 +8,6 @@
 
 #include "mlic_core/association/held_out_matches.h"
 #include "mlic_core/problem/joint_problem.h"
-#include "mlic_core/association/map_matches.h"
 #include "support/synthetic_tracks.h"
 #include "support/true_spline.h"
 
@@ -49,25 +50,25 @@ Case MakeCase() {
                                                                  depth * random.Uniform(-0.6, 0.6), depth);
     Eigen::Vector2d pixel;
     if (!See(drive.trajectory, camera, stamp, point, &pixel)) continue;
-    LidarSight sight;
-    sight.lidar = 0;
-    sight.time = std::clamp(stamp + random.Uniform(-1.0, 1.0), 0.0, duration - 0.2);
-    sight.position =
-        (drive.trajectory.Pose(sight.time + 0.05) * c.truth.lidars[0].T_imu_sensor).Inverse() * point;
-    sight.sigma_along = 0.01f;
-    sight.sigma_across = 0.003f;
+    LidarPointObservation observation;
+    observation.lidar = 0;
+    observation.time = std::clamp(stamp + random.Uniform(-1.0, 1.0), 0.0, duration - 0.2);
+    observation.position =
+        (drive.trajectory.Pose(observation.time + 0.05) * c.truth.lidars[0].T_imu_sensor).Inverse() * point;
+    observation.sigma_along = 0.01f;
+    observation.sigma_across = 0.003f;
     Eigen::Matrix2f shape;
     shape << 1.0f, 0.3f, 0.0f, 0.8f;
     set.points.push_back({point, T_map_camera.translation});
-    set.lidar_sights.push_back(sight);
+    set.lidar_points.push_back(observation);
     set.observations.push_back({0, 0.5f, stamp, pixel, shape});
     set.begin.push_back(set.observations.size());
   }
   c.problem.landmarks.push_back(set);
-  c.problem.lidar_held = {false};
+  c.problem.lidar_fixed = {false};
   c.problem.guesses = {std::nullopt};
   c.problem.camera_guesses = {std::nullopt};
-  c.problem.hold_trajectory = true;
+  c.problem.fix_trajectory = true;
   return c;
 }
 
@@ -84,9 +85,9 @@ void Disturb(SensorCalibration* sensor) {
   sensor->time_offset += 0.002;
 }
 
-TEST(MapSights, TieTheCameraToTheLidar) {
+TEST(MapMatches, TieTheCameraToTheLidar) {
   Case c = MakeCase();
-  c.problem.lidar_held = {true};
+  c.problem.lidar_fixed = {true};
   CalibrationState state = c.truth;
   Disturb(&state.cameras[0].sensor);
   state.cameras[0].intrinsics.parameters[0] += 3.0;
@@ -98,16 +99,16 @@ TEST(MapSights, TieTheCameraToTheLidar) {
   EXPECT_NEAR(state.cameras[0].readout, c.truth.cameras[0].readout, 1e-6);
 }
 
-TEST(MapSights, TieTheLidarToTheCamera) {
+TEST(MapMatches, TieTheLidarToTheCamera) {
   Case c = MakeCase();
-  c.problem.camera_held = {{true, true, true, true, std::vector<bool>(9, true)}};
+  c.problem.camera_fixed = {{true, true, true, true, std::vector<bool>(9, true)}};
   CalibrationState state = c.truth;
   Disturb(&state.lidars[0]);
   SolveJointProblem(c.problem, 12, CancellationToken(), &state);
   EXPECT_LT(Distance(state.lidars[0], c.truth.lidars[0]), 1e-7);
 }
 
-TEST(MapSights, AppendedPointsKeepTheirSights) {
+TEST(MapMatches, AppendedPointsKeepTheirObservations) {
   Case c = MakeCase();
   LandmarkSet tracks;
   tracks.begin = {0, 2};
@@ -144,10 +145,10 @@ LandmarkSet PhotosOfMatches(double shared) {
       const int block = static_cast<int>(pixel.x() / 160.0) + 5 * static_cast<int>(pixel.y() / 160.0);
       pixel += 0.5 * (std::sqrt(1.0 - shared) * Eigen::Vector2d(random.Normal(), random.Normal()) +
                       std::sqrt(shared) * common[block]);
-      LidarSight sight;
-      sight.lidar = 0;
+      LidarPointObservation observation;
+      observation.lidar = 0;
       set.points.push_back({point, T_map_camera.translation});
-      set.lidar_sights.push_back(sight);
+      set.lidar_points.push_back(observation);
       set.observations.push_back({0, 0.5f, stamp, pixel});
       set.begin.push_back(set.observations.size());
     }
@@ -159,7 +160,7 @@ double NoiseOfMatches(double shared) {
   return MeasureMatchNoise({PhotosOfMatches(shared)}, MakeCase().truth)[0];
 }
 
-TEST(MapSights, AboutATenthIsHeldOutByWholePartsOfPhotos) {
+TEST(MapMatches, AboutATenthIsHeldOutByWholePartsOfPhotos) {
   const LandmarkSet all = PhotosOfMatches(0.0);
   LandmarkSet kept = all;
   const LandmarkSet held_out = TakeHeldOutMatches(&kept);
@@ -180,7 +181,7 @@ TEST(MapSights, AboutATenthIsHeldOutByWholePartsOfPhotos) {
   for (const auto& part : parts(held_out)) EXPECT_EQ(of_kept.count(part), 0u);
 }
 
-TEST(MapSights, HeldOutMatchesFollowTheLidarAndTellTheCamerasError) {
+TEST(MapMatches, HeldOutMatchesFollowTheLidarAndTellTheCamerasError) {
   const Case c = MakeCase();
   const std::vector<HeldOutMatches> truth = EvaluateHeldOutMatches(c.problem.landmarks, c.truth);
   ASSERT_EQ(truth.size(), 1u);
@@ -203,7 +204,7 @@ TEST(MapSights, HeldOutMatchesFollowTheLidarAndTellTheCamerasError) {
   EXPECT_EQ(EvaluateHeldOutMatches(c.problem.landmarks, moved)[1].count, 0u);
 }
 
-TEST(MapSights, MatchesThatErrTogetherCountForLess) {
+TEST(MapMatches, MatchesThatErrTogetherCountForLess) {
   EXPECT_NEAR(NoiseOfMatches(0.0), 1.0, 0.1);
   // Of n matches with correlation 0.5 the mean errs by the square root of 1 + 0.5 (n - 1); some 8 lie in a
   // part.

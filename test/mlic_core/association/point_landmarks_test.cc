@@ -55,8 +55,8 @@ double Median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-// The sigmas that landmarks of at least six sights are given, of what their tracks claim: of even and of odd
-// tracks, which are told apart by their pixels.
+// The sigmas that landmarks of at least six observations are given, of what their tracks claim: of even and
+// of odd tracks, which are told apart by their pixels.
 std::pair<double, double> NoiseGiven(const Case& c, bool of_each) {
   LandmarkOptions options;
   options.noise_of_each = of_each;
@@ -75,10 +75,10 @@ std::pair<double, double> NoiseGiven(const Case& c, bool of_each) {
   return {Median(even), Median(odd)};
 }
 
-TEST(Landmarks, AreGivenTheNoiseThatTheirSightsShow) {
+TEST(Landmarks, AreGivenTheNoiseThatTheirObservationsShow) {
   const auto [even, odd] = NoiseGiven(MakeCase(2.0), true);
   EXPECT_NEAR(even, 1.0, 0.1);
-  // Short of two: four degrees of freedom say one, and sights beyond four claimed sigmas are left out.
+  // Short of two: four degrees of freedom say one, and observations beyond four claimed sigmas are left out.
   EXPECT_GT(odd, 1.35);
   EXPECT_LT(odd, 2.0);
 }
@@ -106,18 +106,18 @@ TEST(Landmarks, ThatErrMoreDoNotMakeTheirCameraNoisier) {
   EXPECT_LT(own.dependence, 1.1);
 }
 
-// A landmark of many sights counts for a dozen, and that is not taken for noise of its camera.
-TEST(Landmarks, CountForTwelveSightsAtMost) {
+// A landmark of many observations counts for a dozen, and that is not taken for noise of its camera.
+TEST(Landmarks, CountForTwelveObservationsAtMost) {
   const Case c = MakeCase(1.0, 3.0);
   LandmarkOptions options;
   options.noise_of_each = true;
   const LandmarkSet set = TriangulateLandmarks(c.tracks, c.state, 0, options);
   std::vector<double> of_few, of_many;
   for (std::size_t p = 0; p < set.points.size(); ++p) {
-    const double sights = static_cast<double>(set.begin[p + 1] - set.begin[p]);
-    const double counted = sights * std::pow(kClaimed / set.observations[set.begin[p]].sigma, 2);
-    if (sights >= 8.0 && sights <= 12.0) of_few.push_back(counted / sights);
-    if (sights > 16.0) of_many.push_back(counted);
+    const double observations = static_cast<double>(set.begin[p + 1] - set.begin[p]);
+    const double counted = observations * std::pow(kClaimed / set.observations[set.begin[p]].sigma, 2);
+    if (observations >= 8.0 && observations <= 12.0) of_few.push_back(counted / observations);
+    if (observations > 16.0) of_many.push_back(counted);
   }
   ASSERT_GT(std::min(of_few.size(), of_many.size()), 50u);
   EXPECT_NEAR(Median(of_few), 1.0, 0.1);

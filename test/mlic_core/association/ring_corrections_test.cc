@@ -1,9 +1,10 @@
+#include "mlic_core/association/ring_corrections.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "mlic_core/association/ring_corrections.h"
 #include "mlic_core/common/random.h"
 
 namespace mlic {

@@ -1,3 +1,5 @@
+#include "mlic_core/camera/colmap/colmap.h"
+
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -6,7 +8,6 @@
 #include <cstdlib>
 #include <thread>
 
-#include "mlic_core/camera/colmap/colmap.h"
 #include "mlic_core/camera/colmap/colmap_database.h"
 #include "mlic_core/camera/colmap/colmap_process.h"
 #include "mlic_core/common/error.h"

@@ -1,3 +1,5 @@
+#include "mlic_core/camera/features/features.h"
+
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -5,11 +7,10 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 
-#include "support/synthetic_images.h"
 #include "mlic_core/camera/features/feature_matcher.h"
-#include "mlic_core/camera/features/features.h"
 #include "mlic_core/camera/features/image_quality.h"
 #include "mlic_core/camera/tracks/refinement.h"
+#include "support/synthetic_images.h"
 
 namespace mlic {
 namespace {

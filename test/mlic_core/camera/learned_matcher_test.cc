@@ -10,10 +10,10 @@
 #include <opencv2/core.hpp>
 #include <string>
 
-#include "support/synthetic_images.h"
 #include "mlic_core/camera/learned_toy_networks.h"
 #include "mlic_core/camera/tracks/tracks_from_images.h"
 #include "mlic_core/common/parallel.h"
+#include "support/synthetic_images.h"
 
 extern "C" {
 void openblas_set_num_threads(int threads);

@@ -7,8 +7,8 @@
 #include <opencv2/core.hpp>
 #include <string>
 
-#include "mlic_core/camera/learned_toy_networks.h"
 #include "mlic_core/camera/learned/learned_matcher.h"
+#include "mlic_core/camera/learned_toy_networks.h"
 #include "mlic_core/common/error.h"
 
 namespace mlic {

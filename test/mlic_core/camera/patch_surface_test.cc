@@ -1,3 +1,5 @@
+#include "mlic_core/camera/tracks/patch_surface.h"
+
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -5,9 +7,8 @@
 #include <limits>
 #include <vector>
 
-#include "support/synthetic_images.h"
-#include "mlic_core/camera/tracks/patch_surface.h"
 #include "mlic_core/geometry/so3.h"
+#include "support/synthetic_images.h"
 
 namespace mlic {
 namespace {

@@ -1,14 +1,15 @@
+#include "mlic_core/camera/tracks/tracks.h"
+
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
 #include <set>
 
-#include "support/synthetic_images.h"
 #include "mlic_core/camera/tracks/image_pairs.h"
 #include "mlic_core/camera/tracks/keyframes.h"
-#include "mlic_core/camera/tracks/tracks.h"
 #include "mlic_core/camera/tracks/tracks_from_images.h"
+#include "support/synthetic_images.h"
 
 namespace mlic {
 namespace {

@@ -1,3 +1,5 @@
+#include "mlic_core/camera/two_view/two_view.h"
+
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -5,7 +7,6 @@
 #include <cmath>
 
 #include "mlic_core/camera/two_view/five_point.h"
-#include "mlic_core/camera/two_view/two_view.h"
 #include "mlic_core/common/random.h"
 #include "mlic_core/geometry/so3.h"
 

@@ -10,8 +10,8 @@
 #include "mlic_core/lidar/scan_filter.h"
 #include "mlic_sim/image_stage.h"
 #include "mlic_sim/simulation.h"
-#include "support/true_spline.h"
 #include "support/source_directory.h"
+#include "support/true_spline.h"
 
 namespace mlic {
 namespace {
@@ -22,8 +22,7 @@ constexpr double kDegree = M_PI / 180.0;
 class Hall {
  public:
   Hall() {
-    sensors_ =
-        sim::LoadSensorSet(SourceDirectory() + "/config/simulation/handheld_stereo.yaml");
+    sensors_ = sim::LoadSensorSet(SourceDirectory() + "/config/simulation/handheld_stereo.yaml");
     sim::SimulationOptions simulation;
     simulation.scenario = sim::Scenario::kHandheld;
     simulation.duration = 6.0;

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <memory>
 
-#include "support/pseudo_rendering.h"
 #include "mlic_core/crossmodal/cross_modal_matches.h"
 #include "mlic_core/crossmodal/structure_matcher.h"
 #include "mlic_core/geometry/so3.h"
 #include "mlic_sim/image_stage.h"
+#include "support/pseudo_rendering.h"
 #include "support/source_directory.h"
 
 namespace mlic {

@@ -1,11 +1,12 @@
+#include "mlic_core/crossmodal/nid.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "support/pseudo_rendering.h"
-#include "mlic_core/crossmodal/nid.h"
 #include "mlic_core/geometry/so3.h"
 #include "mlic_sim/image_stage.h"
+#include "support/pseudo_rendering.h"
 #include "support/source_directory.h"
 
 namespace mlic {
@@ -30,8 +31,7 @@ TEST(Nid, IsZeroForTheSameAndOneForUnrelatedValues) {
 
 // Turned about each axis of the camera, the distance is smallest at the true pose.
 TEST(Nid, IsLeastAtTheTruePose) {
-  const sim::SensorSet sensors =
-      sim::LoadSensorSet(SourceDirectory() + "/config/simulation/paper_rig.yaml");
+  const sim::SensorSet sensors = sim::LoadSensorSet(SourceDirectory() + "/config/simulation/paper_rig.yaml");
   sim::SimulationOptions simulation;
   simulation.duration = 20.0;
   const sim::ImageStage stage(sensors, simulation);

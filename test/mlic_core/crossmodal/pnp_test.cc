@@ -1,7 +1,8 @@
+#include "mlic_core/crossmodal/pnp.h"
+
 #include <gtest/gtest.h>
 
 #include "mlic_core/common/random.h"
-#include "mlic_core/crossmodal/pnp.h"
 #include "mlic_core/crossmodal/three_point.h"
 #include "mlic_core/geometry/so3.h"
 
@@ -21,11 +22,11 @@ double PoseError(const RigidTransform& a, const RigidTransform& b) {
   return AngleBetween(a.rotation, b.rotation) + (a.translation - b.translation).norm();
 }
 
-// A scene before a camera: sightings with noise of `sigma` px, the first `outliers` of them anywhere.
+// A scene before a camera: correspondences with noise of `sigma` px, the first `outliers` of them anywhere.
 struct Scene {
   CameraIntrinsics intrinsics;
   RigidTransform T_camera_body;
-  std::vector<PointSighting> sightings;
+  std::vector<PointCorrespondence> correspondences;
 };
 
 Scene MakeScene(CameraModel model, double fov_deg, int count, double outlier_share, double sigma,
@@ -34,19 +35,19 @@ Scene MakeScene(CameraModel model, double fov_deg, int count, double outlier_sha
   Scene scene;
   scene.intrinsics = IntrinsicsFromFieldOfView(model, 1280, 960, fov_deg);
   scene.T_camera_body = RandomPose(&random);
-  while (static_cast<int>(scene.sightings.size()) < count) {
+  while (static_cast<int>(scene.correspondences.size()) < count) {
     const Vector2d pixel(random.Uniform(0, 1279), random.Uniform(0, 959));
     Vector3d bearing;
     if (!Unproject(scene.intrinsics, pixel, &bearing)) continue;
-    PointSighting sighting;
-    sighting.point = scene.T_camera_body.Inverse() * (random.Uniform(2, 30) * bearing);
-    const bool outlier = scene.sightings.size() < outlier_share * count;
-    // Half of the sightings are four times as precise along x.
-    const Vector2d sigmas(scene.sightings.size() % 2 == 0 ? 0.25 * sigma : sigma, sigma);
-    sighting.pixel = pixel + sigmas.cwiseProduct(Vector2d(random.Normal(), random.Normal()));
-    if (outlier) sighting.pixel = {random.Uniform(0, 1279), random.Uniform(0, 959)};
-    sighting.covariance = sigmas.cwiseAbs2().asDiagonal();
-    scene.sightings.push_back(sighting);
+    PointCorrespondence correspondence;
+    correspondence.point = scene.T_camera_body.Inverse() * (random.Uniform(2, 30) * bearing);
+    const bool outlier = scene.correspondences.size() < outlier_share * count;
+    // Half of the correspondences are four times as precise along x.
+    const Vector2d sigmas(scene.correspondences.size() % 2 == 0 ? 0.25 * sigma : sigma, sigma);
+    correspondence.pixel = pixel + sigmas.cwiseProduct(Vector2d(random.Normal(), random.Normal()));
+    if (outlier) correspondence.pixel = {random.Uniform(0, 1279), random.Uniform(0, 959)};
+    correspondence.covariance = sigmas.cwiseAbs2().asDiagonal();
+    scene.correspondences.push_back(correspondence);
   }
   return scene;
 }
@@ -85,10 +86,10 @@ TEST(ThreePoint, RefusesPointsOnALine) {
   EXPECT_EQ(SolveThreePoint(bearings, points, poses), 0);
 }
 
-TEST(Pnp, ExactSightingsGiveTheExactPose) {
+TEST(Pnp, ExactCorrespondencesGiveTheExactPose) {
   for (const CameraModel model : {CameraModel::kPlumbBob, CameraModel::kEquidistant}) {
     const Scene scene = MakeScene(model, model == CameraModel::kPlumbBob ? 100 : 190, 60, 0.0, 0.0, 5);
-    const auto result = EstimatePose(scene.sightings, scene.intrinsics, {});
+    const auto result = EstimatePose(scene.correspondences, scene.intrinsics, {});
     ASSERT_TRUE(result);
     EXPECT_EQ(result->inliers, 60);
     EXPECT_LT(PoseError(result->T_camera_body, scene.T_camera_body), 1e-7);
@@ -98,7 +99,7 @@ TEST(Pnp, ExactSightingsGiveTheExactPose) {
 TEST(Pnp, WithstandsHalfOutliersOnAFisheye) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const Scene scene = MakeScene(CameraModel::kEquidistant, 190, 200, 0.5, 0.5, seed);
-    const auto result = EstimatePose(scene.sightings, scene.intrinsics, {});
+    const auto result = EstimatePose(scene.correspondences, scene.intrinsics, {});
     ASSERT_TRUE(result) << seed;
     EXPECT_LT(PoseError(result->T_camera_body, scene.T_camera_body), 0.01) << seed;
     int false_inliers = 0, true_inliers = 0;
@@ -115,7 +116,7 @@ TEST(Pnp, ErrorsAreAsTheCovarianceSays) {
   options.model_sigma = 0.0;
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
     const Scene scene = MakeScene(CameraModel::kEquidistant, 150, 100, 0.2, 0.7, seed);
-    const auto result = EstimatePose(scene.sightings, scene.intrinsics, options);
+    const auto result = EstimatePose(scene.correspondences, scene.intrinsics, options);
     ASSERT_TRUE(result);
     Eigen::Matrix<double, 6, 1> error;
     error.head<3>() = Log(scene.T_camera_body.rotation * result->T_camera_body.rotation.conjugate());
@@ -128,14 +129,14 @@ TEST(Pnp, ErrorsAreAsTheCovarianceSays) {
 
 TEST(Pnp, ReportsWhenNothingAgrees) {
   const Scene scene = MakeScene(CameraModel::kPlumbBob, 100, 100, 1.0, 0.5, 9);
-  EXPECT_FALSE(EstimatePose(scene.sightings, scene.intrinsics, {}));
+  EXPECT_FALSE(EstimatePose(scene.correspondences, scene.intrinsics, {}));
   EXPECT_FALSE(EstimatePose({}, scene.intrinsics, {}));
 }
 
 TEST(Pnp, SameInputSameOutput) {
   const Scene scene = MakeScene(CameraModel::kEquidistant, 190, 200, 0.5, 0.5, 4);
-  const auto a = EstimatePose(scene.sightings, scene.intrinsics, {});
-  const auto b = EstimatePose(scene.sightings, scene.intrinsics, {});
+  const auto a = EstimatePose(scene.correspondences, scene.intrinsics, {});
+  const auto b = EstimatePose(scene.correspondences, scene.intrinsics, {});
   ASSERT_TRUE(a && b);
   EXPECT_EQ(a->T_camera_body.translation, b->T_camera_body.translation);
   EXPECT_EQ(a->inlier, b->inlier);

@@ -9,8 +9,8 @@
 #include "mlic_core/lidar/scan_filter.h"
 #include "mlic_sim/image_stage.h"
 #include "mlic_sim/simulation.h"
-#include "support/true_spline.h"
 #include "support/source_directory.h"
+#include "support/true_spline.h"
 
 namespace mlic {
 namespace {

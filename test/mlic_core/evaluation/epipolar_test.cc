@@ -2,10 +2,10 @@
 
 #include <cmath>
 
-#include "support/synthetic_images.h"
 #include "mlic_core/common/random.h"
 #include "mlic_core/evaluation/epipolar_error.h"
 #include "mlic_core/geometry/so3.h"
+#include "support/synthetic_images.h"
 
 namespace mlic {
 namespace {

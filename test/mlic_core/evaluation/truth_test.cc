@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "support/sample_result.h"
 #include "mlic_core/common/random.h"
 #include "mlic_core/evaluation/truth_comparison.h"
 #include "mlic_core/geometry/so3.h"
+#include "support/sample_result.h"
 
 namespace mlic {
 namespace {

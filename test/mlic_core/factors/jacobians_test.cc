@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
-#include "mlic_core/problem/layout.h"
 #include "mlic_core/common/random.h"
 #include "mlic_core/factors/imu_residual.h"
 #include "mlic_core/factors/point_to_plane.h"
+#include "mlic_core/problem/layout.h"
 
 namespace mlic {
 namespace {

@@ -1,9 +1,10 @@
+#include "mlic_core/factors/reprojection.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "mlic_core/common/random.h"
-#include "mlic_core/factors/reprojection.h"
 #include "mlic_core/geometry/so3.h"
 
 namespace mlic {

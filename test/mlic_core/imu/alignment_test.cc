@@ -3,10 +3,10 @@
 #include <cmath>
 #include <cstdio>
 
-#include "support/test_motion.h"
 #include "mlic_core/imu/accelerometer_lag.h"
 #include "mlic_core/imu/angular_rate_alignment.h"
 #include "mlic_core/imu/gravity_lever_arm.h"
+#include "support/test_motion.h"
 
 namespace mlic {
 namespace {

@@ -1,10 +1,11 @@
+#include "mlic_core/imu/hand_eye.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdio>
 
 #include "support/test_motion.h"
-#include "mlic_core/imu/hand_eye.h"
 
 namespace mlic {
 namespace {

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 
-#include "support/test_motion.h"
 #include "mlic_core/common/error.h"
 #include "mlic_core/imu/excitation.h"
 #include "mlic_core/imu/gyro_integration.h"
 #include "mlic_core/imu/specific_force_integration.h"
+#include "support/test_motion.h"
 
 namespace mlic {
 namespace {

@@ -180,7 +180,7 @@ TEST(VisualInitialization, FindsEverythingFromTheFieldOfView) {
 double NormalizedSquare(const Case& c, const Initialization& result, const CameraInitialization& cameras) {
   JointProblem problem;
   problem.camera_guesses.resize(c.truth.size());
-  problem.camera_held = cameras.held;
+  problem.camera_fixed = cameras.held;
   const ObservabilityAnalysis analysis = AnalyzeCalibration(problem, result.state, cameras.information);
   const int size = 7 * static_cast<int>(c.truth.size());
   Eigen::VectorXd error(size);
@@ -217,7 +217,7 @@ TEST(VisualInitialization, ErrorsAreAsLargeAsTheirSigmas) {
   EXPECT_LT(sum, 1.6);
 }
 
-TEST(VisualInitialization, OneCameraIsEnoughAndEveryTenthSightMayBeWrong) {
+TEST(VisualInitialization, OneCameraIsEnoughAndEveryTenthObservationMayBeWrong) {
   SyntheticTracksOptions options;
   options.noise = 0.5;
   options.outliers = 0.1;

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "mlic_core/uncertainty/intrinsics_observability.h"
 #include "mlic_core/problem/observability_limits.h"
+#include "mlic_core/uncertainty/intrinsics_observability.h"
 #include "support/synthetic_tracks.h"
 #include "support/true_spline.h"
 
@@ -161,7 +161,7 @@ TEST(CameraInitialization, EstimatesTheReadoutOfRollingShutters) {
   EXPECT_LT(worst.degrees, 0.03);
 }
 
-TEST(CameraInitialization, EveryFifthSightMayBeWrong) {
+TEST(CameraInitialization, EveryFifthObservationMayBeWrong) {
   SyntheticTracksOptions options;
   options.noise = 0.5;
   options.outliers = 0.2;
@@ -194,7 +194,7 @@ TEST(CameraInitialization, ForgetsHowItFoundTheCamerasWithOtherTracks) {
 }
 
 // The information of one camera in which everything is known well, but for a sigma of one of its intrinsics.
-std::vector<HeldCameraParameters> HeldWith(double sigma, double sensitivity, int parameter = 7) {
+std::vector<FixedCameraParameters> HeldWith(double sigma, double sensitivity, int parameter = 7) {
   CalibrationState state;
   state.cameras = {Camera(PlumbBob(), {-90.0, 0.0, 0.0}, {0.0, 0.5, 0.2}, 0.01)};
   const Layout layout(state, false);
@@ -212,7 +212,7 @@ TEST(CameraInitialization, HoldsTangentialTermsThatPatternsOfErrorsCanFake) {
   both[6] = both[7] = true;
   EXPECT_EQ(HeldWith(1e-5, 1800.0)[0].intrinsics, none);
   EXPECT_EQ(HeldWith(1e-4, 1200.0)[0].intrinsics, both);
-  // Four times as many sights halve the sigma and tell no more.
+  // Four times as many observations halve the sigma and tell no more.
   EXPECT_EQ(HeldWith(5e-5, 2400.0)[0].intrinsics, both);
 }
 
@@ -234,10 +234,10 @@ TEST(CameraInitialization, DoubtsTangentialTermsThatItHolds) {
   for (int i = 0; i < rows.size(); ++i) rows.data()[i] = random.Normal();
   rows = rows * limits.cwiseInverse().asDiagonal();
   const Eigen::MatrixXd information = rows.transpose() * rows;
-  std::vector<HeldCameraParameters> held(1);
+  std::vector<FixedCameraParameters> held(1);
   held[0].intrinsics.assign(9, false);
   held[0].intrinsics[6] = held[0].intrinsics[7] = true;
-  const Eigen::MatrixXd known = InformationWithHeld(information, state, layout, held);
+  const Eigen::MatrixXd known = InformationWithFixed(information, state, layout, held);
   const Eigen::MatrixXd inverse = InverseInLimits(known, limits);
   Eigen::MatrixXd coupling = information.middleCols<2>(p1);
   coupling.middleRows<2>(p1).setZero();
@@ -252,7 +252,7 @@ TEST(CameraInitialization, DoubtsTangentialTermsThatItHolds) {
   EXPECT_GT(expected(0, 0), 1.01 * inverse(0, 0));
 }
 
-TEST(CameraInitialization, PatternSensitivityIsThatOfIndependentSights) {
+TEST(CameraInitialization, PatternSensitivityIsThatOfIndependentObservations) {
   LandmarkSet set;
   set.observations.resize(8);
   for (std::size_t i = 0; i < 8; ++i) {

@@ -1,8 +1,9 @@
+#include "mlic_core/initialization/knot_spacing.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "mlic_core/initialization/knot_spacing.h"
 #include "mlic_core/common/random.h"
 
 namespace mlic {

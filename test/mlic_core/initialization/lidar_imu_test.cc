@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "mlic_core/initialization/guess_check.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/initialization/guess_check.h"
 #include "support/simulated_input.h"
 
 namespace mlic {
@@ -49,7 +49,7 @@ TEST(GuessCheck, JudgesByTheSigmasOfTheGuess) {
   LidarConfig config;
   config.name = "front";
   EXPECT_TRUE(IsLostFromGuess(config, RigidTransform()));
-  EXPECT_NE(WhyLeftOut(config).find("front: "), std::string::npos);
+  EXPECT_NE(WhyRejected(config).find("front: "), std::string::npos);
   config.guess = ExtrinsicGuess();
   config.guess->sigma_translation = Eigen::Vector3d(0.1, 0.1, 0.3);
   const auto moved = [](const Eigen::Vector3d& degrees, const Eigen::Vector3d& translation) {

@@ -1,13 +1,13 @@
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
-#include "support/sample_result.h"
-#include "support/files.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/io/checkpoint/serialize.h"
+#include "mlic_core/io/report/report_tables.h"
 #include "mlic_core/io/result/camera_info.h"
 #include "mlic_core/io/result/kalibr_camchain.h"
-#include "mlic_core/io/report/report_tables.h"
-#include "mlic_core/io/checkpoint/serialize.h"
+#include "support/files.h"
+#include "support/sample_result.h"
 
 namespace mlic {
 namespace {
@@ -126,7 +126,7 @@ TEST(CameraCheckpoint, IntrinsicsSurvive) {
   ASSERT_TRUE(FromBytes(ToBytes(result), &copy));
   EXPECT_EQ(copy.sensors[3].topic, "/cam_front/image_raw");
   EXPECT_EQ(copy.sensors[3].intrinsics_sigma, result.sensors[3].intrinsics_sigma);
-  EXPECT_EQ(copy.sensors[3].intrinsics_held, result.sensors[3].intrinsics_held);
+  EXPECT_EQ(copy.sensors[3].intrinsics_fixed, result.sensors[3].intrinsics_fixed);
   EXPECT_EQ(copy.sensors[3].readout_sigma, result.sensors[3].readout_sigma);
 }
 

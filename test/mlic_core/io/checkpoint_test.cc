@@ -1,14 +1,15 @@
+#include "mlic_core/io/checkpoint/checkpoint.h"
+
 #include <chrono>
 #include <cstdio>
 #include <cstring>
 
-#include "support/sample_result.h"
-#include "support/files.h"
 #include "mlic_core/common/random.h"
-#include "mlic_core/io/checkpoint/checkpoint.h"
-#include "mlic_core/io/content_hash.h"
 #include "mlic_core/io/checkpoint/serialize.h"
+#include "mlic_core/io/content_hash.h"
 #include "mlic_core/io/text_file.h"
+#include "support/files.h"
+#include "support/sample_result.h"
 
 namespace mlic {
 namespace {

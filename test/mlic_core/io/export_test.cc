@@ -2,17 +2,17 @@
 #include <cstring>
 #include <regex>
 
-#include "support/sample_result.h"
-#include "support/files.h"
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/io/result/export_frames.h"
 #include "mlic_core/io/result/point_cloud_file.h"
 #include "mlic_core/io/result/result_file.h"
 #include "mlic_core/io/result/static_transforms.h"
-#include "mlic_core/io/text_file.h"
 #include "mlic_core/io/result/trajectory_file.h"
 #include "mlic_core/io/result/urdf.h"
+#include "mlic_core/io/text_file.h"
 #include "mlic_core/io/write_results.h"
+#include "support/files.h"
+#include "support/sample_result.h"
 
 namespace mlic {
 namespace {

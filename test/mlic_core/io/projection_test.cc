@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
-#include "support/files.h"
-#include "mlic_core/io/result/point_cloud_reader.h"
 #include "mlic_core/io/pictures/projection_picture.h"
+#include "mlic_core/io/result/point_cloud_reader.h"
 #include "mlic_core/io/text_file.h"
+#include "support/files.h"
 
 namespace mlic {
 namespace {

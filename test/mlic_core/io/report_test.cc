@@ -1,12 +1,13 @@
+#include "mlic_core/io/report/report.h"
+
 #include <cstdlib>
 
-#include "support/sample_result.h"
-#include "support/files.h"
 #include "mlic_core/common/random.h"
 #include "mlic_core/io/pictures/png_image.h"
-#include "mlic_core/io/report/report.h"
-#include "mlic_core/io/text_file.h"
 #include "mlic_core/io/pictures/track_picture.h"
+#include "mlic_core/io/text_file.h"
+#include "support/files.h"
+#include "support/sample_result.h"
 
 namespace mlic {
 namespace {
@@ -71,7 +72,7 @@ TEST(Report, CamerasAreShownByCellsAndOnThePhoto) {
 }
 
 // Arrows are magnified so that they can be seen, and the factor is said.
-TEST(TrackPicture, ArrowsPointFromTheSightToTheProjection) {
+TEST(TrackPicture, ArrowsPointFromTheObservationToTheProjection) {
   const CameraView view = SampleResult().views.front();
   const cv::Mat photo = view.images->Load(1), picture = DrawTracks(photo, view);
   ASSERT_EQ(picture.type(), CV_8UC3);
@@ -81,10 +82,12 @@ TEST(TrackPicture, ArrowsPointFromTheSightToTheProjection) {
   const auto colour = [&](const Eigen::Vector2f& at) {
     return picture.at<cv::Vec3b>(static_cast<int>(at.y()), static_cast<int>(at.x()));
   };
-  const LandmarkSight& sight = view.sights[30];
-  const cv::Vec3b along = colour(sight.observed + 0.5f * factor * (sight.projected - sight.observed));
+  const LandmarkProjection& observation = view.observations[30];
+  const cv::Vec3b along =
+      colour(observation.observed + 0.5f * factor * (observation.projected - observation.observed));
   EXPECT_GT(along[2], along[0] + 60) << "red where the arrow is";
-  const cv::Vec3b against = colour(sight.observed - 0.5f * factor * (sight.projected - sight.observed));
+  const cv::Vec3b against =
+      colour(observation.observed - 0.5f * factor * (observation.projected - observation.observed));
   EXPECT_LE(std::abs(against[2] - against[0]), 30) << "gray where it is not";
 }
 

@@ -1,8 +1,9 @@
-#include "support/sample_result.h"
-#include "support/files.h"
-#include "mlic_core/geometry/so3.h"
 #include "mlic_core/io/result/result_file.h"
+
+#include "mlic_core/geometry/so3.h"
 #include "mlic_core/io/text_file.h"
+#include "support/files.h"
+#include "support/sample_result.h"
 
 namespace mlic {
 namespace {
@@ -56,7 +57,7 @@ TEST(ResultFile, RoundTripKeepsEverything) {
       EXPECT_EQ(a.intrinsics->parameters, b.intrinsics->parameters);
     }
     EXPECT_EQ(a.intrinsics_sigma, b.intrinsics_sigma);
-    EXPECT_EQ(a.intrinsics_held, b.intrinsics_held);
+    EXPECT_EQ(a.intrinsics_fixed, b.intrinsics_fixed);
     EXPECT_EQ(a.rolling_shutter_readout, b.rolling_shutter_readout);
     EXPECT_EQ(a.readout_sigma, b.readout_sigma);
     ASSERT_EQ(a.held_out.has_value(), b.held_out.has_value());

@@ -1,7 +1,8 @@
-#include "support/files.h"
-#include "mlic_core/geometry/so3.h"
 #include "mlic_core/io/rig/rig_file.h"
+
+#include "mlic_core/geometry/so3.h"
 #include "mlic_core/io/text_file.h"
+#include "support/files.h"
 #include "support/source_directory.h"
 
 namespace mlic {

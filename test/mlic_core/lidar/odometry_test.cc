@@ -1,10 +1,11 @@
+#include "mlic_core/lidar/odometry.h"
+
 #include <gtest/gtest.h>
 
 #include "mlic_core/common/error.h"
 #include "mlic_core/common/random.h"
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/lidar/deskew.h"
-#include "mlic_core/lidar/odometry.h"
 #include "mlic_core/lidar/scan_filter.h"
 #include "mlic_core/lidar/voxel_hash_map.h"
 #include "mlic_sim/lidar_scanner.h"
@@ -24,8 +25,7 @@ struct SimulatedRecording {
 
 SimulatedRecording Record(const std::string& sensors, sim::Scenario scenario, double duration,
                           std::size_t lidar) {
-  sim::SensorSet set =
-      sim::LoadSensorSet(SourceDirectory() + "/config/simulation/" + sensors);
+  sim::SensorSet set = sim::LoadSensorSet(SourceDirectory() + "/config/simulation/" + sensors);
   set.lidars = {set.lidars[lidar]};
   sim::SimulationOptions options;
   options.scenario = scenario;

@@ -1,9 +1,10 @@
+#include "mlic_core/lidar/own_body.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "mlic_core/common/random.h"
-#include "mlic_core/lidar/own_body.h"
 
 namespace mlic {
 namespace {

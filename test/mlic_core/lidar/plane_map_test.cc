@@ -1,3 +1,5 @@
+#include "mlic_core/lidar/plane_map.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -5,7 +7,6 @@
 #include <vector>
 
 #include "mlic_core/common/random.h"
-#include "mlic_core/lidar/plane_map.h"
 
 namespace mlic {
 namespace {

@@ -1,3 +1,5 @@
+#include "mlic_core/lidar/point_time.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -6,7 +8,6 @@
 #include "mlic_core/common/error.h"
 #include "mlic_core/common/random.h"
 #include "mlic_core/lidar/azimuth_time.h"
-#include "mlic_core/lidar/point_time.h"
 
 namespace mlic {
 namespace {

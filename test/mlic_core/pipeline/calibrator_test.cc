@@ -1,6 +1,7 @@
+#include "mlic_core/pipeline/calibrator.h"
+
 #include <gtest/gtest.h>
 
-#include "mlic_core/pipeline/calibrator.h"
 #include "mlic_core/geometry/so3.h"
 #include "support/simulated_input.h"
 

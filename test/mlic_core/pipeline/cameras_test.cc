@@ -5,14 +5,14 @@
 #include <mutex>
 #include <opencv2/core/mat.hpp>
 
-#include "support/interruption.h"
-#include "support/files.h"
-#include "mlic_core/pipeline/calibrator.h"
 #include "mlic_core/evaluation/intrinsics_error.h"
 #include "mlic_core/geometry/so3.h"
-#include "mlic_core/io/result/result_file.h"
 #include "mlic_core/io/checkpoint/stage_files.h"
+#include "mlic_core/io/result/result_file.h"
 #include "mlic_core/io/text_file.h"
+#include "mlic_core/pipeline/calibrator.h"
+#include "support/files.h"
+#include "support/interruption.h"
 #include "support/simulated_input.h"
 
 namespace mlic {

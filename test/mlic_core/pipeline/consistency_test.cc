@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
+#include "mlic_core/geometry/so3.h"
 #include "mlic_core/initialization/lidar_imu.h"
 #include "mlic_core/pipeline/refinement.h"
-#include "mlic_core/geometry/so3.h"
 #include "support/simulated_input.h"
 
 namespace mlic {

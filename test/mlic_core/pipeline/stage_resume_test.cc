@@ -3,13 +3,13 @@
 #include <cstdint>
 #include <cstring>
 
-#include "support/interruption.h"
-#include "support/files.h"
-#include "mlic_core/pipeline/calibrator.h"
-#include "mlic_core/io/result/result_file.h"
 #include "mlic_core/io/checkpoint/serialize.h"
 #include "mlic_core/io/checkpoint/stage_files.h"
+#include "mlic_core/io/result/result_file.h"
 #include "mlic_core/io/text_file.h"
+#include "mlic_core/pipeline/calibrator.h"
+#include "support/files.h"
+#include "support/interruption.h"
 #include "support/simulated_input.h"
 
 namespace mlic {

@@ -24,8 +24,7 @@ struct Parked {
 
 // The car parks once for all tests.
 Parked MakeParked() {
-  sim::SensorSet sensors =
-      sim::LoadSensorSet(SourceDirectory() + "/config/simulation/paper_rig.yaml");
+  sim::SensorSet sensors = sim::LoadSensorSet(SourceDirectory() + "/config/simulation/paper_rig.yaml");
   sensors.lidars.resize(1);
   sensors.cameras.resize(1);
   sim::SimulationOptions simulation;

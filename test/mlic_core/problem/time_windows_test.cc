@@ -1,8 +1,9 @@
+#include "mlic_core/problem/time_windows.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "mlic_core/problem/time_windows.h"
 #include "mlic_core/common/random.h"
 
 namespace mlic {
@@ -57,13 +58,13 @@ TEST(TimeWindows, DoNotDependOnTheRoundingOfAnOffset) {
   }
 }
 
-TEST(TimeWindows, KeepPointsOnTheMapWholeWithTheirLidarSight) {
+TEST(TimeWindows, KeepPointsOnTheMapWholeWithTheirLidarPoint) {
   LandmarkSet set;
   set.points.resize(3);
-  set.lidar_sights.resize(3);
-  set.lidar_sights[0].lidar = 1;
-  set.lidar_sights[0].time = 5.0;
-  set.lidar_sights[2].lidar = 0;
+  set.lidar_points.resize(3);
+  set.lidar_points[0].lidar = 1;
+  set.lidar_points[0].time = 5.0;
+  set.lidar_points[2].lidar = 0;
   for (const double t : {0.0, 40.0, 1.0, 2.0, 3.0}) {
     set.observations.push_back({0, 1.0f, t, Eigen::Vector2d::Zero()});
   }
@@ -72,7 +73,7 @@ TEST(TimeWindows, KeepPointsOnTheMapWholeWithTheirLidarSight) {
   const LandmarkSet split = SplitPoints(set, TwoLidarsAndACamera(), 10.0, &origins);
   ASSERT_EQ(origins, (std::vector<std::size_t>{0, 1, 2}));
   EXPECT_EQ(split.begin, set.begin);
-  EXPECT_EQ(split.lidar_sights[0].time, 5.0);
+  EXPECT_EQ(split.lidar_points[0].time, 5.0);
   EXPECT_FALSE(split.IsOnMap(1));
   EXPECT_TRUE(split.IsOnMap(2));
 }

@@ -1,13 +1,14 @@
+#include "mlic_core/solver/normal_equations.h"
+
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 
-#include "mlic_core/solver/envelope_cholesky.h"
-#include "mlic_core/problem/linear_terms.h"
-#include "mlic_core/solver/normal_equations.h"
 #include "mlic_core/common/random.h"
+#include "mlic_core/problem/linear_terms.h"
+#include "mlic_core/solver/envelope_cholesky.h"
 
 namespace mlic {
 namespace {
@@ -55,9 +56,9 @@ struct Equations {
   static constexpr int kCalibration = 9;
 
   Equations(int control_points, int landmarks, int span, std::uint64_t seed)
-      : knots(3 * control_points), sum(knots, kBandwidth, kCalibration), ties(landmarks) {
+      : knots(3 * control_points), sum(knots, kBandwidth, kCalibration), couplings(landmarks) {
     Random random(seed);
-    TieSlots slots(knots);
+    CouplingSlots slots(knots);
     const int total = knots + kCalibration + 3 * landmarks;
     H = Eigen::MatrixXd::Zero(total, total);
     g = Eigen::VectorXd::Zero(total);
@@ -67,19 +68,19 @@ struct Equations {
     }
     for (int p = 0; p < landmarks; ++p) {
       const int first = span < control_points - 4 ? (p * 7) % (control_points - span - 4) : 0;
-      ties[p].calibration = Eigen::MatrixXd::Zero(kCalibration, 3);
+      couplings[p].calibration = Eigen::MatrixXd::Zero(kCalibration, 3);
       for (int k = first; k < first + std::min(span, control_points - 4); k += 3) {
         Add(RandomMatrix(12, 2, &random), RandomMatrix(kCalibration, 2, &random), 3 * k, p,
             RandomMatrix(3, 2, &random), &slots, &random);
       }
-      slots.Release(ties[p]);
+      slots.Release(couplings[p]);
     }
     H = H.selfadjointView<Eigen::Lower>();
   }
 
   // Adds J J^T of residuals that touch 4 control points, the calibration and perhaps a landmark.
   void Add(const Eigen::MatrixXd& of_knots, const Eigen::MatrixXd& of_calibration, int column, int landmark,
-           const Eigen::MatrixXd& of_landmark, TieSlots* slots, Random* random) {
+           const Eigen::MatrixXd& of_landmark, CouplingSlots* slots, Random* random) {
     const Eigen::VectorXd r = RandomMatrix(static_cast<int>(of_knots.cols()), 1, random);
     for (int a = 0; a < 4; ++a) {
       const auto J = of_knots.middleRows<3>(3 * a);
@@ -88,14 +89,14 @@ struct Equations {
       for (int b = 0; b <= a; ++b) {
         sum.AddBand(column + 3 * a, column + 3 * b, J * of_knots.middleRows<3>(3 * b).transpose());
       }
-      if (landmark >= 0) slots->Block(&ties[landmark], column + 3 * a) += J * of_landmark.transpose();
+      if (landmark >= 0) slots->Block(&couplings[landmark], column + 3 * a) += J * of_landmark.transpose();
     }
     sum.corner += of_calibration * of_calibration.transpose();
     sum.gradient_calibration += of_calibration * r;
     if (landmark >= 0) {
-      ties[landmark].own += of_landmark * of_landmark.transpose();
-      ties[landmark].gradient += of_landmark * r;
-      ties[landmark].calibration += of_calibration * of_landmark.transpose();
+      couplings[landmark].own += of_landmark * of_landmark.transpose();
+      couplings[landmark].gradient += of_landmark * r;
+      couplings[landmark].calibration += of_calibration * of_landmark.transpose();
     }
     Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(H.rows(), of_knots.cols());
     rows.middleRows(column, 12) = of_knots;
@@ -108,13 +109,13 @@ struct Equations {
   static constexpr int kBandwidth = 11;
   int knots;
   Accumulator sum;
-  std::vector<LandmarkTies> ties;
+  std::vector<LandmarkCoupling> couplings;
   Eigen::MatrixXd H;
   Eigen::VectorXd g;
 };
 
 NormalSolution Solve(const Equations& e, const std::vector<bool>& free, double damping, bool hold_knots) {
-  return SolveNormalEquations(e.sum, e.ties, Eigen::MatrixXd::Zero(9, 9), Eigen::VectorXd::Zero(9), free,
+  return SolveNormalEquations(e.sum, e.couplings, Eigen::MatrixXd::Zero(9, 9), Eigen::VectorXd::Zero(9), free,
                               damping, hold_knots);
 }
 

@@ -1,4 +1,5 @@
-// Sigmas of cameras whose landmarks are weighed by their own sights, and whose sights share errors.
+// Sigmas of cameras whose landmarks are weighed by their own observations, and whose observations share
+// errors.
 #include "mlic_core/uncertainty/camera_covariance.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +30,7 @@ CameraCalibration TrueCamera() {
   return camera;
 }
 
-// An error of a sight that is not white, px, by its time and pixel.
+// An error of a observation that is not white, px, by its time and pixel.
 using CommonError = std::function<Eigen::Vector2d(double, const Eigen::Vector2d&)>;
 
 struct Case {
@@ -92,7 +93,7 @@ Outcome Calibrate(const Case& c, bool noise_of_each) {
   sigma.accelerometer.setConstant(kAccelerometer * std::sqrt(kImuRate));
   problem.imu_sigma = {sigma};
   problem.camera_guesses.resize(1);
-  problem.camera_held.resize(1);
+  problem.camera_fixed.resize(1);
   LandmarkOptions options;
   options.noise_of_each = noise_of_each;
   options.noise.resize(1);
@@ -120,7 +121,7 @@ Outcome Calibrate(const Case& c, bool noise_of_each) {
 Eigen::Vector2d None(double, const Eigen::Vector2d&) { return Eigen::Vector2d::Zero(); }
 
 // Claimed sigmas are too small by a fifth (60 seeds: 1.40 and 0.80).
-TEST(CameraDoubt, LandmarksWeighedByTheirOwnSightsSayLessThanTheirWeights) {
+TEST(CameraDoubt, LandmarksWeighedByTheirOwnObservationsSayLessThanTheirWeights) {
   constexpr int kSeeds = 16;
   double claimed = 0.0, doubted = 0.0;
   for (int seed = 1; seed <= kSeeds; ++seed) {
@@ -142,7 +143,7 @@ TEST(CameraDoubt, IsSmallWhereErrorsAreWhite) {
 }
 
 // The image grows and shrinks from stretch to stretch, as if the focal length did.
-TEST(CameraDoubt, SeesErrorsThatSightsOfTheSameSecondsShare) {
+TEST(CameraDoubt, SeesErrorsThatObservationsOfTheSameSecondsShare) {
   const auto breathing = [](double time, const Eigen::Vector2d& pixel) -> Eigen::Vector2d {
     Random random(static_cast<std::uint64_t>(time / 3.0) + 7);
     return 3e-3 * random.Normal() * (pixel - Eigen::Vector2d(371.0, 244.0));

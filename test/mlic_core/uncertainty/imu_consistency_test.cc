@@ -1,8 +1,9 @@
+#include "mlic_core/uncertainty/imu_consistency.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "mlic_core/uncertainty/imu_consistency.h"
 #include "mlic_core/common/random.h"
 #include "support/true_spline.h"
 

@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // COLMAP's fisheye models go through the normalised image plane, so they end before 90 deg.
-constexpr double kWidestSight = 80.0 * M_PI / 180.0;
+constexpr double kWidestAngle = 80.0 * M_PI / 180.0;
 constexpr std::size_t kFewestMatches = 15;  // of a pair, as COLMAP's mapper has it
 constexpr int kFewestKeyframes = 3;
 constexpr int kCells = 8;
@@ -52,7 +52,7 @@ std::vector<std::vector<bool>> UsableFeatures(const ColmapInput& input) {
     for (std::size_t i = 0; fisheye && i < pixels.size(); ++i) {
       Eigen::Vector3d bearing;
       good[i] =
-          Unproject(input.start, pixels[i].cast<double>(), &bearing) && bearing.z() > std::cos(kWidestSight);
+          Unproject(input.start, pixels[i].cast<double>(), &bearing) && bearing.z() > std::cos(kWidestAngle);
     }
     usable.push_back(good);
   }
@@ -118,7 +118,7 @@ ColmapModel Summarize(const ColmapReconstruction& reconstruction, const ColmapIn
   ColmapModel model;
   const CameraIntrinsics& camera = reconstruction.camera;
   model.intrinsics =
-      camera.model == input.start.model ? camera : FitCameraModel(camera, input.start.model, kWidestSight);
+      camera.model == input.start.model ? camera : FitCameraModel(camera, input.start.model, kWidestAngle);
   model.points = reconstruction.points;
   model.T_world_camera.resize(input.keypoints.size());
   std::set<int> cells;
@@ -244,17 +244,18 @@ ColmapInput ColmapInputFromTracks(const TrackSet& tracks, int camera, const Came
   input.keypoints.resize(input.keyframes.size());
   std::map<std::pair<int, int>, std::vector<FeatureMatch>> pairs;
   for (const Track& track : tracks.tracks) {
-    std::vector<std::pair<int, int>> sights;  // keyframe, keypoint
+    std::vector<std::pair<int, int>> observations;  // keyframe, keypoint
     for (const TrackObservation& observation : track.observations) {
       const int keyframe = local[static_cast<std::size_t>(observation.keyframe)];
       if (keyframe < 0) continue;
       auto& points = input.keypoints[static_cast<std::size_t>(keyframe)];
-      sights.emplace_back(keyframe, static_cast<int>(points.size()));
+      observations.emplace_back(keyframe, static_cast<int>(points.size()));
       points.push_back(observation.pixel);
     }
-    for (std::size_t a = 0; a < sights.size(); ++a) {
-      for (std::size_t b = a + 1; b < sights.size(); ++b) {
-        pairs[{sights[a].first, sights[b].first}].push_back({sights[a].second, sights[b].second, 1.0f});
+    for (std::size_t a = 0; a < observations.size(); ++a) {
+      for (std::size_t b = a + 1; b < observations.size(); ++b) {
+        pairs[{observations[a].first, observations[b].first}].push_back(
+            {observations[a].second, observations[b].second, 1.0f});
       }
     }
   }

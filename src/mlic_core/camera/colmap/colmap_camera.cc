@@ -13,41 +13,41 @@ constexpr int kGrid = 24;  // along each side of the image
 constexpr int kFitIterations = 30;
 constexpr double kWidestFit = 80.0 * M_PI / 180.0;
 
-struct Sight {
+struct PixelRay {
   Eigen::Vector3d bearing;
   Eigen::Vector2d pixel;
 };
 
-std::vector<Sight> GridSights(const CameraIntrinsics& camera, double largest_angle) {
-  std::vector<Sight> sights;
+std::vector<PixelRay> GridRays(const CameraIntrinsics& camera, double largest_angle) {
+  std::vector<PixelRay> rays;
   for (int row = 0; row <= kGrid; ++row) {
     for (int column = 0; column <= kGrid; ++column) {
-      Sight sight;
-      sight.pixel = {(camera.width - 1.0) * column / kGrid, (camera.height - 1.0) * row / kGrid};
-      if (Unproject(camera, sight.pixel, &sight.bearing) && sight.bearing.z() > std::cos(largest_angle)) {
-        sights.push_back(sight);
+      PixelRay ray;
+      ray.pixel = {(camera.width - 1.0) * column / kGrid, (camera.height - 1.0) * row / kGrid};
+      if (Unproject(camera, ray.pixel, &ray.bearing) && ray.bearing.z() > std::cos(largest_angle)) {
+        rays.push_back(ray);
       }
     }
   }
-  return sights;
+  return rays;
 }
 
-// Normal equations of the pixel differences; the cost, where a sight without projection costs much.
-double Linearize(const CameraIntrinsics& camera, const std::vector<Sight>& sights, Eigen::MatrixXd* H,
+// Normal equations of the pixel differences; the cost, where a ray without projection costs much.
+double Linearize(const CameraIntrinsics& camera, const std::vector<PixelRay>& rays, Eigen::MatrixXd* H,
                  Eigen::VectorXd* g) {
   constexpr double kLost = 1e6;
   const int count = ParameterCount(camera.model);
   H->setZero(count, count);
   g->setZero(count);
   double cost = 0.0;
-  for (const Sight& sight : sights) {
+  for (const PixelRay& ray : rays) {
     Eigen::Vector2d pixel;
     CameraParameterJacobian J;
-    if (!Project(camera, sight.bearing, &pixel, nullptr, &J)) {
+    if (!Project(camera, ray.bearing, &pixel, nullptr, &J)) {
       cost += kLost;
       continue;
     }
-    const Eigen::Vector2d r = pixel - sight.pixel;
+    const Eigen::Vector2d r = pixel - ray.pixel;
     cost += r.squaredNorm();
     *H += J.transpose() * J;
     *g += J.transpose() * r;
@@ -77,11 +77,11 @@ CameraIntrinsics StartOf(const CameraIntrinsics& given, CameraModel model) {
 }  // namespace
 
 CameraIntrinsics FitCameraModel(const CameraIntrinsics& given, CameraModel model, double largest_angle) {
-  const std::vector<Sight> sights = GridSights(given, largest_angle);
+  const std::vector<PixelRay> rays = GridRays(given, largest_angle);
   CameraIntrinsics camera = StartOf(given, model);
   Eigen::MatrixXd H, H_new;
   Eigen::VectorXd g, g_new;
-  double cost = Linearize(camera, sights, &H, &g);
+  double cost = Linearize(camera, rays, &H, &g);
   double damping = 1e-4;
   for (int iteration = 0; iteration < kFitIterations; ++iteration) {
     Eigen::MatrixXd damped = H;
@@ -89,7 +89,7 @@ CameraIntrinsics FitCameraModel(const CameraIntrinsics& given, CameraModel model
     const Eigen::VectorXd step = damped.ldlt().solve(-g);
     CameraIntrinsics moved = camera;
     for (int k = 0; k < step.size(); ++k) moved.parameters[static_cast<std::size_t>(k)] += step[k];
-    const double new_cost = Linearize(moved, sights, &H_new, &g_new);
+    const double new_cost = Linearize(moved, rays, &H_new, &g_new);
     if (new_cost < cost) {
       camera = moved;
       cost = new_cost;

@@ -145,19 +145,19 @@ class Refinement {
   std::optional<Eigen::Vector3d> Triangulate(std::size_t t, std::size_t reference,
                                              const std::vector<std::optional<PatchAlignment>>& alignments,
                                              const std::vector<std::optional<PredictedView>>& views) const {
-    std::vector<BearingObservation> sights;
+    std::vector<BearingObservation> bearings;
     for (std::size_t i = 0; i < alignments.size(); ++i) {
       if (!views[i]) continue;
       const PredictedView& view = *views[i];
       const Eigen::Vector2f in_patch = i == reference ? patches_[t][i].feature : alignments[i]->pixel;
-      BearingObservation sight;
-      if (!Unproject(*view.intrinsics, Pixel(t, i, in_patch), &sight.direction)) continue;
-      sight.centre = view.T_map_camera.translation;
-      sight.direction = view.T_map_camera.rotation * sight.direction;
-      sight.sigma = options_.prediction_error;
-      sights.push_back(sight);
+      BearingObservation bearing;
+      if (!Unproject(*view.intrinsics, Pixel(t, i, in_patch), &bearing.direction)) continue;
+      bearing.centre = view.T_map_camera.translation;
+      bearing.direction = view.T_map_camera.rotation * bearing.direction;
+      bearing.sigma = options_.prediction_error;
+      bearings.push_back(bearing);
     }
-    const auto point = TriangulatePoint(sights);
+    const auto point = TriangulatePoint(bearings);
     return point ? std::optional<Eigen::Vector3d>(point->position) : std::nullopt;
   }
 

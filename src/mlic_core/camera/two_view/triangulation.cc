@@ -17,32 +17,32 @@ struct NormalEquations {
   double cost = 0.0;
 };
 
-// The whitened angle between sight and point: its two components in the tangent plane of the sight, so their
-// sine; a point behind counts with its full angle.
-double SquaredError(const BearingObservation& sight, const Eigen::Vector3d& point) {
-  const Eigen::Vector3d ray = point - sight.centre;
+// The whitened angle between observation and point: its two components in the tangent plane of the
+// observation, so their sine; a point behind counts with its full angle.
+double SquaredError(const BearingObservation& observation, const Eigen::Vector3d& point) {
+  const Eigen::Vector3d ray = point - observation.centre;
   const double range = ray.norm();
   if (!(range > 0.0)) return 1e300;
-  const double cosine = sight.direction.dot(ray) / range;
-  const double sine = sight.direction.cross(ray).norm() / range;
+  const double cosine = observation.direction.dot(ray) / range;
+  const double sine = observation.direction.cross(ray).norm() / range;
   const double error = cosine > 0.0 ? sine : std::atan2(sine, cosine);
-  return error * error / (sight.sigma * sight.sigma);
+  return error * error / (observation.sigma * observation.sigma);
 }
 
-// Residual of a sight: (I - d d^T) p / |p| / sigma, whose two tangent components are the errors; the third
-// adds nothing.
-NormalEquations Build(const std::vector<BearingObservation>& sights, const std::vector<bool>& used,
+// Residual of a observation: (I - d d^T) p / |p| / sigma, whose two tangent components are the errors; the
+// third adds nothing.
+NormalEquations Build(const std::vector<BearingObservation>& observations, const std::vector<bool>& used,
                       const Eigen::Vector3d& point) {
   NormalEquations system;
-  for (std::size_t i = 0; i < sights.size(); ++i) {
+  for (std::size_t i = 0; i < observations.size(); ++i) {
     if (!used[i]) continue;
-    const Eigen::Vector3d ray = point - sights[i].centre;
+    const Eigen::Vector3d ray = point - observations[i].centre;
     const double inverse = 1.0 / ray.norm();
     const Eigen::Vector3d unit = ray * inverse;
-    const Eigen::Vector3d& d = sights[i].direction;
-    const Eigen::Vector3d error = (unit - d * d.dot(unit)) / sights[i].sigma;
+    const Eigen::Vector3d& d = observations[i].direction;
+    const Eigen::Vector3d error = (unit - d * d.dot(unit)) / observations[i].sigma;
     const Eigen::Matrix3d to_unit = (Eigen::Matrix3d::Identity() - unit * unit.transpose()) * inverse;
-    const Eigen::Matrix3d J = (to_unit - d * (d.transpose() * to_unit)) / sights[i].sigma;
+    const Eigen::Matrix3d J = (to_unit - d * (d.transpose() * to_unit)) / observations[i].sigma;
     system.H.noalias() += J.transpose() * J;
     system.g.noalias() += J.transpose() * error;
     system.cost += error.squaredNorm();
@@ -52,20 +52,20 @@ NormalEquations Build(const std::vector<BearingObservation>& sights, const std::
 
 // The point nearest to all rays, distances weighted by the inverse range in the second and third round, which
 // makes them angles.
-bool NearestToRays(const std::vector<BearingObservation>& sights, const std::vector<bool>& used,
+bool NearestToRays(const std::vector<BearingObservation>& observations, const std::vector<bool>& used,
                    Eigen::Vector3d* point) {
   for (int round = 0; round < 3; ++round) {
     Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
     Eigen::Vector3d b = Eigen::Vector3d::Zero();
     double weights = 0.0;
-    for (std::size_t i = 0; i < sights.size(); ++i) {
+    for (std::size_t i = 0; i < observations.size(); ++i) {
       if (!used[i]) continue;
-      const double range = round == 0 ? 1.0 : std::max(1e-3, (*point - sights[i].centre).norm());
-      const double weight = 1.0 / (range * range * sights[i].sigma * sights[i].sigma);
+      const double range = round == 0 ? 1.0 : std::max(1e-3, (*point - observations[i].centre).norm());
+      const double weight = 1.0 / (range * range * observations[i].sigma * observations[i].sigma);
       const Eigen::Matrix3d across =
-          Eigen::Matrix3d::Identity() - sights[i].direction * sights[i].direction.transpose();
+          Eigen::Matrix3d::Identity() - observations[i].direction * observations[i].direction.transpose();
       A += weight * across;
-      b += weight * (across * sights[i].centre);
+      b += weight * (across * observations[i].centre);
       weights += weight;
     }
     // Relative to the weights the determinant is the squared sine of the rays' angle.
@@ -77,16 +77,16 @@ bool NearestToRays(const std::vector<BearingObservation>& sights, const std::vec
 }
 
 // Gauss-Newton with damping. False where the rays do not meet in front of the cameras.
-bool Refine(const std::vector<BearingObservation>& sights, const std::vector<bool>& used,
+bool Refine(const std::vector<BearingObservation>& observations, const std::vector<bool>& used,
             Eigen::Vector3d* point, NormalEquations* system) {
-  *system = Build(sights, used, *point);
+  *system = Build(observations, used, *point);
   double damping = 1e-6;
   for (int iteration = 0; iteration < 30 && damping < 1e6; ++iteration) {
     Eigen::Matrix3d H = system->H;
     H.diagonal() *= 1.0 + damping;
     const Eigen::Vector3d step = -H.ldlt().solve(system->g);
     if (!step.allFinite()) return false;
-    const NormalEquations trial = Build(sights, used, *point + step);
+    const NormalEquations trial = Build(observations, used, *point + step);
     if (trial.cost < system->cost) {
       const bool done = system->cost - trial.cost < 1e-12 * (1.0 + system->cost);
       *point += step;
@@ -101,13 +101,13 @@ bool Refine(const std::vector<BearingObservation>& sights, const std::vector<boo
   return point->allFinite();
 }
 
-std::vector<bool> Agreeing(const std::vector<BearingObservation>& sights, const Eigen::Vector3d& point,
+std::vector<bool> Agreeing(const std::vector<BearingObservation>& observations, const Eigen::Vector3d& point,
                            double largest_error, double* cost) {
-  std::vector<bool> agrees(sights.size());
+  std::vector<bool> agrees(observations.size());
   const double limit = largest_error * largest_error;
   *cost = 0.0;
-  for (std::size_t i = 0; i < sights.size(); ++i) {
-    const double squared = SquaredError(sights[i], point);
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    const double squared = SquaredError(observations[i], point);
     agrees[i] = squared <= limit;
     *cost += std::min(squared, limit);
   }
@@ -115,22 +115,22 @@ std::vector<bool> Agreeing(const std::vector<BearingObservation>& sights, const 
 }
 
 // The pair of rays whose point agrees with the most others.
-std::vector<bool> BestPair(const std::vector<BearingObservation>& sights, double largest_error) {
-  const int count = static_cast<int>(sights.size());
+std::vector<bool> BestPair(const std::vector<BearingObservation>& observations, double largest_error) {
+  const int count = static_cast<int>(observations.size());
   const int pairs = count * (count - 1) / 2;
   const int stride = std::max(1, (pairs + kMostPairs - 1) / kMostPairs);
   std::vector<bool> best(count, false), pair(count, false);
   double least = 1e300;
   int index = 0;
-  // Widely separated sights first, so that those kept by the stride have parallax.
+  // Widely separated observations first, so that those kept by the stride have parallax.
   for (int gap = count - 1; gap > 0; --gap) {
     for (int i = 0; i + gap < count; ++i, ++index) {
       if (index % stride != 0) continue;
       pair[i] = pair[i + gap] = true;
       Eigen::Vector3d point;
-      if (NearestToRays(sights, pair, &point)) {
+      if (NearestToRays(observations, pair, &point)) {
         double cost;
-        std::vector<bool> agrees = Agreeing(sights, point, largest_error, &cost);
+        std::vector<bool> agrees = Agreeing(observations, point, largest_error, &cost);
         if (cost < least) {
           least = cost;
           best = agrees;
@@ -142,15 +142,15 @@ std::vector<bool> BestPair(const std::vector<BearingObservation>& sights, double
   return best;
 }
 
-double LargestParallax(const std::vector<BearingObservation>& sights, const std::vector<bool>& used,
+double LargestParallax(const std::vector<BearingObservation>& observations, const std::vector<bool>& used,
                        const Eigen::Vector3d& point) {
   double largest = 0.0;
-  for (std::size_t i = 0; i < sights.size(); ++i) {
+  for (std::size_t i = 0; i < observations.size(); ++i) {
     if (!used[i]) continue;
-    const Eigen::Vector3d u = (sights[i].centre - point).normalized();
-    for (std::size_t j = i + 1; j < sights.size(); ++j) {
+    const Eigen::Vector3d u = (observations[i].centre - point).normalized();
+    for (std::size_t j = i + 1; j < observations.size(); ++j) {
       if (!used[j]) continue;
-      const Eigen::Vector3d v = (sights[j].centre - point).normalized();
+      const Eigen::Vector3d v = (observations[j].centre - point).normalized();
       largest = std::max(largest, std::atan2(u.cross(v).norm(), u.dot(v)));
     }
   }

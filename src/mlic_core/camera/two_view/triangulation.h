@@ -6,7 +6,7 @@
 
 namespace mlic {
 
-// One sight of a point: from `centre` along the unit vector `direction`, both in the map frame.
+// One observation of a point: from `centre` along the unit vector `direction`, both in the map frame.
 struct BearingObservation {
   Eigen::Vector3d centre;
   Eigen::Vector3d direction;
@@ -29,9 +29,9 @@ struct TriangulatedPoint {
   int inliers = 0;
 };
 
-// The point that agrees best with at least two sights: least squares of the whitened angular errors over
-// those observations that agree with the most others. Nothing where too few agree, after dropping any fewer
-// than three, where the parallax is too small, or where the point is behind a camera.
+// The point that agrees best with at least two observations: least squares of the whitened angular errors
+// over those observations that agree with the most others. Nothing where too few agree, after dropping any
+// fewer than three, where the parallax is too small, or where the point is behind a camera.
 std::optional<TriangulatedPoint> TriangulatePoint(const std::vector<BearingObservation>& observations,
                                                   const TriangulationOptions& options = {});
 

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <cstdio>
 
-#include "mlic_core/initialization/knot_spacing.h"
+#include "mlic_core/imu/excitation.h"
 #include "mlic_core/initialization/camera_imu/positions.h"
 #include "mlic_core/initialization/camera_imu/rotations.h"
 #include "mlic_core/initialization/camera_imu/trajectory.h"
-#include "mlic_core/imu/excitation.h"
+#include "mlic_core/initialization/knot_spacing.h"
 
 namespace mlic {
 namespace {
@@ -56,9 +56,10 @@ bool ScaleShown(const VisualPositions& positions, Initialization* result) {
     return false;
   }
   char line[240];
-  std::snprintf(line, sizeof(line),
-                "scale from the accelerometer to %.2f %%, %.0f %% of the sights agree, forces to %.3f m/s^2",
-                100.0 * positions.scale_sigma, 100.0 * positions.inlier_share, positions.accelerometer_rms);
+  std::snprintf(
+      line, sizeof(line),
+      "scale from the accelerometer to %.2f %%, %.0f %% of the observations agree, forces to %.3f m/s^2",
+      100.0 * positions.scale_sigma, 100.0 * positions.inlier_share, positions.accelerometer_rms);
   result->notes.push_back(line);
   if (positions.scale_sigma < kLargestScaleSigma) return true;
   std::snprintf(

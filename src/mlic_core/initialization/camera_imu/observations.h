@@ -7,8 +7,8 @@
 
 namespace mlic {
 
-// A camera's sight of a point when only rotations are known.
-struct Sight {
+// A camera's observation of a point when only rotations are known.
+struct DirectionObservation {
   int camera = 0;
   double time = 0.0;          // IMU clock
   Eigen::Matrix3d rotation;   // of the IMU in the gyro frame
@@ -18,14 +18,14 @@ struct Sight {
   double weight = 1.0;        // robust
 };
 
-struct SightedPoint {
+struct PointObservations {
   std::size_t drive = 0;
-  std::vector<Sight> sights;  // at least two, within the longest duration
+  std::vector<DirectionObservation> observations;  // at least two, within the longest duration
 };
 
-// The tracks of the cameras that were found as sights. Tracks are cut where they last longer than `longest`
-// (s); parts whose sights turn by less than rounding against each other do not tell of motion and are left
-// out. Distances are guessed from the parallax, as if the rig moved at 1 m/s.
-std::vector<SightedPoint> CollectSights(const KnownRotations& known, double longest);
+// The tracks of the cameras that were found as observations. Tracks are cut where they last longer than
+// `longest` (s); parts whose observations turn by less than rounding against each other do not tell of motion
+// and are left out. Distances are guessed from the parallax, as if the rig moved at 1 m/s.
+std::vector<PointObservations> CollectObservations(const KnownRotations& known, double longest);
 
 }  // namespace mlic

@@ -69,26 +69,27 @@ LinearRow ForceRow(const PositionUnknowns& unknowns, std::size_t d, double time,
   return row;
 }
 
-LinearRow SightRow(const PositionUnknowns& unknowns, const SightedPoint& point, const Sight& sight) {
+LinearRow ObservationRow(const PositionUnknowns& unknowns, const PointObservations& point,
+                         const DirectionObservation& observation) {
   LinearRow row;
-  const SplineBasis basis(unknowns.knots[point.drive], sight.time);
+  const SplineBasis basis(unknowns.knots[point.drive], observation.time);
   row.knot = unknowns.first_knot[point.drive] + 3 * basis.first;
   row.weights = SplineBasis::Weights(basis.lambda);
-  row.border[0] = unknowns.lever[sight.camera];
-  row.blocks[0] = sight.rotation;
+  row.border[0] = unknowns.lever[observation.camera];
+  row.blocks[0] = observation.rotation;
   row.border_count = 1;
   return row;
 }
 
-Eigen::Matrix3d WeightOf(const Sight& sight) {
-  const double sigma = sight.sigma * sight.distance;
-  return sight.weight / (sigma * sigma) *
-         (Eigen::Matrix3d::Identity() - sight.direction * sight.direction.transpose());
+Eigen::Matrix3d WeightOf(const DirectionObservation& observation) {
+  const double sigma = observation.sigma * observation.distance;
+  return observation.weight / (sigma * sigma) *
+         (Eigen::Matrix3d::Identity() - observation.direction * observation.direction.transpose());
 }
 
-Eigen::Matrix3d PointCovariance(const SightedPoint& point) {
+Eigen::Matrix3d PointCovariance(const PointObservations& point) {
   Eigen::Matrix3d own = Eigen::Matrix3d::Zero();
-  for (const Sight& sight : point.sights) own += WeightOf(sight);
+  for (const DirectionObservation& observation : point.observations) own += WeightOf(observation);
   own.diagonal().array() += 1e-7 * own.trace() + 1e-12;
   return own.inverse();
 }
@@ -113,39 +114,39 @@ void AddRow(const LinearRow& row, const Eigen::Matrix3d& W, const Eigen::Vector3
   }
 }
 
-// W_i c_i^2 terms of each sight, less what the free point takes out: -(W_i c_i) own^-1 (W_j c_j).
-void AddPoint(const PositionUnknowns& unknowns, const SightedPoint& point, Accumulator* sum) {
-  const std::size_t n = point.sights.size();
+// W_i c_i^2 terms of each observation, less what the free point takes out: -(W_i c_i) own^-1 (W_j c_j).
+void AddPoint(const PositionUnknowns& unknowns, const PointObservations& point, Accumulator* sum) {
+  const std::size_t n = point.observations.size();
   const Eigen::Matrix3d covariance = PointCovariance(point);
   std::vector<LinearRow> rows(n);
   std::vector<Eigen::Matrix3d> W(n);
   std::vector<int> columns;  // control points, first scalars, ascending
   for (std::size_t i = 0; i < n; ++i) {
-    rows[i] = SightRow(unknowns, point, point.sights[i]);
-    W[i] = WeightOf(point.sights[i]);
+    rows[i] = ObservationRow(unknowns, point, point.observations[i]);
+    W[i] = WeightOf(point.observations[i]);
     AddRow(rows[i], W[i], Eigen::Vector3d::Zero(), sum);
     for (int k = 0; k < 4; ++k) columns.push_back(rows[i].knot + 3 * k);
   }
   std::sort(columns.begin(), columns.end());
   columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
-  std::vector<Eigen::Matrix3d> ties(columns.size(), Eigen::Matrix3d::Zero());  // unknowns x point
+  std::vector<Eigen::Matrix3d> couplings(columns.size(), Eigen::Matrix3d::Zero());  // unknowns x point
   std::vector<Eigen::Matrix3d> levers(unknowns.lever.size(), Eigen::Matrix3d::Zero());
   for (std::size_t i = 0; i < n; ++i) {
     const auto at = std::lower_bound(columns.begin(), columns.end(), rows[i].knot) - columns.begin();
-    for (int k = 0; k < 4; ++k) ties[at + k] += rows[i].weights[k] * W[i];
-    levers[point.sights[i].camera] += rows[i].blocks[0].transpose() * W[i];
+    for (int k = 0; k < 4; ++k) couplings[at + k] += rows[i].weights[k] * W[i];
+    levers[point.observations[i].camera] += rows[i].blocks[0].transpose() * W[i];
   }
   for (std::size_t i = 0; i < columns.size(); ++i) {
-    const Eigen::Matrix3d left = ties[i] * covariance;
+    const Eigen::Matrix3d left = couplings[i] * covariance;
     for (std::size_t j = 0; j <= i; ++j) {
-      sum->AddBand(columns[i], columns[j], -left * ties[j].transpose());
+      sum->AddBand(columns[i], columns[j], -left * couplings[j].transpose());
     }
   }
   for (std::size_t c = 0; c < levers.size(); ++c) {
     if (levers[c].isZero(0.0)) continue;
     const Eigen::Matrix3d left = levers[c] * covariance;
     for (std::size_t j = 0; j < columns.size(); ++j) {
-      sum->border.block<3, 3>(unknowns.lever[c], columns[j]) -= left * ties[j].transpose();
+      sum->border.block<3, 3>(unknowns.lever[c], columns[j]) -= left * couplings[j].transpose();
     }
     for (std::size_t e = 0; e < levers.size(); ++e) {
       sum->corner.block<3, 3>(unknowns.lever[c], unknowns.lever[e]) -= left * levers[e].transpose();

@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "mlic_core/solver/normal_equations.h"
 #include "mlic_core/initialization/camera_imu/observations.h"
+#include "mlic_core/solver/normal_equations.h"
 
 namespace mlic {
 
@@ -13,7 +13,7 @@ namespace mlic {
 // Where the unknowns stand: control points of all drives in order of time; then, in the border, gravity knots
 // and bias of each drive, then lever arms.
 struct PositionUnknowns {
-  // longest: s, of a point's sights.
+  // longest: s, of a point's observations.
   PositionUnknowns(const KnownRotations& known, double longest);
 
   // The two gravity knots about a time and the share of the second.
@@ -43,17 +43,19 @@ struct LinearRow {
 LinearRow ForceRow(const PositionUnknowns& unknowns, std::size_t drive, double time,
                    const Eigen::Matrix3d& R);
 // p(t) + R l.
-LinearRow SightRow(const PositionUnknowns& unknowns, const SightedPoint& point, const Sight& sight);
+LinearRow ObservationRow(const PositionUnknowns& unknowns, const PointObservations& point,
+                         const DirectionObservation& observation);
 
-// Information of a sight across its direction, 1/m^2.
-Eigen::Matrix3d WeightOf(const Sight& sight);
-// Of a point, from its sights alone; along the rays of points without parallax next to nothing is known.
-Eigen::Matrix3d PointCovariance(const SightedPoint& point);
+// Information of a observation across its direction, 1/m^2.
+Eigen::Matrix3d WeightOf(const DirectionObservation& observation);
+// Of a point, from its observations alone; along the rays of points without parallax next to nothing is
+// known.
+Eigen::Matrix3d PointCovariance(const PointObservations& point);
 
 // Normal equations of the unknowns themselves, not of steps: H x = -g.
 void AddRow(const LinearRow& row, const Eigen::Matrix3d& W, const Eigen::Vector3d& value, Accumulator* sum);
-// All sights of a point, the point eliminated.
-void AddPoint(const PositionUnknowns& unknowns, const SightedPoint& point, Accumulator* sum);
+// All observations of a point, the point eliminated.
+void AddPoint(const PositionUnknowns& unknowns, const PointObservations& point, Accumulator* sum);
 // First positions, biases, guesses of lever arms, and gravity that turns slowly. gravity: the border as it
 // was found in the round before, where the length of gravity is to be kept; else null.
 void AddPriors(const PositionUnknowns& unknowns, const KnownRotations& known, const Eigen::VectorXd* gravity,

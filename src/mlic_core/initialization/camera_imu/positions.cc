@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mlic_core/initialization/camera_imu/position_problem.h"
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/imu/imu_samples.h"
 #include "mlic_core/imu/robust.h"
+#include "mlic_core/initialization/camera_imu/position_problem.h"
 
 namespace mlic {
 namespace {
@@ -21,7 +21,9 @@ constexpr int kConvexRounds = 5;
 class PositionSolver {
  public:
   PositionSolver(const KnownRotations& known)
-      : known_(known), unknowns_(known, kLongestTrack), sights_(CollectSights(known, kLongestTrack)) {
+      : known_(known),
+        unknowns_(known, kLongestTrack),
+        observations_(CollectObservations(known, kLongestTrack)) {
     knots_ = Eigen::VectorXd::Zero(unknowns_.knot_scalars);
     border_ = Eigen::VectorXd::Zero(unknowns_.border);
     for (const ImuSigma& sigma : known.imu_sigma) {
@@ -34,7 +36,7 @@ class PositionSolver {
       cancellation.ThrowIfCancelled();
       sum_ = Accumulator(unknowns_.knot_scalars, unknowns_.bandwidth, unknowns_.border);
       AddForces();
-      AddSights();
+      AddObservations();
       AddPriors(unknowns_, known_, round >= 2 ? &border_ : nullptr, &sum_);
       const NormalSolution solution = SolveFor(sum_);
       if (!solution.solved) return false;
@@ -71,37 +73,38 @@ class PositionSolver {
     force_rms_ = std::sqrt(squares / std::max(1.0, count));
   }
 
-  void AddSights() {
+  void AddObservations() {
     constexpr std::size_t kChunks = 8;
     std::vector<Accumulator> parts(
         kChunks, Accumulator(unknowns_.knot_scalars, unknowns_.bandwidth, unknowns_.border));
-    ParallelChunks(sights_.size(), kChunks, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-      for (std::size_t p = begin; p < end; ++p) AddPoint(unknowns_, sights_[p], &parts[chunk]);
+    ParallelChunks(observations_.size(), kChunks, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+      for (std::size_t p = begin; p < end; ++p) AddPoint(unknowns_, observations_[p], &parts[chunk]);
     });
     for (const Accumulator& part : parts) sum_ += part;
   }
 
   // Points by the positions found, then distances and robust weights by the points.
   void MovePoints(bool redescending) {
-    std::vector<std::vector<double>> errors(sights_.size());
-    ParallelFor(sights_.size(), [&](std::size_t p) {
-      SightedPoint& point = sights_[p];
+    std::vector<std::vector<double>> errors(observations_.size());
+    ParallelFor(observations_.size(), [&](std::size_t p) {
+      PointObservations& point = observations_[p];
       std::vector<Eigen::Vector3d> centres;
       Eigen::Vector3d right = Eigen::Vector3d::Zero();
-      for (const Sight& sight : point.sights) {
-        const Eigen::Vector3d centre = SightRow(unknowns_, point, sight).Of(knots_, border_);
+      for (const DirectionObservation& observation : point.observations) {
+        const Eigen::Vector3d centre = ObservationRow(unknowns_, point, observation).Of(knots_, border_);
         centres.push_back(centre);
-        right += WeightOf(sight) * centre;
+        right += WeightOf(observation) * centre;
       }
       const Eigen::Vector3d position = PointCovariance(point) * right;
       for (std::size_t i = 0; i < centres.size(); ++i) {
-        Sight& sight = point.sights[i];
+        DirectionObservation& observation = point.observations[i];
         const Eigen::Vector3d ray = position - centres[i];
-        const double range = ray.norm(), along = sight.direction.dot(ray);
+        const double range = ray.norm(), along = observation.direction.dot(ray);
         constexpr double kNearest = 0.05;  // m
-        sight.distance = std::max(kNearest, range);
-        const double error = along > 0.0 ? ray.cross(sight.direction).norm() / sight.distance : 1.0;
-        errors[p].push_back(error / sight.sigma);
+        observation.distance = std::max(kNearest, range);
+        const double error =
+            along > 0.0 ? ray.cross(observation.direction).norm() / observation.distance : 1.0;
+        errors[p].push_back(error / observation.sigma);
       }
     });
     std::vector<double> all;
@@ -109,11 +112,11 @@ class PositionSolver {
     constexpr double kMedianOfNorm = 1.1774;  // of a standard normal 2-vector
     const double sigma = std::max(0.25, Median(all) / kMedianOfNorm);
     std::size_t inliers = 0;
-    for (std::size_t p = 0; p < sights_.size(); ++p) {
+    for (std::size_t p = 0; p < observations_.size(); ++p) {
       for (std::size_t i = 0; i < errors[p].size(); ++i) {
         const double error = errors[p][i];
         const double weight = redescending ? TukeyWeight(error, sigma) : AbsoluteWeight(error, sigma);
-        sights_[p].sights[i].weight = weight / (sigma * sigma);
+        observations_[p].observations[i].weight = weight / (sigma * sigma);
         inliers += error < 4.0 * sigma;
       }
     }
@@ -150,10 +153,10 @@ class PositionSolver {
       drive.gravity_times = unknowns_.gravity_times[d];
       drive.start = known_.gyro[d].End();
       drive.end = known_.gyro[d].Start();
-      for (const SightedPoint& point : sights_) {
+      for (const PointObservations& point : observations_) {
         if (point.drive != d) continue;
-        drive.start = std::min(drive.start, point.sights.front().time);
-        drive.end = std::max(drive.end, point.sights.back().time);
+        drive.start = std::min(drive.start, point.observations.front().time);
+        drive.end = std::max(drive.end, point.observations.back().time);
       }
       for (std::size_t i = 0; i < drive.gravity_times.size(); ++i) {
         drive.gravity.push_back(border_.segment<3>(unknowns_.gravity[d] + 3 * static_cast<int>(i)));
@@ -169,7 +172,7 @@ class PositionSolver {
 
   const KnownRotations& known_;
   const PositionUnknowns unknowns_;
-  std::vector<SightedPoint> sights_;
+  std::vector<PointObservations> observations_;
   std::vector<double> force_sigma_;  // of each drive, m/s^2
   Eigen::VectorXd knots_, border_;
   Accumulator sum_{0, 0, 0};

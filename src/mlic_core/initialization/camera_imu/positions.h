@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "mlic_core/problem/joint_problem.h"
 #include "mlic_core/camera/tracks/tracks.h"
 #include "mlic_core/imu/gyro_integration.h"
+#include "mlic_core/problem/joint_problem.h"
 
 namespace mlic {
 
@@ -26,7 +26,7 @@ struct KnownRotations {
 };
 
 struct DrivePositions {
-  double start = 0.0, end = 0.0;         // s, IMU clock, from the first to the last sight
+  double start = 0.0, end = 0.0;         // s, IMU clock, from the first to the last observation
   PositionSpline positions;              // of the IMU, gyro frame, m; the first is zero
   std::vector<Eigen::Vector3d> gravity;  // gyro frame, at the times of gravity_times, linear between them
   std::vector<double> gravity_times;     // s
@@ -39,12 +39,12 @@ struct VisualPositions {
   std::vector<Eigen::Vector3d> lever_arms;  // of each camera, m
   double scale_sigma = 0.0;                 // relative, of the positions' extent; the largest of the drives
   double accelerometer_rms = 0.0;           // m/s^2, of what positions and gravity do not explain
-  double inlier_share = 0.0;                // of sights
+  double inlier_share = 0.0;                // of observations
 };
 
 // Positions p(t) of the IMU, lever arms l_c, gravity g(t) (it turns slowly with the gyro frame's drift) and
 // accelerometer bias b, all at once. With the rotations R known everything is linear: for a sample a_m, and
-// for a sight of point P along d from c(t) = p(t) + R(t) l,
+// for a observation of point P along d from c(t) = p(t) + R(t) l,
 //   p''(t) - g(t) + R(t) b - R(t) a_m         (m/s^2)
 //   (I - d d^T) (P - c(t)) / |P - c(t)|       (rad; the distance from the round before)
 // Points are eliminated one by one; what is left is banded in time. The accelerometer sets the scale: no

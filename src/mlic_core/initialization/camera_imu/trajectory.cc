@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mlic_core/initialization/pose_fit.h"
 #include "mlic_core/geometry/timed_pose.h"
+#include "mlic_core/initialization/pose_fit.h"
 
 namespace mlic {
 namespace {
@@ -26,7 +26,8 @@ std::vector<Eigen::Quaterniond> UprightTurns(const std::vector<Eigen::Vector3d>&
 
 std::vector<TimedPose> UprightPoses(const GyroIntegration& gyro, const DrivePositions& drive) {
   std::vector<Eigen::Quaterniond> turns = UprightTurns(drive.gravity);
-  constexpr double kMargin = 0.5;  // s, about the sights: beyond, positions are the accelerometer's alone
+  constexpr double kMargin =
+      0.5;  // s, about the observations: beyond, positions are the accelerometer's alone
   const double start = std::max(gyro.Start(), drive.start - kMargin);
   const double end = std::min(gyro.End(), drive.end + kMargin);
   const Eigen::Vector3d x_axis = turns.front() * gyro.RotationTo(start) * Eigen::Vector3d::UnitX();

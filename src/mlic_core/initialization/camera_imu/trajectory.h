@@ -1,8 +1,8 @@
 #pragma once
 
+#include "mlic_core/initialization/camera_imu/positions.h"
 #include "mlic_core/initialization/knot_spacing.h"
 #include "mlic_core/problem/state.h"
-#include "mlic_core/initialization/camera_imu/positions.h"
 
 namespace mlic {
 

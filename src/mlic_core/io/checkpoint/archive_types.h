@@ -4,9 +4,9 @@
 #include <Eigen/Geometry>
 #include <vector>
 
-#include "mlic_core/result/result.h"
 #include "mlic_core/io/checkpoint/byte_archive.h"
 #include "mlic_core/lidar/odometry.h"
+#include "mlic_core/result/result.h"
 #include "mlic_core/sensors/rig.h"
 
 namespace mlic {

@@ -2,9 +2,9 @@
 
 #include <vector>
 
-#include "mlic_core/result/result.h"
-#include "mlic_core/pipeline/stage_store.h"
 #include "mlic_core/lidar/odometry.h"
+#include "mlic_core/pipeline/stage_store.h"
+#include "mlic_core/result/result.h"
 #include "mlic_core/sensors/measurements.h"
 
 namespace mlic {

@@ -1,5 +1,6 @@
 // Stages of the calibration as bytes. A field that is added to the state, or to what a stage hands on, is
-// added here too: test/mlic_core/pipeline/stage_resume_test.cc compares a resumed run with an uninterrupted one bit for bit.
+// added here too: test/mlic_core/pipeline/stage_resume_test.cc compares a resumed run with an uninterrupted
+// one bit for bit.
 #include "mlic_core/io/checkpoint/archive_types.h"
 #include "mlic_core/io/checkpoint/serialize.h"
 
@@ -72,7 +73,7 @@ auto Members(Initialization& start) {
                   start.notes);
 }
 
-auto Members(HeldCameraParameters& held) {
+auto Members(FixedCameraParameters& held) {
   return std::tie(held.rotation, held.translation, held.time_offset, held.readout, held.intrinsics,
                   held.square_pixels);
 }
@@ -81,14 +82,15 @@ template <>
 struct IsFlat<PointLandmark> : std::true_type {};
 
 auto Members(LandmarkObservation& o) { return std::tie(o.camera, o.sigma, o.time, o.pixel, o.shape); }
-auto Members(LidarSight& sight) {
-  return std::tie(sight.lidar, sight.time, sight.position, sight.sigma_along, sight.sigma_across);
+auto Members(LidarPointObservation& observation) {
+  return std::tie(observation.lidar, observation.time, observation.position, observation.sigma_along,
+                  observation.sigma_across);
 }
 
-auto Members(LandmarkSet& set) { return std::tie(set.points, set.observations, set.begin, set.lidar_sights); }
+auto Members(LandmarkSet& set) { return std::tie(set.points, set.observations, set.begin, set.lidar_points); }
 auto Members(RefinementProgress& progress) {
   return std::tie(progress.state, progress.imu_sigma, progress.noise, progress.landmark_noise,
-                  progress.camera_held, progress.sigmas, progress.match_noise, progress.landmarks,
+                  progress.camera_fixed, progress.sigmas, progress.match_noise, progress.landmarks,
                   progress.rounds, progress.points_per_scan, progress.lines, progress.held_out);
 }
 

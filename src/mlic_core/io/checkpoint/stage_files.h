@@ -4,8 +4,8 @@
 #include <functional>
 #include <string>
 
-#include "mlic_core/pipeline/stage_store.h"
 #include "mlic_core/io/checkpoint/checkpoint.h"
+#include "mlic_core/pipeline/stage_store.h"
 
 namespace mlic {
 

@@ -113,20 +113,20 @@ cv::Mat DrawMatches(const cv::Mat& photo, const CameraProjection& projection) {
   const double scale = static_cast<double>(panel.cols) / photo.cols;
   std::vector<float> lengths;
   double squares = 0.0;
-  for (const MapSight& sight : projection.matches) {
-    lengths.push_back((sight.after - sight.observed).norm());
-    squares += (sight.after - sight.observed).squaredNorm();
+  for (const MatchProjection& observation : projection.matches) {
+    lengths.push_back((observation.after - observation.observed).norm());
+    squares += (observation.after - observation.observed).squaredNorm();
   }
   const double wanted = kArrowShare * panel.cols / scale / std::max(1e-3f, Quantile(lengths, 0.9));
   float factor = 1.0f;
   for (const float next : {2.0f, 5.0f, 10.0f, 20.0f, 50.0f, 100.0f}) {
     if (next <= wanted) factor = next;
   }
-  for (const MapSight& sight : projection.matches) {
-    const Eigen::Vector2f tip = sight.observed + factor * (sight.after - sight.observed);
-    cv::circle(panel, InPanel(sight.observed, scale), 3 << kFractionBits, kRing, 1, cv::LINE_AA,
+  for (const MatchProjection& observation : projection.matches) {
+    const Eigen::Vector2f tip = observation.observed + factor * (observation.after - observation.observed);
+    cv::circle(panel, InPanel(observation.observed, scale), 3 << kFractionBits, kRing, 1, cv::LINE_AA,
                kFractionBits);
-    cv::line(panel, InPanel(sight.observed, scale), InPanel(tip, scale), kArrow, 1, cv::LINE_AA,
+    cv::line(panel, InPanel(observation.observed, scale), InPanel(tip, scale), kArrow, 1, cv::LINE_AA,
              kFractionBits);
   }
   std::string text = projection.camera + ": " + std::to_string(projection.matches.size()) + " matches";

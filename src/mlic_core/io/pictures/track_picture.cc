@@ -68,8 +68,10 @@ void DrawArrow(const Eigen::Vector2f& from, const Eigen::Vector2f& arrow, Canvas
 // Of each coordinate.
 double RootMeanSquare(const CameraView& view) {
   double squares = 0.0;
-  for (const LandmarkSight& sight : view.sights) squares += (sight.projected - sight.observed).squaredNorm();
-  return view.sights.empty() ? 0.0 : std::sqrt(0.5 * squares / static_cast<double>(view.sights.size()));
+  for (const LandmarkProjection& observation : view.observations)
+    squares += (observation.projected - observation.observed).squaredNorm();
+  return view.observations.empty() ? 0.0
+                                   : std::sqrt(0.5 * squares / static_cast<double>(view.observations.size()));
 }
 
 void DrawLegend(const std::vector<std::string>& lines, cv::Mat* picture) {
@@ -93,9 +95,10 @@ void DrawLegend(const std::vector<std::string>& lines, cv::Mat* picture) {
 }  // namespace
 
 int ArrowMagnification(const CameraView& view, int image_width) {
-  if (view.sights.empty()) return 1;
+  if (view.observations.empty()) return 1;
   std::vector<float> lengths;
-  for (const LandmarkSight& sight : view.sights) lengths.push_back((sight.projected - sight.observed).norm());
+  for (const LandmarkProjection& observation : view.observations)
+    lengths.push_back((observation.projected - observation.observed).norm());
   const auto long_one = lengths.begin() + lengths.size() * 9 / 10;
   std::nth_element(lengths.begin(), long_one, lengths.end());
   int factor = 1;
@@ -109,18 +112,19 @@ cv::Mat DrawTracks(const cv::Mat& photo, const CameraView& view) {
   Canvas canvas(photo);
   const int factor = ArrowMagnification(view, photo.cols);
   const cv::Mat without_tracks = canvas.picture().clone();
-  for (const LandmarkSight& sight : view.sights) {
-    for (std::size_t k = 1; k < sight.track.size(); ++k) {
-      canvas.Line(sight.track[k - 1], sight.track[k], kTrackColour);
+  for (const LandmarkProjection& observation : view.observations) {
+    for (std::size_t k = 1; k < observation.track.size(); ++k) {
+      canvas.Line(observation.track[k - 1], observation.track[k], kTrackColour);
     }
   }
   cv::addWeighted(canvas.picture(), kTrackOpacity, without_tracks, 1.0 - kTrackOpacity, 0.0,
                   canvas.picture());
-  for (const LandmarkSight& sight : view.sights) {
-    canvas.Ring(sight.observed);
-    DrawArrow(sight.observed, static_cast<float>(factor) * (sight.projected - sight.observed), &canvas);
+  for (const LandmarkProjection& observation : view.observations) {
+    canvas.Ring(observation.observed);
+    DrawArrow(observation.observed,
+              static_cast<float>(factor) * (observation.projected - observation.observed), &canvas);
   }
-  DrawLegend({view.camera + ": " + std::to_string(view.sights.size()) + " landmarks, rms " +
+  DrawLegend({view.camera + ": " + std::to_string(view.observations.size()) + " landmarks, rms " +
                   FixedNumber(RootMeanSquare(view), 2) + " px",
               "red: errors x" + std::to_string(factor) + "   blue: tracks"},
              &canvas.picture());

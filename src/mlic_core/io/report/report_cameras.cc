@@ -6,19 +6,19 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "mlic_core/io/result/export_frames.h"
 #include "mlic_core/io/pictures/png_image.h"
-#include "mlic_core/io/report/report_figures.h"
-#include "mlic_core/io/text_file.h"
 #include "mlic_core/io/pictures/track_picture.h"
+#include "mlic_core/io/report/report_figures.h"
+#include "mlic_core/io/result/export_frames.h"
+#include "mlic_core/io/text_file.h"
 
 namespace mlic {
 namespace {
 
-constexpr double kWidth = 340.0;     // of a figure, in its own units
-constexpr int kFewestSights = 10;    // of a cell whose mean error says something
-constexpr int kPictureWidth = 800;   // px
-constexpr int kPictureQuality = 80;  // of JPEG
+constexpr double kWidth = 340.0;         // of a figure, in its own units
+constexpr int kFewestObservations = 10;  // of a cell whose mean error says something
+constexpr int kPictureWidth = 800;       // px
+constexpr int kPictureQuality = 80;      // of JPEG
 
 std::string N(double value) { return FixedNumber(value, 1); }
 
@@ -26,7 +26,7 @@ std::string N(double value) { return FixedNumber(value, 1); }
 double Magnification(const ResidualField& field, double pixels_of_cell) {
   std::vector<float> lengths;
   for (std::size_t i = 0; i < field.mean.size(); ++i) {
-    if (field.counts[i] >= kFewestSights) lengths.push_back(field.mean[i].norm());
+    if (field.counts[i] >= kFewestObservations) lengths.push_back(field.mean[i].norm());
   }
   if (lengths.empty()) return 1.0;
   const auto long_one = lengths.begin() + lengths.size() * 9 / 10;
@@ -82,14 +82,14 @@ std::string ResidualFieldFigure(const ResidualSummary& residual, int width, int 
       svg += "<rect x=\"" + N(x) + "\" y=\"" + N(y) + "\" width=\"" + N(cell) + "\" height=\"" +
              N(std::max(0.0, std::min(cell, figure_height - y))) + "\" fill=\"#2f6fb5\" fill-opacity=\"" +
              FixedNumber(0.3 * field.counts[i] / most, 3) + "\"/>";
-      if (field.counts[i] < kFewestSights) continue;
+      if (field.counts[i] < kFewestObservations) continue;
       arrows += Arrow(x + 0.5 * cell, y + 0.5 * cell, scale * factor * field.mean[i].cast<double>(), color);
     }
   }
-  const long sights = std::accumulate(field.counts.begin(), field.counts.end(), 0L);
+  const long observations = std::accumulate(field.counts.begin(), field.counts.end(), 0L);
   return svg + arrows + "<rect width=\"" + N(kWidth) + "\" height=\"" + N(figure_height) +
-         "\" fill=\"none\" stroke=\"#9aa7b4\"/></svg>\n<p class=\"note\">" + std::to_string(sights) +
-         " sights, rms " + FixedNumber(residual.rms, 3) +
+         "\" fill=\"none\" stroke=\"#9aa7b4\"/></svg>\n<p class=\"note\">" + std::to_string(observations) +
+         " observations, rms " + FixedNumber(residual.rms, 3) +
          " px of each coordinate; arrows: mean errors &times; " + std::to_string(static_cast<int>(factor)) +
          "</p>\n";
 }
@@ -122,7 +122,7 @@ std::string CameraResiduals(const CalibrationResult& result) {
   return "<div class=\"grid\">\n" + html +
          "</div>\n<p class=\"note\">Reprojection errors over the image: arrows that turn or stretch in a "
          "pattern show what the "
-         "model of the lens does not follow. The darker a cell, the more sights.</p>\n";
+         "model of the lens does not follow. The darker a cell, the more observations.</p>\n";
 }
 
 }  // namespace mlic

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "mlic_core/geometry/so3.h"
-#include "mlic_core/io/result/export_frames.h"
 #include "mlic_core/io/report/report_figures.h"
+#include "mlic_core/io/result/export_frames.h"
 #include "mlic_core/io/rig/rig_parsing.h"
 #include "mlic_core/io/text_file.h"
 
@@ -84,7 +84,7 @@ std::string IntrinsicsCells(const SensorResult& sensor) {
   std::string cells;
   for (std::size_t k = 0; k < values.size() && k < names.size(); ++k) {
     const int decimals = k < 4 ? 2 : 6;  // pixels; shares of the radius
-    const bool held = k < sensor.intrinsics_held.size() && sensor.intrinsics_held[k];
+    const bool held = k < sensor.intrinsics_fixed.size() && sensor.intrinsics_fixed[k];
     const std::string sigma = k < sensor.intrinsics_sigma.size()
                                   ? FixedNumber(sensor.intrinsics_sigma[k], decimals + 1)
                                   : std::string("?");

@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mlic_core/io/result/export_frames.h"
 #include "mlic_core/io/pictures/png_image.h"
 #include "mlic_core/io/report/report_figures.h"
+#include "mlic_core/io/result/export_frames.h"
 #include "mlic_core/io/text_file.h"
 
 namespace mlic {

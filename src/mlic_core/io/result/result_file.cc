@@ -74,8 +74,8 @@ std::string UnobservableText(const std::vector<UnobservableDirection>& direction
 std::string HeldNames(const SensorResult& sensor) {
   const std::vector<std::string> names = ParameterNames(sensor.intrinsics->model);
   std::string text;
-  for (std::size_t i = 0; i < sensor.intrinsics_held.size() && i < names.size(); ++i) {
-    if (sensor.intrinsics_held[i]) text += (text.empty() ? "" : ", ") + names[i];
+  for (std::size_t i = 0; i < sensor.intrinsics_fixed.size() && i < names.size(); ++i) {
+    if (sensor.intrinsics_fixed[i]) text += (text.empty() ? "" : ", ") + names[i];
   }
   return "[" + text + "]";
 }
@@ -192,8 +192,8 @@ void ReadIntrinsicsQuality(const YamlReader& node, SensorResult* sensor) {
   }
   if (!node.Has("intrinsics_held")) return;
   for (const YamlReader& name : node.Get("intrinsics_held").Elements()) {
-    sensor->intrinsics_held.resize(names.size(), false);
-    sensor->intrinsics_held[name.Choice(names)] = true;
+    sensor->intrinsics_fixed.resize(names.size(), false);
+    sensor->intrinsics_fixed[name.Choice(names)] = true;
   }
 }
 
