@@ -23,7 +23,7 @@ struct MapMatchingOptions {
   int fewest_matches = 30;           // of a camera; with fewer it has none
 };
 
-// SPEC stage 7: places of the LiDAR map found in photos.
+// Places of the LiDAR map found in photos (docs/method.md, section 9).
 struct MapMatches {
   std::vector<LandmarkSet>
       landmarks;  // of each drive: each point has one observation of a LiDAR and one of a camera

@@ -17,9 +17,9 @@ struct AssociationOptions {
 // one and two metres, as halls have shelves and yards have facades.
 double RootVoxelSize(const Drive& drive);
 
-// Draws the map of one drive with the current state and ties points to its planes (SPEC stage 6b). A place
-// that is seen for longer than kLongestCoupling (time_windows.h) comes as one plane for each such stretch of
-// time, in order of time.
+// Draws the map of one drive with the current state and ties points to its planes (docs/method.md, section
+// 4). A place that is seen for longer than kLongestCoupling (time_windows.h) comes as one plane for each such
+// stretch of time, in order of time.
 PlaneAssociation AssociatePlanes(const Drive& drive, const CalibrationState& state, std::size_t drive_index,
                                  const std::vector<PlaneNoise>& noise, const AssociationOptions& options);
 

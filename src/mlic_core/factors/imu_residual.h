@@ -9,7 +9,7 @@
 
 namespace mlic {
 
-// The IMU residuals (SPEC section 3) of one sample, not whitened, with Jacobians:
+// The IMU residuals (docs/method.md, section 3.1) of one sample, not whitened, with Jacobians:
 //   r_w = M_w w(t) + b_w - w_m,   r_a = M_a R(t)^T (p''(t) - g) + b_a - a_m
 // Columns: 4 rotation control points (12), 4 position control points (12), gyroscope bias (3), accelerometer
 // bias (3), gyroscope matrix row by row (9), lower triangle of the accelerometer matrix row by row (6).

@@ -7,7 +7,7 @@
 
 namespace mlic {
 
-// The LiDAR plane residual (SPEC section 3), taken along the beam, with its Jacobians in one pass:
+// The LiDAR plane residual (docs/method.md, section 3.2), taken along the beam, with Jacobians in one pass:
 //   r = (n . (R(t) (R_imu_lidar x + p_imu_lidar) + p(t) - c) - d) / cos,   t = t_point + time_offset,
 // cos: of the incidence, so r is by how much the measured range falls short of the plane. Along the plane's
 // normal the noise of the range would stand in the Jacobians too, and E[noise * Jacobian] != 0 tilts planes

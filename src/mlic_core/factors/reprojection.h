@@ -7,7 +7,7 @@
 
 namespace mlic {
 
-// The camera residual (SPEC section 3), with its Jacobians in one pass:
+// The camera residual (docs/method.md, section 3.3), with its Jacobians in one pass:
 //   r = project(R_imu_camera^T (R(t)^T (P - p(t)) - p_imu_camera)) - uv,
 //   t = stamp + time_offset + (v / height) * readout
 // in pixels, not whitened. The row v of a rolling shutter is the measured one, so t hangs on no other

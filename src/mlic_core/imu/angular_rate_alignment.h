@@ -36,8 +36,8 @@ struct AngularRateAlignment {
   Eigen::Matrix3d information_directions = Eigen::Matrix3d::Identity();
   // With the guess; where neither data nor guess says anything, 10 rad.
   Eigen::Matrix3d rotation_covariance = Eigen::Matrix3d::Zero();
-  // How many of the directions the data show to 0.5 deg (SPEC section 5). Below 3 without a guess,
-  // R_imu_lidar is arbitrary about the others.
+  // How many of the directions the data show to 0.5 deg (docs/method.md, section 10). Below 3 without a
+  // guess, R_imu_lidar is arbitrary about the others.
   int rotation_directions_shown = 0;
   double time_offset_sigma =
       0.0;  // s; about 10 where the motion shows no offset (rest, straight, constant turning)

@@ -33,9 +33,10 @@ struct CameraInitialization {
   std::vector<std::string> notes;
 };
 
-// SPEC stage 5: time offset and rotation of every camera from visual rotations against the trajectory's, then
-// rounds of triangulation on the trajectory and of solving extrinsics, offsets, intrinsics and landmarks with
-// the trajectory held, all cameras together. tracks: of each drive. state: its drives' trajectories are used.
+// docs/method.md, section 7.5: time offset and rotation of every camera from visual rotations against the
+// trajectory's, then rounds of triangulation on the trajectory and of solving extrinsics, offsets, intrinsics
+// and landmarks with the trajectory held, all cameras together. tracks: of each drive. state: its drives'
+// trajectories are used.
 CameraInitialization InitializeCameras(const Rig& rig, const std::vector<CameraStart>& start,
                                        const std::vector<TrackSet>& tracks, const CalibrationState& state,
                                        const CancellationToken& cancellation);

@@ -27,13 +27,13 @@ struct Initialization {
   std::vector<std::string> notes;
 };
 
-// SPEC stage 1: all LiDARs in parallel; aligned with the gyroscope; run again with gyro de-skew where that is
-// known.
+// docs/method.md, sections 5 and 7.1: all LiDARs in parallel; aligned with the gyroscope; run again with gyro
+// de-skew where that is known.
 DriveOdometry RunDriveOdometry(const Rig& rig, const Drive& drive, const CancellationToken& cancellation,
                                const std::function<void(double)>& on_progress);
 
-// SPEC stages 2 and 3: base LiDAR by the smallest disagreement with the gyroscope, gravity, biases and lever
-// arm, the IMU spline, hand-eye for the other LiDARs.
+// docs/method.md, sections 7.2 to 7.4: base LiDAR by the smallest disagreement with the gyroscope, gravity,
+// biases and lever arm, the IMU spline, hand-eye for the other LiDARs.
 Initialization Initialize(const Rig& rig, const Dataset& dataset, const std::vector<DriveOdometry>& odometry,
                           const CancellationToken& cancellation);
 

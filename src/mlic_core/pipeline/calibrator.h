@@ -13,7 +13,7 @@
 
 namespace mlic {
 
-// Dataset and rig in, result out: the whole pipeline of SPEC section 4. Throws InputError for data that
+// Dataset and rig in, result out: the whole pipeline of docs/method.md. Throws InputError for data that
 // cannot be used, Cancelled when the token is set; too little motion is not an error but a refused result.
 CalibrationResult Calibrate(const Rig& rig, const Dataset& dataset, const CancellationToken& cancellation,
                             CalibrationObserver& observer);

@@ -34,7 +34,7 @@ std::vector<TrackSet> SharedTrackStage(const StageContext& context, SharedPass p
 void ColmapStage(const StageContext& context, const std::vector<TrackSet>& tracks,
                  std::vector<CameraStart>* start);
 
-// SPEC stage 5 on the state's trajectories.
+// Cameras (docs/method.md, section 7.5) on the state's trajectories.
 CameraInitialization CameraInitializationStage(const StageContext& context,
                                                const std::vector<CameraStart>& start,
                                                const std::vector<TrackSet>& tracks,

@@ -5,7 +5,7 @@
 
 namespace mlic {
 
-// A direction whose sigma from the data alone exceeds these is not shown (SPEC section 5).
+// A direction whose sigma from the data alone exceeds these is not shown (docs/method.md, section 10).
 constexpr double kTranslationLimit = 0.05;             // m
 constexpr double kRotationLimit = 0.5 * M_PI / 180.0;  // rad
 constexpr double kTimeLimit = 5e-3;                    // s

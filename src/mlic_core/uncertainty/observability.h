@@ -10,7 +10,8 @@
 
 namespace mlic {
 
-// What the data show of each LiDAR and then each camera, and how well everything is known (SPEC section 5).
+// What the data show of each LiDAR and then each camera, and how well everything is known (docs/method.md,
+// section 10).
 struct ObservabilityAnalysis {
   struct Sensor {
     std::array<bool, 3> translation{true, true, true};  // along the IMU's axes

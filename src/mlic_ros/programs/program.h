@@ -6,7 +6,7 @@
 
 namespace mlic {
 
-// Exit statuses that every program shares; see SPEC 6.
+// Exit statuses that every program shares; README lists them.
 enum ExitStatus { kTrusted = 0, kBadInput = 1, kRefused = 2, kFailure = 3, kInterrupted = 130 };
 
 // Runs the body and turns exceptions into exit statuses, each with one line on stderr that begins with the

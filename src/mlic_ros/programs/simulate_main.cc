@@ -1,5 +1,4 @@
-// rosrun mlic simulate: a drive with known truth. Writes DRIVE.bag, DRIVE_truth.yaml and DRIVE_rig.yaml (SPEC
-// section 6).
+// rosrun mlic simulate: a drive with known truth. Writes DRIVE.bag, DRIVE_truth.yaml and DRIVE_rig.yaml.
 
 #include <unistd.h>
 

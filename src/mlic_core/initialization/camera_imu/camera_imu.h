@@ -7,11 +7,11 @@
 
 namespace mlic {
 
-// SPEC stages 2, 4 and 5 for a rig without LiDARs: trajectory, cameras and biases from the cameras' tracks
-// and the IMU alone, the scale from the accelerometer. tracks: of each drive. The state holds the cameras
-// too, after rounds of triangulation and solving in which everything moves; cameras that were not found stay
-// at their guess. Where the drives do not show enough, the state has no drives and the problems say why.
-// cameras: what InitializeCameras tells, where the state has drives.
+// docs/method.md, section 7.6, for a rig without LiDARs: trajectory, cameras and biases from the cameras'
+// tracks and the IMU alone, the scale from the accelerometer. tracks: of each drive. The state holds the
+// cameras too, after rounds of triangulation and solving in which everything moves; cameras that were not
+// found stay at their guess. Where the drives do not show enough, the state has no drives and the problems
+// say why. cameras: what InitializeCameras tells, where the state has drives.
 Initialization InitializeFromCameras(const Rig& rig, const Dataset& dataset,
                                      const std::vector<CameraStart>& start,
                                      const std::vector<TrackSet>& tracks,
