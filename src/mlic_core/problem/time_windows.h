@@ -17,7 +17,7 @@ constexpr double kLongestPointCoupling = 30.0;
 // what is seen of a landmark over more than `longest` seconds becomes several landmarks, one for each such
 // stretch from its first observation on; all start where the one was, and come in order of time. What is
 // given up is that the trajectory closes its loops over longer times, which tells a calibration next to
-// nothing (docs/measurements.md); within a stretch all sensors still share their landmarks. Stretches with
+// nothing (docs/benchmark.md); within a stretch all sensors still share their landmarks. Stretches with
 // too few observations to fix a landmark are left out. Planes come from the voxel map for such stretches
 // already (plane_association.h). origins: for each new point the old one. Points with a LiDAR observation
 // stay whole, however far apart camera and LiDAR saw them: the farther, the more control points they tie to
