@@ -10,6 +10,8 @@
 namespace mlic::sim {
 namespace {
 
+// Constants of this file, from: definition of the simulated cameras.
+
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 

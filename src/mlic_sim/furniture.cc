@@ -6,6 +6,8 @@
 namespace mlic::sim {
 namespace {
 
+// Constants of this file, from: definition of the simulated world.
+
 using Eigen::Isometry3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;

@@ -6,6 +6,8 @@
 namespace mlic::sim {
 namespace {
 
+// Constants of this file, from: definition of the simulated LiDARs.
+
 using Eigen::Vector3d;
 
 constexpr double kDegree = M_PI / 180.0;

@@ -9,6 +9,8 @@
 namespace mlic::sim {
 namespace {
 
+// Constants of this file, from: definition of the simulated light.
+
 using Eigen::Vector3f;
 
 constexpr float kFar = 200.0f;

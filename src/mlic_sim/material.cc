@@ -8,6 +8,8 @@
 namespace mlic::sim {
 namespace {
 
+// Constants of this file, from: definition of the simulated world.
+
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::Vector3f;

@@ -11,6 +11,8 @@
 
 namespace mlic::sim {
 
+// Constants of this file, from: definition of the simulated motions.
+
 // The motions of the scenarios, internal to trajectory.cc. Each gives the body's pose at a time, generic in
 // the scalar: with double the pose, with Taylor its derivatives as well.
 

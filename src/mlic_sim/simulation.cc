@@ -13,6 +13,8 @@
 namespace mlic::sim {
 namespace {
 
+// Constants of this file, from: definition of the simulated recorder.
+
 // Delays from the end of a measurement to the recorder, ns.
 constexpr TimeNs kImuDelay = 1000000;
 constexpr TimeNs kScanDelay = 4000000;

@@ -16,6 +16,8 @@
 
 namespace mlic::sim {
 
+// Constants of this file, from: definition; errors of the guess as in the paper of MLIC.
+
 struct SimulationOptions {
   Scenario scenario = Scenario::kFigureEight;
   double duration = 60.0;  // s

@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-constexpr float kFullScale = 1.0f / 16384.0f;  // radiance of one count
+constexpr float kFullScale = 1.0f / 16384.0f;  // radiance of one count; from: structural
 
 std::array<Vector3f, 3> Corners(const Mesh& mesh, const Triangle& t) {
   return {mesh.vertices()[t.vertices[0]], mesh.vertices()[t.vertices[1]], mesh.vertices()[t.vertices[2]]};

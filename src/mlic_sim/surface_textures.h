@@ -12,6 +12,8 @@
 
 namespace mlic::sim {
 
+// Constants of this file, from: structural.
+
 // The light that the world's surfaces send out, as textures with levels of detail. Nothing moves and surfaces
 // are Lambertian, so that it does not depend on the view: texels (albedo, sun, shadows, sky) are computed
 // once, tile by tile when first looked at, and pictures cost little more than their rays. A tile is a pure

@@ -21,7 +21,7 @@ struct RayHit {
 // Rays that are cast together, for pictures: single precision is good to some micrometres at 50 m, far below
 // a pixel.
 struct RayPacket {
-  static constexpr int kSize = 8;
+  static constexpr int kSize = 8;  // from: structural
   alignas(32) float origin[3][kSize];
   alignas(32) float direction[3][kSize];
   alignas(32) int valid[kSize];  // -1: cast, 0: leave out

@@ -25,7 +25,7 @@ struct CameraToMapOptions {
   CrossModalOptions matching;
   PnpOptions pose;
   NidOptions nid;
-  int most_rounds = 4;  // of rendering, matching and solving
+  int most_rounds = 4;  // of rendering, matching and solving; from: guard, ends when settled
   // The rounds end when the camera moves by less than this share of its sigma in every direction.
   double settled = 0.3;
 };

@@ -8,12 +8,12 @@ namespace mlic {
 namespace {
 
 // Bearings of every so many pixels, interpolated between: good to 1e-4 rad, enough to tell steps of depth.
-constexpr int kBearingStep = 8;
+constexpr int kBearingStep = 8;  // from: derivation
 
 // px (of the level matched at) between the map's points at which the variance of a match is twice that of a
 // dense map: the rendering then shows blobs of single points in place of the photo's texture. Measured on
 // simulated cars: 0.8 of the claimed variance at 1 to 3 px, 1.4 at 5, 2.4 at 8.
-constexpr double kCoarseSpacing = 6.0;
+constexpr double kCoarseSpacing = 6.0;  // from: measured
 
 // Row by row, NaN where the camera sees nothing; one column and row beyond the image.
 std::vector<Eigen::Vector3f> CoarseBearings(const CameraIntrinsics& intrinsics) {

@@ -9,7 +9,7 @@
 namespace mlic {
 namespace {
 
-constexpr int kChannels = StructureImage::kChannels;
+constexpr int kChannels = StructureImage::kChannels;  // from: structural
 // A step of depth counts half where it is this, m and share of the range: the recess of a window is a step.
 constexpr float kStep = 0.03f, kStepByRange = 0.001f;
 constexpr float kLeastSupport = 0.5f;  // share of the derivative's support that must be known

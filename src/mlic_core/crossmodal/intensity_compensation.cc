@@ -10,11 +10,13 @@
 namespace mlic {
 namespace {
 
-constexpr std::size_t kLooks = 24;       // at one patch that take part in the fit
-constexpr std::size_t kPatches = 40000;  // that take part in the fit
-constexpr int kMostRings = 256;
+// from: guard, time and memory.
+constexpr std::size_t kLooks = 24;         // at one patch that take part in the fit
+constexpr std::size_t kPatches = 40000;    // that take part in the fit; from: guard, time and memory
+constexpr int kMostRings = 256;            // from: guard, time and memory
 constexpr float kDarkest = 0.004f;         // of the LiDAR's bright returns: what is darker is lost in noise
 constexpr float kUnknownIncidence = 0.7f;  // where there is no plane
+// from: guard.
 constexpr std::size_t kFewestShared = 30;  // patches that tell one LiDAR's contrast from another's
 constexpr double kLeastCorrelation = 0.5;
 

@@ -31,7 +31,7 @@ class ScanPoses {
   }
 
  private:
-  static constexpr double kStep = 1e-3;  // s
+  static constexpr double kStep = 1e-3;  // s; from: structural, poses between are interpolated
   double start_;
   std::vector<Eigen::Matrix3d> rotations_;
   std::vector<Eigen::Vector3d> translations_;

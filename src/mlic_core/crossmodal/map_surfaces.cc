@@ -23,11 +23,13 @@ constexpr double kCellSize = 0.25;        // m
 constexpr double kFloor = 0.005;          // m: what range noise does not explain, trajectory and unevenness
 constexpr double kThicknessSigmas = 1.5;
 constexpr double kUnknownCosine = 0.3;
-constexpr double kLine = 0.15;             // width over length below which points lie on one line of a scan
-constexpr double kOneSweep = 0.15;         // s
-constexpr double kLineSpacing = 0.3;       // of lines, over the widest gap between them: splats just close it
-constexpr double kUnevenBeams = 2.0;       // widest gap between beams over the mean one
-constexpr double kWindow = 0.1;            // s of beams that show how dense they are
+constexpr double kLine = 0.15;        // width over length below which points lie on one line of a scan
+constexpr double kOneSweep = 0.15;    // s; from: derivation, between one scan and two at 10 Hz
+constexpr double kLineSpacing = 0.3;  // of lines, over the widest gap between them: splats just close it
+constexpr double kUnevenBeams = 2.0;  // widest gap between beams over the mean one
+// from: derivation, a scan at 10 Hz.
+constexpr double kWindow = 0.1;  // s of beams that show how dense they are
+// from: derivation, 16 rings over 30 deg are 2 deg apart.
 constexpr double kWideCell = M_PI / 60.0;  // rad: wide enough that no gap between rings is seen as empty
 constexpr double kDenseParent = 16.0;  // times as many points around a few as there are of them: those stray
 
@@ -202,8 +204,8 @@ class RootVoxel {
 // Angles between neighbouring beams of each LiDAR, rad: the solid angle that the beams of a short time cover,
 // over their number; the middle of some such times.
 std::vector<double> BeamSpacings(const std::vector<MapReturn>& returns) {
-  constexpr std::size_t kWindows = 15;
-  constexpr int kColumns = 120, kRows = 60;
+  constexpr std::size_t kWindows = 15;       // from: guard, time
+  constexpr int kColumns = 120, kRows = 60;  // from: structural, cells of kWideCell over the sphere
   std::vector<std::vector<double>> found;
   for (std::size_t begin = 0; begin < returns.size();) {
     const std::size_t lidar = returns[begin].lidar;

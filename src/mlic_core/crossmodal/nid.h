@@ -15,7 +15,7 @@ namespace mlic {
 // check of a calibration: lower is better. Values are ranked first (histogram equalisation) and counted with
 // cubic B-spline weights, so that NID changes smoothly with pose.
 struct NidOptions {
-  int bins = 16;
+  int bins = 16;  // from: paper, Koide et al. 2023 (ICRA)
   int fewest_samples = 500;
 };
 

@@ -8,7 +8,7 @@ namespace {
 
 // The largest coordinate of q that the image shows.
 double ExtentOf(const CameraIntrinsics& intrinsics) {
-  constexpr double kMost = 3.0;  // 143 deg from the axis
+  constexpr double kMost = 3.0;  // 143 deg from the axis; from: structural, what the table covers
   double extent = 0.05;
   const auto look = [&](double u, double v) {
     Eigen::Vector3d bearing;
@@ -16,7 +16,7 @@ double ExtentOf(const CameraIntrinsics& intrinsics) {
     extent = std::max(extent, bearing.head<2>().cwiseAbs().maxCoeff() / std::max(1e-3, 1.0 + bearing.z()));
   };
   // All over the image, for the corners of a fisheye's image may show nothing.
-  constexpr int kSteps = 40;
+  constexpr int kSteps = 40;  // from: structural, what the table covers
   for (int i = 0; i <= kSteps; ++i) {
     for (int j = 0; j <= kSteps; ++j) {
       look((intrinsics.width - 1.0) * i / kSteps, (intrinsics.height - 1.0) * j / kSteps);

@@ -49,7 +49,7 @@ class ProjectionTable {
   struct Node {
     float u, v;  // not a number where the model does not hold
   };
-  static constexpr int kCells = 1024;
+  static constexpr int kCells = 1024;  // from: structural
 
   float extent_ = 1.0f;  // the table covers q from -extent to +extent
   float per_unit_ = 1.0f;

@@ -10,15 +10,17 @@
 namespace mlic {
 namespace {
 
-constexpr double kFirstRange = -1.0, kRangeStep = 0.77;         // log2 m
+// from: structural, where the nodes are.
+constexpr double kFirstRange = -1.0, kRangeStep = 0.77;  // log2 m
+// from: structural, where the nodes are.
 constexpr double kFirstIncidence = -4.5, kIncidenceStep = 0.5;  // log2 of the cosine
-constexpr int kRounds = 6;                                      // of weights
-constexpr std::size_t kChunks = 32;
+constexpr int kRounds = 6;                                      // of weights; from: guard
+constexpr std::size_t kChunks = 32;                             // from: structural, parts of a sum
 // What the functions are like without data, in natural logarithms.
 constexpr double kSlopeSigma = 1.0;       // from node to node
 constexpr double kCurvatureSigma = 0.15;  // of the slope from node to node
 constexpr double kRingSigma = 0.3;
-constexpr double kLevelSigma = 10.0;
+constexpr double kLevelSigma = 10.0;  // from: guard, as good as free
 
 // Where a value lies between nodes.
 void Interpolate(double position, int nodes, int* node, double* share) {

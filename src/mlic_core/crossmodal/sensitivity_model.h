@@ -33,9 +33,9 @@ class SensitivityModel {
   double LogFactor(const PatchLook& look) const;
 
  private:
-  static constexpr int kRangeNodes = 12;      // 0.5 m to 180 m
-  static constexpr int kIncidenceNodes = 10;  // cosines of 0.044 to 1
-  static constexpr int kEntries = 5;          // that one look touches
+  static constexpr int kRangeNodes = 12;      // 0.5 m to 180 m; from: structural
+  static constexpr int kIncidenceNodes = 10;  // cosines of 0.044 to 1; from: structural
+  static constexpr int kEntries = 5;          // that one look touches; from: structural
 
   struct Row {
     int index[kEntries];

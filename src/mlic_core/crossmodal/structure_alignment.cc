@@ -23,7 +23,7 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 constexpr double kSigmaFactor = 10.0;
 constexpr double kAwayDegrees = 4.0;
 // px: structure is blurred over more, so that every second pixel of every second row says as much as all.
-constexpr int kPixelStep = 2;
+constexpr int kPixelStep = 2;  // from: guard, time
 
 // A small rotation (rad, left) and translation of T_camera_body.
 RigidTransform Moved(const RigidTransform& T_camera_body, const Vector6d& move) {
@@ -98,7 +98,7 @@ class Posterior {
 
   // Newton steps, each shortened until it climbs; directions that are not concave go along the gradient.
   RigidTransform Climb(RigidTransform pose) const {
-    constexpr double kLeastCurvature = 1e-3, kLongest = 4.0, kSettled = 0.02;
+    constexpr double kLeastCurvature = 1e-3, kLongest = 4.0, kSettled = 0.02;  // from: guard
     for (int i = 0; i < 12; ++i) {
       Vector6d gradient;
       Matrix6d hessian;
@@ -250,7 +250,7 @@ StructureScore::StructureScore(const std::vector<StillPair>& pairs, const Camera
 }
 
 double StructureScore::At(const RigidTransform& T_camera_body) const {
-  constexpr int kChannels = StructureImage::kChannels;
+  constexpr int kChannels = StructureImage::kChannels;  // from: structural
   using Channels = Eigen::Matrix<float, kChannels, 1>;
   const Eigen::Matrix3d R = T_camera_body.rotation.toRotationMatrix();
   double both = 0.0, of_samples = 0.0, of_photo = 0.0;

@@ -10,7 +10,7 @@
 namespace mlic {
 namespace {
 
-constexpr int kChannels = StructureImage::kChannels;
+constexpr int kChannels = StructureImage::kChannels;  // from: structural
 
 // Edge strength is compared with that of this much wider a neighbourhood.
 constexpr double kSurroundings = 6.0;

@@ -13,7 +13,7 @@ namespace mlic {
 // distribution in place of samples of it. Edge strength saturates, so that one strong edge does not drown the
 // rest. Coefficient 0 is kept relative to its wider surroundings: empty and crowded places differ by it.
 struct StructureImage {
-  static constexpr int kChannels = 5;
+  static constexpr int kChannels = 5;  // from: structural
 
   int width = 0;
   int height = 0;
@@ -54,7 +54,7 @@ struct StructureOptions {
   int levels = 4;
   // Level at which places are found to a fraction of a pixel; finer ones are not used. More than 0 for maps
   // that are much coarser than the photo, such as of one scan.
-  int finest_level = 0;
+  int finest_level = 0;         // from: structural
   double gradient_sigma = 1.0;  // px at each level: of the Gaussian whose derivative finds edges
   double channel_sigma = 1.5;   // px at each level: of the blur over the neighbourhood
   // Weights of the rendering's edges of depth and of surface orientation beside those of intensity (1). Edges
@@ -65,7 +65,7 @@ struct StructureOptions {
   // edge they show: beams are as wide as some pixels and miss the sides of recesses and ledges, which the
   // photo shows in a light of their own, and from below as a rule. Measured: a third of a pixel of bias. At
   // the finest level only: coarser levels are there to find the place.
-  double depth_trust = 0.05;
+  double depth_trust = 0.05;  // from: measured
 };
 
 // The rendered map as the features need it. All of one size.

@@ -20,7 +20,7 @@ constexpr double kLeastSharpness = 2e-3;  // 1/px^2, of a template's worse direc
 // Structure comes in blurred edges, not in independent pixels: the sigma of a peak, by what the mismatch of
 // template and photo and the peak's curvature would give if each pixel were independent. Measured on
 // simulated views with truth (crossmodal_matcher_test.cc).
-constexpr double kSigmaFactor = 4.3;
+constexpr double kSigmaFactor = 4.3;  // from: measured
 constexpr double kLeastSigma = 0.08;  // px: rendering and photo are sampled
 
 enum class Outcome { kNothing, kNoPeak, kAmbiguous, kNoReturn, kUncertain, kMatched };

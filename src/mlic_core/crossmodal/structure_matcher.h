@@ -9,14 +9,15 @@
 namespace mlic {
 
 struct StructureMatchOptions {
-  int finest_level = 0;    // as StructureOptions'
+  int finest_level = 0;    // as StructureOptions'; from: structural
   int cell = 24;           // px: one template in each cell of the image
   int template_half = 20;  // px at each level: half of the template's edge; a Gaussian falls off towards it
   double least_complete = 0.75;  // share of the template that must be known in the rendering
   // Share of the template that must be off edges of depth. Less gives more matches on walls with windows, and
   // a bias of some tenths of a pixel.
   double least_trusted = 0.55;
-  double largest_search = 80.0;     // px: the search window's half-size never exceeds it
+  double largest_search = 80.0;  // px: the search window's half-size never exceeds it
+  // from: derivation, 1 % of normal errors lie beyond.
   double search_sigmas = 3.0;       // of the predicted covariance
   double least_score = 0.35;        // normalised correlation, -1 to 1
   double largest_peak_ratio = 0.9;  // the second peak's score by the best one's

@@ -10,11 +10,12 @@ namespace {
 
 constexpr double kCell = 0.25;   // m: planes of neighbouring cells are tried
 constexpr double kSigmas = 2.0;  // off a plane; others are more likely of an edge's mixed beams
-constexpr int kCellBits = 21;    // of each axis in a key
+constexpr int kCellBits = 21;    // of each axis in a key; from: structural
 
 std::int64_t CellOf(float x) { return static_cast<std::int64_t>(std::floor(x / kCell)); }
 
 std::uint64_t KeyOf(std::int64_t x, std::int64_t y, std::int64_t z) {
+  // from: structural.
   constexpr std::int64_t kHalf = std::int64_t{1} << (kCellBits - 1), kMask = 2 * kHalf - 1;
   const auto bits = [&](std::int64_t cell) { return static_cast<std::uint64_t>((cell + kHalf) & kMask); };
   return (bits(x) << (2 * kCellBits)) | (bits(y) << kCellBits) | bits(z);
@@ -32,7 +33,7 @@ struct PlaneInCell {
 };
 
 std::vector<PlaneInCell> IndexPlanes(const MapSurfaces& surfaces) {
-  constexpr std::size_t kChunks = 64;
+  constexpr std::size_t kChunks = 64;  // from: structural, parts of the work
   std::vector<std::vector<PlaneInCell>> parts(kChunks);
   ParallelChunks(surfaces.planes.size(), kChunks, [&](std::size_t c, std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {

@@ -12,7 +12,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr int kPairs[3][2] = {{0, 1}, {0, 2}, {1, 2}};
+constexpr int kPairs[3][2] = {{0, 1}, {0, 2}, {1, 2}};  // from: structural
 
 // |l_i b_i - l_j b_j|^2 = l.M.l for pair k.
 Matrix3d SquaredDistance(const Vector3d (&bearings)[3], int k) {

@@ -6,7 +6,7 @@
 
 namespace mlic {
 
-constexpr int kMostThreePointPoses = 4;
+constexpr int kMostThreePointPoses = 4;  // from: paper, Grunert 1841: a quartic
 
 // The poses T_camera_body of a camera that sees three points (body frame, m) along three bearings (unit,
 // camera frame, any angle from the axis). Returns how many (0 to 4) were written to `poses`. The distances l

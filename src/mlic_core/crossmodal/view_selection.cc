@@ -13,8 +13,8 @@
 namespace mlic {
 namespace {
 
-constexpr int kColumns = 10, kRows = 8;   // parts of the image
-constexpr double kSmallWidth = 200.0;     // px, of the drawing that is judged
+constexpr int kColumns = 10, kRows = 8;   // parts of the image; from: structural
+constexpr double kSmallWidth = 200.0;     // px, of the drawing that is judged; from: guard, time
 constexpr double kMatchSigma = 0.5;       // px, of a match in a part full of structure
 constexpr float kStrongGradient = 0.03f;  // of brightness between pixels of the small drawing
 constexpr float kDepthStep = 0.1f;        // share of the depth: an edge

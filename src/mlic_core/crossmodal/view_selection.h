@@ -14,7 +14,7 @@ struct ViewCandidate {
 
 struct ViewSelectionOptions {
   std::size_t count = 16;            // views wanted
-  std::size_t most_candidates = 60;  // looked at; taken evenly from more
+  std::size_t most_candidates = 60;  // looked at; taken evenly from more; from: guard, time
 };
 
 // The views that together say most about the camera's pose and intrinsics: the greedy choice that makes the

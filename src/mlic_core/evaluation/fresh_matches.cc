@@ -83,6 +83,7 @@ std::vector<ImageMatch> ChooseImagePairs(const std::vector<FreshCamera>& cameras
     if (baseline < options.least_baseline) continue;
     const PredictedView view_a{image.T_map_camera, &*cameras[a].sensor->intrinsics};
     const PredictedView view_b{other->T_map_camera, &*cameras[b].sensor->intrinsics};
+    // from: derivation, as largest_view_angle of image_pairs.h.
     constexpr double kLargestViewAngle = 0.6;  // rad, as where tracks are made
     if (SharedView(view_a, view_b, depths, kLargestViewAngle) < options.least_overlap) continue;
     candidates.push_back({a, b, &image, &*other});

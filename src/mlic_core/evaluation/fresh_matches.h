@@ -18,18 +18,22 @@ struct FreshMatch {
 };
 
 struct FreshMatchOptions {
+  // from: definition of the figure of merit.
   int image_pairs = 12;             // of two cameras, spread over the drive
-  double largest_time_apart = 0.1;  // s, of two images
-  double least_overlap = 0.2;       // share of the view that two images have in common
-  double nearest = 3.0;             // m, the depths of the scene that the overlap is judged at
-  double farthest = 30.0;
+  double largest_time_apart = 0.1;  // s, of two images; from: definition of the figure of merit
+  // from: definition of the figure of merit.
+  double least_overlap = 0.2;  // share of the view that two images have in common
+  // from: definition of the figure of merit.
+  double nearest = 3.0;    // m, the depths of the scene that the overlap is judged at
+  double farthest = 30.0;  // from: definition of the figure of merit
   // Matches are looked for this near to the epipolar line that the calibration predicts (rad), wide enough
   // not to hide its errors, and have to agree with one geometry of the two images, found from themselves, to
   // this many pixels.
-  double search_error = 0.05;
-  double largest_disagreement = 3.0;
+  double search_error = 0.05;         // from: definition of the figure of merit
+  double largest_disagreement = 3.0;  // from: definition of the figure of merit
+  // from: definition of the figure of merit.
   double least_baseline = 0.03;  // m; nearer centres have no epipolar lines
-  int fewest_matches = 15;       // of two images
+  int fewest_matches = 15;       // of two images; from: definition of the figure of merit
 };
 
 // Matches between cameras that the solve did not use: in images none of which is a keyframe. drive.cameras[i]

@@ -10,7 +10,7 @@
 namespace mlic {
 namespace {
 
-constexpr int kColumns = 40, kRows = 30;
+constexpr int kColumns = 40, kRows = 30;  // from: structural, a grid that is dense against distortion
 
 IntrinsicsError Compare(const std::string& name, const CameraIntrinsics& estimate,
                         const CameraIntrinsics& truth) {

@@ -6,7 +6,8 @@
 namespace mlic {
 namespace {
 
-constexpr double kPlaneVoxel = 0.5;       // m
+constexpr double kPlaneVoxel = 0.5;  // m; from: definition of the figure of merit
+// from: definition of the figure of merit.
 constexpr double kPlaneThickness = 0.15;  // m: LiDARs may lie this far apart and still be compared
 
 std::string NameOf(int sensor, const CalibrationResult& calibration) {

@@ -9,9 +9,11 @@
 namespace mlic {
 
 struct MapEntropyOptions {
-  double radius = 0.3;                 // m, neighbourhood of a point
+  double radius = 0.3;  // m, neighbourhood of a point; from: definition of the figure of merit
+  // from: definition of the figure of merit.
   std::size_t fewest_neighbours = 10;  // points with fewer say nothing
-  std::size_t most_queries = 30000;    // evenly chosen points at which the entropy is taken
+  // from: guard, time.
+  std::size_t most_queries = 30000;  // evenly chosen points at which the entropy is taken
 };
 
 struct MapEntropy {

@@ -14,9 +14,9 @@ namespace mlic {
 namespace {
 
 constexpr double kDegrees = 180.0 / M_PI;
-constexpr TimeNs kShortestStep = 80000000;  // ns; lets sensors of 10 Hz through, jitter and all
-constexpr std::size_t kFewestPoses = 10;
-constexpr std::size_t kFewestParts = 3;
+constexpr TimeNs kShortestStep = 80000000;  // ns; lets sensors of 10 Hz through, jitter and all; from: guard
+constexpr std::size_t kFewestPoses = 10;    // from: guard
+constexpr std::size_t kFewestParts = 3;     // from: guard
 
 struct PosePair {
   RigidTransform T_map_imu;

@@ -33,6 +33,7 @@ class VoxelIndex {
 
  private:
   static std::uint64_t Key(const Eigen::Vector3i& cell) {
+    // from: structural.
     constexpr std::uint64_t kMask = (1u << 21) - 1;  // 21 bits an axis: a million cells each way
     return ((static_cast<std::uint64_t>(cell.x()) & kMask) << 42) |
            ((static_cast<std::uint64_t>(cell.y()) & kMask) << 21) |

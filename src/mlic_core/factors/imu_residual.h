@@ -14,10 +14,10 @@ namespace mlic {
 // Columns: 4 rotation control points (12), 4 position control points (12), gyroscope bias (3), accelerometer
 // bias (3), gyroscope matrix row by row (9), lower triangle of the accelerometer matrix row by row (6).
 struct ImuResidual {
-  static constexpr int kPosition = 12;
-  static constexpr int kBias = 24;
-  static constexpr int kMatrices = 30;
-  static constexpr int kColumns = 45;
+  static constexpr int kPosition = 12;                  // from: structural, places of columns
+  static constexpr int kBias = 24;                      // from: structural, places of columns
+  static constexpr int kMatrices = 30;                  // from: structural, places of columns
+  static constexpr int kColumns = 45;                   // from: structural, places of columns
   using Jacobian = Eigen::Matrix<double, kColumns, 6>;  // one column for each residual component
 
   // gravity: map frame, m/s^2. Rows 0-2 of the result: rad/s, 3-5: m/s^2. jacobian may be null.

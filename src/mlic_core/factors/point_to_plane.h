@@ -18,13 +18,13 @@ namespace mlic {
 // (12), extrinsic rotation (left perturbation, 3), extrinsic translation (3), time offset (1), plane (tilt
 // about the two tangents and offset d, 3).
 struct PointToPlane {
-  static constexpr int kRotation = 0;
-  static constexpr int kPosition = 12;
-  static constexpr int kExtrinsic = 24;
-  static constexpr int kTimeOffset = 30;
-  static constexpr int kPlane = 31;
-  static constexpr int kColumns = 34;
-  static constexpr double kLeastCosine = 0.1;  // planes are seen from their front, never edge on
+  static constexpr int kRotation = 0;          // from: structural, places of columns
+  static constexpr int kPosition = 12;         // from: structural, places of columns
+  static constexpr int kExtrinsic = 24;        // from: structural, places of columns
+  static constexpr int kTimeOffset = 30;       // from: structural, places of columns
+  static constexpr int kPlane = 31;            // from: structural, places of columns
+  static constexpr int kColumns = 34;          // from: structural, places of columns
+  static constexpr double kLeastCosine = 0.1;  // planes are seen from their front, never edge on; from: guard
 
   Eigen::Vector3d normal, anchor, tangent_u, tangent_v;  // unit vectors; map frame
   double offset = 0.0;                                   // d, m

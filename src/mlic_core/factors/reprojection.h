@@ -16,15 +16,15 @@ namespace mlic {
 // point P in the map frame (3), intrinsics (as many as the model has; the rest of the 12 are zero). One
 // residual's derivatives lie together in memory.
 struct Reprojection {
-  static constexpr int kRotation = 0;
-  static constexpr int kPosition = 12;
-  static constexpr int kExtrinsic = 24;
-  static constexpr int kTimeOffset = 30;
-  static constexpr int kReadout = 31;
-  static constexpr int kPoint = 32;
-  static constexpr int kIntrinsics = 35;
-  static constexpr int kColumns = kIntrinsics + kMostCameraParameters;
-  using Jacobian = Eigen::Matrix<double, kColumns, 2>;  // column k: of residual k
+  static constexpr int kRotation = 0;                                   // from: structural, places of columns
+  static constexpr int kPosition = 12;                                  // from: structural, places of columns
+  static constexpr int kExtrinsic = 24;                                 // from: structural, places of columns
+  static constexpr int kTimeOffset = 30;                                // from: structural, places of columns
+  static constexpr int kReadout = 31;                                   // from: structural, places of columns
+  static constexpr int kPoint = 32;                                     // from: structural, places of columns
+  static constexpr int kIntrinsics = 35;                                // from: structural, places of columns
+  static constexpr int kColumns = kIntrinsics + kMostCameraParameters;  // from: structural, places of columns
+  using Jacobian = Eigen::Matrix<double, kColumns, 2>;                  // column k: of residual k
 
   Eigen::Vector2d pixel;   // uv as measured
   double row_share = 0.0;  // v / height

@@ -6,7 +6,7 @@ namespace mlic {
 namespace {
 
 // Below this squared angle series are used; their truncation error is under 1e-16 there.
-constexpr double kSmallSquaredAngle = 1e-6;
+constexpr double kSmallSquaredAngle = 1e-6;  // from: derivation
 
 }  // namespace
 

@@ -13,7 +13,7 @@ namespace mlic {
 namespace {
 
 constexpr double kStep = 0.025;  // s
-constexpr int kSteps = 6;        // to either side
+constexpr int kSteps = 6;        // to either side; from: guard, the lag of kitti_0005 is 0.05 s
 
 // The samples with the specific force that was read `lag` later.
 std::vector<ImuSample> Shifted(const std::vector<ImuSample>& imu, double lag) {

@@ -17,12 +17,12 @@
 namespace mlic {
 namespace {
 
-constexpr double kLargestOffset = 1.05;  // s
+constexpr double kLargestOffset = 1.05;  // s; from: definition, offsets up to 1 s and a little
 constexpr double kSegmentLength = 2.0;   // s
-constexpr double kSmallestSigma = 2e-6;  // rad: below it robust weights would follow rounding
+constexpr double kSmallestSigma = 2e-6;  // rad: below it robust weights would follow rounding; from: guard
 constexpr double kRateHalfWidth = 0.05;  // s: the offset's Jacobian takes mean rates, which are less noisy
 constexpr double kBiasPriorSigma = 0.2;  // rad/s
-constexpr double kShownSigma = 0.5 * M_PI / 180.0;
+constexpr double kShownSigma = 0.5 * M_PI / 180.0;  // from: definition, the limit of observable rotation
 
 using Vector7d = Eigen::Matrix<double, 7, 1>;
 using Matrix7d = Eigen::Matrix<double, 7, 7>;
@@ -198,8 +198,8 @@ void AddPriors(const State& state, const std::optional<RotationGuess>& guess, Sy
 }
 
 Refined Refine(const Problem& problem, const State& start, const std::optional<RotationGuess>& guess) {
-  constexpr int kIterations = 25;
-  constexpr int kConvexIterations = 5;
+  constexpr int kIterations = 25;       // from: guard, ends by convergence
+  constexpr int kConvexIterations = 5;  // from: guard, ends by convergence
   Refined refined;
   refined.state = start;
   for (int iteration = 0; iteration < kIterations; ++iteration) {

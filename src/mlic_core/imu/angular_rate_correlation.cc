@@ -12,9 +12,10 @@
 namespace mlic {
 namespace {
 
-constexpr double kGridStep = 0.01;       // s, well below the width of a peak
-constexpr double kIntervalLength = 0.2;  // s: longer ones are less noisy, shorter ones sharper
-constexpr std::size_t kFewestIntervals = 20;
+// from: guard, a peak is refined afterwards.
+constexpr double kGridStep = 0.01;            // s, well below the width of a peak
+constexpr double kIntervalLength = 0.2;       // s: longer ones are less noisy, shorter ones sharper
+constexpr std::size_t kFewestIntervals = 20;  // from: guard
 
 struct RateInterval {
   double start = 0.0;  // LiDAR clock

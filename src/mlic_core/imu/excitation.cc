@@ -54,8 +54,8 @@ bool AtRest(const std::vector<ImuSample>& samples, std::size_t begin, std::size_
 
 // Densities that no IMU on a vehicle undercuts (navigation grade: 1e-6 rad/s/sqrt(Hz), 1e-5 m/s^2/sqrt(Hz)).
 // Exact or filtered data would give the IMU such weight that the joint solve runs out of digits.
-constexpr double kBestGyroscope = 2e-6;
-constexpr double kBestAccelerometer = 2e-5;
+constexpr double kBestGyroscope = 2e-6;      // from: standard, data sheets; twice the navigation grade
+constexpr double kBestAccelerometer = 2e-5;  // from: standard, data sheets; twice the navigation grade
 
 }  // namespace
 

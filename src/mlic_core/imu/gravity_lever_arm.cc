@@ -15,12 +15,13 @@
 namespace mlic {
 namespace {
 
-constexpr double kGravity = 9.81;        // m/s^2
-constexpr double kSegmentLength = 2.0;   // s
+constexpr double kGravity = 9.81;       // m/s^2; from: definition
+constexpr double kSegmentLength = 2.0;  // s
+// from: guard, far below noise.
 constexpr double kSmallestSigma = 1e-6;  // m: below it robust weights would follow rounding
-constexpr double kSmallestTilt = 1e-7;   // rad
+constexpr double kSmallestTilt = 1e-7;   // rad; from: guard, far below noise
 constexpr double kBiasPriorSigma = 0.2;  // m/s^2
-constexpr double kNoGuessSigma = 10.0;   // m
+constexpr double kNoGuessSigma = 10.0;   // m; from: guard, longer than a vehicle's lever arms
 
 using Vector9d = Eigen::Matrix<double, 9, 1>;
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
@@ -279,9 +280,9 @@ GravityLeverArm SolveGravityLeverArm(const std::vector<ImuSample>& imu, const st
                                      const Eigen::Vector3d& gyroscope_bias,
                                      const std::optional<LeverArmGuess>& guess,
                                      const Eigen::Matrix3d& rotation_covariance) {
-  constexpr int kFreeGravityIterations = 6;
-  constexpr int kFixedRotationIterations = 3;
-  constexpr int kIterations = 40;
+  constexpr int kFreeGravityIterations = 6;    // from: guard, ends by convergence
+  constexpr int kFixedRotationIterations = 3;  // from: guard, ends by convergence
+  constexpr int kIterations = 40;              // from: guard, ends by convergence
   GravityLeverArm result;
   const SpecificForceIntegration integration(imu, gyroscope_bias);
   const std::vector<TimedPose> ordered = OrderedFinitePoses(poses);

@@ -55,7 +55,7 @@ bool GyroIntegration::Covers(double t0, double t1) const {
 }
 
 Eigen::Vector3d GyroIntegration::IncrementWithin(std::size_t interval, double s) const {
-  static const double kGauss = std::sqrt(3.0) / 6.0;
+  static const double kGauss = std::sqrt(3.0) / 6.0;  // from: derivation, nodes of Gauss-Legendre quadrature
   const Eigen::Vector3d w1 = rates_.Value(interval, (0.5 - kGauss) * s);
   const Eigen::Vector3d w2 = rates_.Value(interval, (0.5 + kGauss) * s);
   return 0.5 * s * (w1 + w2) + 0.5 * kGauss * s * s * w1.cross(w2);

@@ -16,9 +16,9 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Matrix36d = Eigen::Matrix<double, 3, 6>;
 
-constexpr double kShownSigma = 0.5 * M_PI / 180.0;
-constexpr double kSmallestScale = 1e-6;
-constexpr double kNoGuessSigma = 10.0;  // rad, m
+constexpr double kShownSigma = 0.5 * M_PI / 180.0;  // from: definition, the limit of observable rotation
+constexpr double kSmallestScale = 1e-6;             // from: guard, far below noise
+constexpr double kNoGuessSigma = 10.0;              // rad, m; from: guard, wider than any answer
 
 Eigen::Quaterniond Positive(const Eigen::Quaterniond& q) {
   return q.w() < 0.0 ? Eigen::Quaterniond(-q.coeffs()) : q;

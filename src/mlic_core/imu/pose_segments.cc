@@ -6,7 +6,7 @@ namespace mlic {
 
 std::vector<PoseSegment> CutSegments(const std::vector<TimedPose>& poses, const GyroIntegration& gyro,
                                      double time_offset, double length) {
-  constexpr int kFewestPoses = 6;
+  constexpr int kFewestPoses = 6;  // from: guard
   std::vector<PoseSegment> segments;
   const int count = static_cast<int>(poses.size());
   for (int begin = 0; begin < count;) {

@@ -6,7 +6,7 @@ namespace mlic {
 
 double SigmaFromNorms(const std::vector<double>& norms) {
   constexpr double kMedianOfNorm =
-      1.5381722544550522;  // sqrt of the median of chi-squared with 3 degrees of freedom
+      1.5381722544550522;  // sqrt of the median of chi-squared with 3 degrees of freedom; from: derivation
   return Median(norms) / kMedianOfNorm;
 }
 

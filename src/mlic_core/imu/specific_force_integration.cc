@@ -21,7 +21,7 @@ SpecificForceIntegration::SpecificForceIntegration(const std::vector<ImuSample>&
 }
 
 SpecificForceIntegration::Integrals SpecificForceIntegration::Advance(std::size_t interval, double s) const {
-  static const double kGauss = std::sqrt(3.0) / 6.0;
+  static const double kGauss = std::sqrt(3.0) / 6.0;  // from: derivation, nodes of Gauss-Legendre quadrature
   const Integrals& before = integrals_[interval];
   const Eigen::Matrix3d start = gyro_.rotations()[interval].toRotationMatrix();
   Integrals after = before;

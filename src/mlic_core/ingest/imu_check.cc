@@ -12,14 +12,17 @@
 namespace mlic {
 namespace {
 
+// from: guard, g in m/s^2 is 9.8, in g is 1.
 constexpr double kLeastForce = 6.0, kMostForce = 20.0;  // m/s^2, median of a drive
-constexpr double kFastestMedianTurn = 6.0;              // rad/s
-constexpr double kFastestTurn = 35.0;                   // rad/s, 2000 deg/s: the range of common gyroscopes
-constexpr double kFrozen = 0.1;                         // s
-constexpr std::size_t kFewestFrozen = 5;                // samples in a row
-constexpr std::size_t kFewestSaturated = 20;
-constexpr std::size_t kFewestLevels = 50;  // of different values: fewer are no sensor's
-constexpr double kLeastSpread = 0.01;      // rad/s, m/s^2: below it, rounding alone makes the levels
+constexpr double kFastestMedianTurn = 6.0;              // rad/s; from: guard, deg/s are 57 times rad/s
+// from: standard.
+constexpr double kFastestTurn = 35.0;         // rad/s, 2000 deg/s: the range of common gyroscopes
+constexpr double kFrozen = 0.1;               // s
+constexpr std::size_t kFewestFrozen = 5;      // samples in a row; from: guard
+constexpr std::size_t kFewestSaturated = 20;  // from: guard
+constexpr std::size_t kFewestLevels = 50;     // of different values: fewer are no sensor's; from: guard
+// from: guard.
+constexpr double kLeastSpread = 0.01;  // rad/s, m/s^2: below it, rounding alone makes the levels
 
 template <typename Norm>
 std::vector<double> Norms(const std::vector<StampedImu>& samples, const Norm& norm) {

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kWindow = 20;       // differences over which a period is measured
 constexpr double kPeriodTolerance = 0.1;  // share by which it may differ from the whole recording's
-constexpr double kSmallestJump = 0.25;    // s; recording itself delays messages by less
+constexpr double kSmallestJump = 0.25;    // s; recording itself delays messages by less; from: guard
 constexpr double kSteady = 2.0;           // s; bursts of late messages are shorter
 
 std::string Format(const char* format, double a, double b, double c = 0.0) {

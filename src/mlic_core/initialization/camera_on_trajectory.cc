@@ -25,8 +25,8 @@ struct Round {
   int parameters;  // that may move beside pose and offset; see FixedInRound
 };
 constexpr Round kRounds[] = {{8.0, 1.0, 1}, {6.0, 1.0, 2}, {4.0, 1.0, 2}, {2.0, 1.0, 3}, {1.0, 0.5, 3}};
-constexpr int kAllParameters = 3;
-constexpr double kStandsStill = 0.1;  // of a sigma
+constexpr int kAllParameters = 3;     // from: structural
+constexpr double kStandsStill = 0.1;  // of a sigma; from: definition, docs/method.md: settled
 
 // The distortion that images show most: k1, or double_sphere's alpha.
 int FirstDistortion(CameraModel model) { return model == CameraModel::kDoubleSphere ? 5 : 4; }
@@ -162,7 +162,7 @@ void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start,
   options.noise.assign(cameras, LandmarkNoise());
   std::vector<FixedCameraParameters> held;
   const Layout layout(*state, false);
-  constexpr int kPlanned = static_cast<int>(std::size(kRounds));
+  constexpr int kPlanned = static_cast<int>(std::size(kRounds));  // from: structural
   for (int round = rounds.first; round < rounds.end; ++round) {
     cancellation.ThrowIfCancelled();
     const bool planned = round < kPlanned;

@@ -27,7 +27,7 @@ Distance FromGuess(const ExtrinsicGuess& guess, const RigidTransform& found) {
 }  // namespace
 
 bool IsLostFromGuess(const LidarConfig& config, const RigidTransform& T_imu_lidar) {
-  constexpr double kNear = 2.0;
+  constexpr double kNear = 2.0;  // from: derivation, 5 % of normal errors lie beyond
   return !config.guess || FromGuess(*config.guess, T_imu_lidar).sigmas > kNear;
 }
 
@@ -40,7 +40,7 @@ std::string WhyRejected(const LidarConfig& config) {
 }
 
 std::string DescribeIfFarFromGuess(const ExtrinsicGuess& guess, const RigidTransform& T_imu_sensor) {
-  constexpr double kFar = 4.0;
+  constexpr double kFar = 4.0;  // from: derivation, 6 of 100000 normal errors lie beyond
   const Distance distance = FromGuess(guess, T_imu_sensor);
   if (distance.sigmas < kFar) return "";
   char text[200];

@@ -60,7 +60,7 @@ double Choose(const std::vector<ImuSample>& imu, double lidar_period, int degree
               const std::function<Eigen::Vector3d(const ImuSample&)>& signal) {
   constexpr double kFinest = 0.04;
   const double finest = std::max(kFinest, 2.0 * MedianPeriod(imu));
-  constexpr double kStep = 1.25;
+  constexpr double kStep = 1.25;  // from: structural, steps of the search
   constexpr double kCoarsest = 0.2;
   double best = FitVariance(imu, finest, degree, signal);
   double chosen = finest;

@@ -40,7 +40,7 @@ bool IsUsable(const AngularRateAlignment& alignment) {
 // it is dropped.
 AngularRateAlignment Align(const Drive& drive, const OdometryResult& odometry,
                            std::optional<RotationGuess>* guess) {
-  constexpr double kVague = 30.0 * M_PI / 180.0;
+  constexpr double kVague = 30.0 * M_PI / 180.0;  // from: guard, wider than any guess
   const std::vector<TimedPose> poses = TimedPoses(odometry);
   const AngularRateAlignment alignment = AlignAngularRates(drive.imu, poses, *guess);
   if (!*guess || IsUsable(alignment)) return alignment;
@@ -59,8 +59,9 @@ AngularRateAlignment Align(const Drive& drive, const OdometryResult& odometry,
 
 // Whether it is the motion or the LiDARs, the gyroscope tells.
 std::string WhyNoneAgrees(const Dataset& dataset) {
+  // from: structural, chooses the words of a message.
   constexpr double kTurning = 0.1;  // rad/s, root mean square
-  constexpr double kShort = 5.0;    // s
+  constexpr double kShort = 5.0;    // s; from: structural, chooses the words of a message
   double turning = 0.0, longest = 0.0;
   for (const Drive& drive : dataset.drives) {
     turning = std::max(turning, MeasureExcitation(drive.imu).principal_rms[2]);

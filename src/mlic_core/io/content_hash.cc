@@ -35,8 +35,8 @@ ContentHash& ContentHash::Add(const void* data, std::size_t size) {
 }
 
 ContentHash& ContentHash::AddFile(const std::filesystem::path& path) {
-  constexpr std::uintmax_t kSample = 1 << 16;
-  constexpr std::uintmax_t kSamples = 16;
+  constexpr std::uintmax_t kSample = 1 << 16;  // from: structural
+  constexpr std::uintmax_t kSamples = 16;      // from: structural
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(path, error);
   std::ifstream stream(path, std::ios::binary);

@@ -11,7 +11,7 @@
 namespace mlic {
 namespace {
 
-constexpr double kTurn = 2.0 * M_PI;
+constexpr double kTurn = 2.0 * M_PI;                // from: structural
 constexpr double kSeamSlack = 10.0 * M_PI / 180.0;  // how far the lasers' azimuths differ at one firing
 constexpr double kSteadyShare = 0.8;                // of the steps must go the common way
 

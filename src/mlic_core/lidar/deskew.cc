@@ -5,7 +5,7 @@
 namespace mlic {
 namespace {
 
-constexpr double kShortestHalfSpan = 1e-4;  // s: scans whose points all have one time
+constexpr double kShortestHalfSpan = 1e-4;  // s: scans whose points all have one time; from: guard
 
 }  // namespace
 

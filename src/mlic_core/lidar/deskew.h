@@ -35,7 +35,7 @@ class ScanMotion {
   }
 
  private:
-  static constexpr int kEntries = 33;
+  static constexpr int kEntries = 33;  // from: structural
   void FillDifferences();
   double TimeOf(int entry) const { return entry / entries_per_second_ - half_span_; }
 

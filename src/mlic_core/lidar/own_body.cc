@@ -8,13 +8,13 @@
 namespace mlic {
 namespace {
 
-constexpr double kReach = 4.0;          // m
-constexpr double kNearCell = 0.2;       // m
-constexpr double kFarCell = 1.0;        // m
-constexpr double kFarReach = 30.0;      // m
-constexpr double kMostScans = 0.7;      // share of the scans that see what never moves
-constexpr double kStandingShare = 0.9;  // of the far points where nothing moves at all
-constexpr std::size_t kFewestScans = 30;
+constexpr double kReach = 4.0;            // m
+constexpr double kNearCell = 0.2;         // m
+constexpr double kFarCell = 1.0;          // m
+constexpr double kFarReach = 30.0;        // m
+constexpr double kMostScans = 0.7;        // share of the scans that see what never moves
+constexpr double kStandingShare = 0.9;    // of the far points where nothing moves at all
+constexpr std::size_t kFewestScans = 30;  // from: guard
 
 // Cells of a cube about the sensor, each with the number of scans that have a point in it.
 class ScanCounts {

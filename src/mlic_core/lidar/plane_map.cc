@@ -13,11 +13,12 @@ namespace {
 constexpr int kLevels = 3;                 // splits below the root
 constexpr std::size_t kFewestPoints = 20;  // of a plane
 constexpr int kFewestScans = 4;            // that see a plane
-constexpr double kGrazingCosine = 0.26;    // 75 deg
-constexpr double kGateSigmas = 3.0;
+constexpr double kGrazingCosine = 0.26;    // 75 deg; from: definition, docs/method.md section 6
+constexpr double kGateSigmas = 3.0;        // from: derivation, 0.3 % of normal errors lie beyond
 // A plane may scatter by this much of its points' noise, and its points count for less by as much: real
 // surfaces are rough, and what scatters because the state is still wrong is what shows that
 // it is.
+// from: measured, kitti_0005 and cars: 1.5 leaves the yaw 0.6 deg off.
 constexpr double kThicknessSigmas = 3.0;
 
 // Root voxel (17 bits an axis), then 3 bits for each split: sorted keys make every voxel of every level

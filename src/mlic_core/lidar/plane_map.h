@@ -49,6 +49,7 @@ struct PlaneMapOptions {
   double root_voxel = 2.0;  // m; halved down to an eighth
   // s over which one plane lasts, from the first point of its root voxel on.
   double longest = std::numeric_limits<double>::infinity();
+  // from: guard, time and memory.
   std::size_t largest_count = 2000;  // planes kept, those with most points first
 };
 

@@ -11,9 +11,9 @@
 namespace mlic {
 namespace {
 
-constexpr double kShortestSpan = 0.15;  // of the scan period
-constexpr double kLongestSpan = 1.5;
-constexpr double kFarthestFromStamp = 2.0;  // of the scan period
+constexpr double kShortestSpan = 0.15;      // of the scan period; from: guard, units differ by 1000
+constexpr double kLongestSpan = 1.5;        // from: guard, units differ by 1000
+constexpr double kFarthestFromStamp = 2.0;  // of the scan period; from: guard, units differ by 1000
 
 struct Unit {
   double seconds;

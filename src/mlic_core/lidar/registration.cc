@@ -15,17 +15,17 @@ using Vector12d = Eigen::Matrix<double, 12, 1>;
 using Matrix12d = Eigen::Matrix<double, 12, 12>;
 
 // Where the parameters stand.
-constexpr int kRotation = 0, kTranslation = 3, kAngularVelocity = 6, kLinearVelocity = 9;
+constexpr int kRotation = 0, kTranslation = 3, kAngularVelocity = 6, kLinearVelocity = 9;  // from: structural
 
 // Errors of neighbouring points are alike (the plane's, the motion model's): so many count as one independent
 // point against the prior. Without it the velocity gives way to them and the scan is bent.
-constexpr double kCorrelatedPoints = 200.0;
+constexpr double kCorrelatedPoints = 200.0;  // from: measured, drift of simulated drives by hand and car
 
 // rad/s: of the change of the mean rate from scan to scan. Much smaller changes are not believed, or their
 // noise would bend the scans.
-constexpr double kRateNoise = 0.05;
+constexpr double kRateNoise = 0.05;  // from: measured, drift of simulated drives by hand and car
 
-constexpr int kMostIterations = 25;
+constexpr int kMostIterations = 25;         // from: guard, ends by convergence
 constexpr double kSmallRotation = 5e-5;     // rad
 constexpr double kSmallTranslation = 5e-4;  // m
 constexpr std::size_t kFewPoints = 1500;    // that are enough to get near

@@ -8,7 +8,7 @@
 namespace mlic {
 
 std::size_t JoinShortScans(LidarRecording* recording) {
-  constexpr double kUsual = 0.1;  // s, of a scan
+  constexpr double kUsual = 0.1;  // s, of a scan; from: standard, spinning LiDARs turn at 10 Hz
   if (recording->scan_period <= 0.0) return 1;
   const double pieces = std::round(kUsual / recording->scan_period);
   if (pieces < 2.0) return 1;

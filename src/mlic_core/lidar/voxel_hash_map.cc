@@ -10,13 +10,14 @@ namespace {
 constexpr double kFewestForPlane = 6.0;
 constexpr double kMostPoints =
     500.0;  // then a voxel is known well; later points would smear it with the drift
-constexpr double kGrowthBeforeRefit = 1.3;
-constexpr double kThickestPlane = 0.06;  // m, standard deviation: sensor noise and what de-skew leaves
-constexpr double kFlatness = 0.04;       // smallest to middle eigenvalue
+constexpr double kGrowthBeforeRefit = 1.3;  // from: guard, time
+constexpr double kThickestPlane = 0.06;     // m, standard deviation: sensor noise and what de-skew leaves
+constexpr double kFlatness = 0.04;          // smallest to middle eigenvalue
 constexpr double kNarrowestPlane =
     0.12;  // standard deviation across the plane, in voxels: no single scan line
 
 std::uint64_t Key(const Eigen::Vector3d& point, double inverse_voxel) {
+  // from: structural.
   constexpr double kShift = 1048576.0;  // 2^20: non-negative numbers for 1e6 voxels each way
   const auto number = [&](double x) {
     return static_cast<std::uint64_t>(std::floor(x * inverse_voxel) + kShift) & 0x1FFFFFu;

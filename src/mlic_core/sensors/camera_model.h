@@ -19,7 +19,7 @@ int ParameterCount(CameraModel model);
 // Names of the parameters in their order.
 std::vector<std::string> ParameterNames(CameraModel model);
 
-constexpr int kMostCameraParameters = 12;
+constexpr int kMostCameraParameters = 12;  // from: structural, fx fy cx cy and 8 of rational_polynomial
 
 // Intrinsics of one camera. Pixels; a pixel's centre is at integer coordinates.
 struct CameraIntrinsics {

@@ -59,7 +59,7 @@ double UndistortRadius(const Distortion& distortion, bool rational, double disto
     return distortion.Monotonic(s, rational) &&
            r * Distortion::Value(distortion.n, s) < distorted * Distortion::Value(distortion.d, s);
   };
-  constexpr double kFarthest = 1e4;
+  constexpr double kFarthest = 1e4;  // from: guard, the tangent of 89.99 deg
   double low = 0.0, high = distorted;
   while (high < kFarthest && below(high)) {
     low = high;

@@ -33,7 +33,7 @@ class PositivePolynomial {
   }
 
  private:
-  static constexpr int kDeepest = 30;
+  static constexpr int kDeepest = 30;  // from: guard, intervals of 2^-30
 
   static bool Decide(const double (&b)[Degree + 1], int depth) {
     if (!(b[0] > 0.0) || !(b[Degree] > 0.0)) return false;

@@ -16,7 +16,7 @@
 namespace mlic {
 namespace {
 
-constexpr std::size_t kProbeMessages = 10;
+constexpr std::size_t kProbeMessages = 10;  // from: guard, a topic's first messages
 constexpr const char* kImuType = "sensor_msgs/Imu";
 
 // A kind of sensor and the messages that it may have.

@@ -12,7 +12,7 @@
 namespace mlic {
 
 struct LoadOptions {
-  double start = 0.0;                   // s after the first message of the earliest bag
+  double start = 0.0;                   // s after the first message of the earliest bag; from: structural
   std::optional<double> duration;       // s; until the end when absent
   std::filesystem::path rig_directory;  // what the rig's mask files are relative to
 };

@@ -8,7 +8,7 @@
 namespace mlic {
 namespace {
 
-constexpr TimeNs kSplitGap = 1'000'000'000;
+constexpr TimeNs kSplitGap = 1'000'000'000;  // from: guard, split recordings follow each other at once
 
 void CheckMagic(const std::filesystem::path& path) {
   std::error_code code;

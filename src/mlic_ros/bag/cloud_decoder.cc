@@ -16,7 +16,7 @@ using sensor_msgs::PointCloud2;
 using sensor_msgs::PointField;
 
 constexpr const char* kPointCloud2 = "sensor_msgs/PointCloud2";
-constexpr TimeNs kSameClock = 1'000'000'000;
+constexpr TimeNs kSameClock = 1'000'000'000;  // from: guard, clocks differ by far more or not at all
 
 bool IsLivox(const std::string& type) {
   return type == "livox_ros_driver/CustomMsg" || type == "livox_ros_driver2/CustomMsg";

@@ -199,7 +199,7 @@ LivoxMessage MakeLivoxMessage(const sim::SimulatedLidar& lidar, const sim::Simul
   message.timebase = static_cast<std::uint64_t>(scan.start);
   message.point_num = static_cast<std::uint32_t>(scan.points.size());
   message.points.reserve(scan.points.size());
-  constexpr std::uint8_t kConfidentReturn = 0x10;
+  constexpr std::uint8_t kConfidentReturn = 0x10;  // from: standard, Livox SDK
   for (const sim::SimulatedPoint& p : scan.points) {
     LivoxPoint point{};
     point.offset_time = static_cast<std::uint32_t>(std::llround(1e9 * p.time));

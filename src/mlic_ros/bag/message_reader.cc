@@ -10,8 +10,8 @@
 namespace mlic {
 namespace {
 
-constexpr std::size_t kBatchBytes = 48u << 20;
-constexpr std::size_t kBatchMessages = 4096;
+constexpr std::size_t kBatchBytes = 48u << 20;  // from: guard, memory
+constexpr std::size_t kBatchMessages = 4096;    // from: guard, memory
 
 RawCloud Serialised(const rosbag::MessageInstance& message) {
   RawCloud raw;

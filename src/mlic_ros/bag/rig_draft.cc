@@ -159,8 +159,8 @@ CameraConfig DraftCamera(const BagSet& bags, const std::string& topic, const std
 // Why a topic of a sensor's type is none: maps that are published as clouds, images of depth. Empty: it is
 // one.
 std::string WhyNoSensor(const BagSet& bags, const TopicEntry& entry) {
-  constexpr double kSlowest = 1.0;    // Hz
-  constexpr std::size_t kProbe = 10;  // messages
+  constexpr double kSlowest = 1.0;    // Hz; from: guard
+  constexpr std::size_t kProbe = 10;  // messages; from: guard
   const double seconds = SecondsSince(bags.interval().begin, bags.interval().end);
   if (static_cast<double>(entry.second.messages) < kSlowest * seconds)
     return "less than one message a second";

@@ -12,6 +12,8 @@
 namespace mlic {
 namespace {
 
+// Constants of this file, from: structural, how RViz shows it.
+
 constexpr float kLargeError = 3.0f;      // px, of red landmarks
 constexpr double kFrustumLength = 0.5;   // m
 constexpr int kStepsAlongImageEdge = 8;  // of a frustum's outline

@@ -10,11 +10,11 @@
 namespace mlic {
 namespace {
 
-constexpr std::size_t kMostPoints = 400000;
+constexpr std::size_t kMostPoints = 400000;  // from: guard, what RViz draws fluently
 constexpr const char* kMapFrame = "map";
 
 // Colours that keep apart on a dark ground; LiDARs take them in turn.
-constexpr std::array<std::array<std::uint8_t, 3>, 8> kColours{{{77, 175, 255},
+constexpr std::array<std::array<std::uint8_t, 3>, 8> kColours{{{77, 175, 255},  // from: structural
                                                                {255, 127, 14},
                                                                {90, 220, 90},
                                                                {240, 80, 120},

@@ -12,6 +12,8 @@
 namespace mlic {
 namespace {
 
+// Constants of this file, from: structural, how RViz shows it.
+
 constexpr double kSecondsBetweenProgress = 0.1;
 constexpr int kTileWidth = 640;  // px, of each camera in pictures of all
 

@@ -26,7 +26,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostMapPoints = 1000000;
+constexpr std::size_t kMostMapPoints = 1000000;  // from: guard, memory and time
 
 struct EvaluateOptions {
   fs::path bag, calibration, truth, rig, output;

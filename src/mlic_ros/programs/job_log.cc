@@ -12,7 +12,7 @@
 namespace mlic {
 namespace {
 
-constexpr double kSecondsBetweenLines = 2.0;
+constexpr double kSecondsBetweenLines = 2.0;  // from: structural
 
 double Seconds(std::chrono::steady_clock::duration duration) {
   return std::chrono::duration<double>(duration).count();

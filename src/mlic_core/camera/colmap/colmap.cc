@@ -21,10 +21,10 @@ namespace {
 namespace fs = std::filesystem;
 
 // COLMAP's fisheye models go through the normalised image plane, so they end before 90 deg.
-constexpr double kWidestAngle = 80.0 * M_PI / 180.0;
-constexpr std::size_t kFewestMatches = 15;  // of a pair, as COLMAP's mapper has it
-constexpr int kFewestKeyframes = 3;
-constexpr int kCells = 8;
+constexpr double kWidestAngle = 80.0 * M_PI / 180.0;  // from: derivation
+constexpr std::size_t kFewestMatches = 15;            // of a pair, as COLMAP's mapper has it; from: standard
+constexpr int kFewestKeyframes = 3;                   // from: structural, three views fix a scale
+constexpr int kCells = 8;                             // from: structural
 
 // Colour is left out, as COLMAP never sees the images. The matches are verified tracks of keyframes that lie
 // far apart: few, but hardly one of them wrong, so fewer are asked for than COLMAP does by default; and a

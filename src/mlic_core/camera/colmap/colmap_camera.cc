@@ -9,9 +9,10 @@
 namespace mlic {
 namespace {
 
-constexpr int kGrid = 24;  // along each side of the image
-constexpr int kFitIterations = 30;
-constexpr double kWidestFit = 80.0 * M_PI / 180.0;
+// from: structural, a grid that is dense against distortion.
+constexpr int kGrid = 24;                           // along each side of the image
+constexpr int kFitIterations = 30;                  // from: guard, ends by convergence
+constexpr double kWidestFit = 80.0 * M_PI / 180.0;  // from: derivation, as kWidestAngle of colmap.cc
 
 struct PixelRay {
   Eigen::Vector3d bearing;
@@ -35,7 +36,7 @@ std::vector<PixelRay> GridRays(const CameraIntrinsics& camera, double largest_an
 // Normal equations of the pixel differences; the cost, where a ray without projection costs much.
 double Linearize(const CameraIntrinsics& camera, const std::vector<PixelRay>& rays, Eigen::MatrixXd* H,
                  Eigen::VectorXd* g) {
-  constexpr double kLost = 1e6;
+  constexpr double kLost = 1e6;  // from: guard, more than any pixel error
   const int count = ParameterCount(camera.model);
   H->setZero(count, count);
   g->setZero(count);

@@ -10,7 +10,8 @@
 namespace mlic {
 namespace {
 
-constexpr int kCalibratedGeometry = 2;              // COLMAP's TwoViewGeometry::CALIBRATED
+constexpr int kCalibratedGeometry = 2;  // COLMAP's TwoViewGeometry::CALIBRATED; from: standard
+// from: standard.
 constexpr std::int64_t kPairIdFactor = 2147483647;  // pair_id = smaller id * factor + larger id
 
 // A database handle; every failure is one line that names the file.

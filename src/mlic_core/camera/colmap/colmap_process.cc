@@ -18,10 +18,10 @@
 namespace mlic {
 namespace {
 
-constexpr int kNotFound = 127;
-constexpr int kNotRun = 126;
-constexpr std::chrono::milliseconds kPoll(5);
-constexpr int kPollsBetweenCalls = 100;
+constexpr int kNotFound = 127;                 // from: standard, POSIX shells
+constexpr int kNotRun = 126;                   // from: standard, POSIX shells
+constexpr std::chrono::milliseconds kPoll(5);  // from: structural
+constexpr int kPollsBetweenCalls = 100;        // from: structural
 
 // One of the processors that this process may use; the next one at each call.
 cpu_set_t NextProcessor() {

@@ -13,7 +13,7 @@ using DescriptorMatrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic>;  
 
 // Columns for one block of the product of descriptors: stays in the cache while its rows and columns are
 // searched.
-constexpr int kBlock = 256;
+constexpr int kBlock = 256;  // from: structural
 
 // RootSIFT (Arandjelovic and Zisserman, CVPR 2012): the root of the descriptor with sum 1; its unit length
 // makes distances a matter of dot products.

@@ -15,10 +15,10 @@ namespace {
 // OpenCV doubles the image by cv::resize, which puts pixel i of the double at i/2 - 1/4 of the image, but
 // SIFT reads it as i/2: its features lie a quarter of a pixel too far right and down.
 // test/camera_features_test.cc measures it.
-constexpr float kSiftShift = 0.25f;
+constexpr float kSiftShift = 0.25f;  // from: measured
 
 // OpenCV's KeyPoint::size is the diameter 2 * sigma.
-constexpr float kSigmaOfSize = 0.5f;
+constexpr float kSigmaOfSize = 0.5f;  // from: standard
 
 }  // namespace
 

@@ -23,7 +23,7 @@ struct FeatureSet {
 };
 
 struct FeatureOptions {
-  int most_features = 1500;          // of one image
+  int most_features = 1500;          // of one image; from: guard, time
   int grid = 12;                     // cells along the longer side: each gets its share of the features
   double contrast_threshold = 0.02;  // of SIFT, on gray values of 0 to 1, over three layers
   int border = 8;                    // px kept clear at the image's edge and around masked pixels

@@ -9,8 +9,8 @@
 namespace mlic {
 namespace {
 
-constexpr int kDescriptorSize = 256;
-constexpr int kCell = 8;  // SuperPoint's network divides the image by 8
+constexpr int kDescriptorSize = 256;  // from: standard, SuperPoint
+constexpr int kCell = 8;  // SuperPoint's network divides the image by 8; from: standard, SuperPoint
 
 // Sigma of the structure about a keypoint, px of the working image: decides the size of the patches by which
 // tracks are refined, and stands for the keypoint's own error of about half a pixel (whole pixels, and

@@ -16,7 +16,7 @@ struct LearnedMatcherOptions {
   // SuperGlue.
   std::filesystem::path weights;
   LearnedDetectionOptions detection;
-  float least_score = 0.1f;  // of a match, 0 to 1
+  float least_score = 0.1f;  // of a match, 0 to 1; from: paper, LightGlue (Lindenberger 2023)
 };
 
 // Throws InputError, one line, where this build has no runtime for networks, where files are missing, cannot

@@ -16,7 +16,7 @@ struct Tensor {
 };
 
 // Sizes in NetworkPort::shape: the network must take any size; or it may as well take one size only.
-constexpr std::int64_t kAny = -1, kAnyOrFixed = -2;
+constexpr std::int64_t kAny = -1, kAnyOrFixed = -2;  // from: structural
 
 // An input or output of a network. names: those it may have in the file, the first is the documented one.
 // shape: of inputs only.

@@ -12,7 +12,7 @@ namespace {
 
 // Keyframes that one task follows: tasks are independent, and tracks that end between them are joined by
 // descriptors.
-constexpr std::size_t kSegment = 12;
+constexpr std::size_t kSegment = 12;  // from: structural, parts of the work
 
 // Better than most matches of descriptors, so joined before them.
 constexpr float kScore = 0.95f;

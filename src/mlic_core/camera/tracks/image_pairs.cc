@@ -11,7 +11,7 @@
 namespace mlic {
 namespace {
 
-constexpr int kSampleColumns = 8, kSampleRows = 6;
+constexpr int kSampleColumns = 8, kSampleRows = 6;  // from: structural
 
 bool Before(const ImagePair& p, const ImagePair& q) { return std::tie(p.a, p.b) < std::tie(q.a, q.b); }
 

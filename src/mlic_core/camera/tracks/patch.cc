@@ -8,11 +8,11 @@
 namespace mlic {
 namespace {
 
-constexpr int kTranslationIterations = 4;
-constexpr int kIterations = 20;
-constexpr float kConverged = 0.003f;  // px
-constexpr float kLargestStep = 2.0f;  // px
-constexpr int kParts = 4;             // of a template in each direction, for its sigma
+constexpr int kTranslationIterations = 4;  // from: guard, ends by convergence
+constexpr int kIterations = 20;            // from: guard, ends by convergence
+constexpr float kConverged = 0.003f;       // px; from: derivation, a tenth of the least sigma of a place
+constexpr float kLargestStep = 2.0f;       // px; from: guard
+constexpr int kParts = 4;                  // of a template in each direction, for its sigma
 
 Eigen::Vector2f Bent(const PatchBend& bend, const Eigen::Vector2f& point) {
   const float u = point.x(), v = point.y();
@@ -171,7 +171,7 @@ float PatchTemplate::VarianceOfParts(const Eigen::VectorXf& residual, const Eige
   for (const Eigen::Matrix<float, 6, 1>& gradient : gradients)
     variance += (to_pixel * gradient).squaredNorm();
   // The fit takes up six of the parts.
-  constexpr float kLeft = 1.0f - 6.0f / (kParts * kParts);
+  constexpr float kLeft = 1.0f - 6.0f / (kParts * kParts);  // from: derivation
   return 0.5f * variance / kLeft;
 }
 

@@ -21,8 +21,9 @@ inline Eigen::Vector2f FromLevel(const Eigen::Vector2f& pixel, int level) {
 // The surroundings of a feature, cut out of one level of the pyramid. Coordinates below are relative to
 // `corner`.
 struct Patch {
+  // from: derivation.
   static constexpr int kHalf = 28;  // a template of radius 7 twice as large, turned a little, and shifted
-  static constexpr int kSide = 2 * kHalf + 1;
+  static constexpr int kSide = 2 * kHalf + 1;  // from: derivation
   int level = 0;
   Eigen::Vector2i corner = Eigen::Vector2i::Zero();  // px of the level, of values[0]
   Eigen::Vector2f feature = Eigen::Vector2f::Zero();

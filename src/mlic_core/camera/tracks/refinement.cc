@@ -15,7 +15,7 @@
 namespace mlic {
 namespace {
 
-constexpr int kLevels = 6;
+constexpr int kLevels = 6;  // from: structural
 
 // The warp from patch to patch that the features' own scales and angles give.
 Eigen::Matrix2f WarpOfFeatures(const FeatureSet& a, int feature_a, int level_a, const FeatureSet& b,

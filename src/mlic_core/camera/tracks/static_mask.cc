@@ -54,7 +54,7 @@ cv::Mat FindStaticPixels(const CameraRecording& recording, const std::vector<Key
   } else {
     allowed = recording.mask != 0;
   }
-  constexpr std::size_t kFewest = 8;
+  constexpr std::size_t kFewest = 8;  // from: guard
   if (keyframes.size() < kFewest) return allowed;
 
   const std::size_t count = std::min<std::size_t>(keyframes.size(), std::max(options.images, 1));

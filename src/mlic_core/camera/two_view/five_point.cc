@@ -10,7 +10,7 @@ namespace {
 
 // Polynomials in x, y, z up to degree 3 by their coefficients of
 //   xxx xxy xxz xyy xyz xzz yyy yyz yzz zzz  xx xy xz yy yz zz  x y z 1.
-constexpr int kMonomials = 20, kQuadratic = 10, kLinear = 16;
+constexpr int kMonomials = 20, kQuadratic = 10, kLinear = 16;  // from: structural
 using Polynomial = Eigen::Matrix<double, kMonomials, 1>;
 
 // Where the product of two monomials stands; -1 beyond degree 3.

@@ -4,7 +4,7 @@
 
 namespace mlic {
 
-constexpr int kMostEssentialMatrices = 10;
+constexpr int kMostEssentialMatrices = 10;  // from: paper, Nister 2004
 
 // The essential matrices E with b_i . (E a_i) = 0 for five pairs of bearings, of Frobenius norm sqrt(2).
 // Returns how many (0 to 10) were written to `solutions`. The ten cubic constraints on the null space of the

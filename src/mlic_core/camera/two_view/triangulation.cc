@@ -9,7 +9,7 @@ namespace mlic {
 namespace {
 
 // Pairs of rays tried as a start where not all observations agree.
-constexpr int kMostPairs = 60;
+constexpr int kMostPairs = 60;  // from: guard, time
 
 struct NormalEquations {
   Eigen::Matrix3d H = Eigen::Matrix3d::Zero();

@@ -17,11 +17,11 @@ namespace {
 
 // Errors of the angle between R a and b have the noise of two bearings in two directions, those of the
 // epipolar error of one bearing in one: the same share of them lies within this many times as much.
-constexpr double kRotationErrorFactor = 1.6;
+constexpr double kRotationErrorFactor = 1.6;  // from: derivation
 
 // Samples drawn even where the first already explain nearly all: theirs may lie badly.
-constexpr int kFewestIterations = 50;
-constexpr int kMostRefinements = 10;
+constexpr int kFewestIterations = 50;  // from: guard
+constexpr int kMostRefinements = 10;   // from: guard
 
 // Of the matches that a rotation does not explain this share at most meets the epipolar constraint of the
 // luckiest translation by chance; and a few more prove nothing.

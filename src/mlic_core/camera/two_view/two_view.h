@@ -17,9 +17,10 @@ struct TwoViewOptions {
   // Translation counts as shown when it explains, beyond what a rotation alone and chance do, at least this
   // share of the inliers.
   double least_share_with_parallax = 0.02;
-  int most_iterations = 1000;
+  int most_iterations = 1000;  // from: guard, time and chance of failure
+  // from: guard, time and chance of failure.
   double confidence = 0.9999;  // of having drawn one sample without outliers
-  std::uint64_t seed = 1;
+  std::uint64_t seed = 1;      // from: structural
 };
 
 struct TwoViewGeometry {

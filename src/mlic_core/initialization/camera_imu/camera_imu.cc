@@ -14,9 +14,10 @@ namespace mlic {
 namespace {
 
 constexpr double kLargestScaleSigma = 0.05;  // relative
-constexpr double kNoGuessSigma = 2.0;        // m, of a lever arm
-constexpr double kPart = 15.0;               // s, of a drive that is solved first
-constexpr double kPartStep = 5.0;            // s
+// from: guard, longer than the lever arms of a rig.
+constexpr double kNoGuessSigma = 2.0;  // m, of a lever arm
+constexpr double kPart = 15.0;         // s, of a drive that is solved first
+constexpr double kPartStep = 5.0;      // s
 
 void SetImuSigma(const Rig& rig, const Dataset& dataset, Initialization* result) {
   for (const Drive& drive : dataset.drives) {
@@ -138,6 +139,7 @@ double StrongestStart(const std::vector<ImuSample>& imu) {
 Part StrongestPart(const Dataset& dataset, const std::vector<TrackSet>& tracks) {
   const std::vector<ImuSample>& imu = dataset.drives[0].imu;
   const double start = StrongestStart(imu), end = start + kPart;
+  // from: definition, offsets up to 1 s and a little.
   constexpr double kLargestOffset = 1.1;  // s, of a camera's clock, and some
   Part part;
   part.dataset.drives.emplace_back();

@@ -9,8 +9,9 @@
 namespace mlic {
 namespace {
 
-constexpr double kLeastParallax = 0.002;  // rad; what turns less has no say but much rounding
-constexpr double kTypicalSpeed = 1.0;     // m/s; a common factor of all first distances only
+constexpr double kLeastParallax = 0.002;  // rad; what turns less has no say but much rounding; from: guard
+// from: structural, a common factor.
+constexpr double kTypicalSpeed = 1.0;  // m/s; a common factor of all first distances only
 
 bool MakeObservation(const KnownRotations& known, std::size_t drive, const Keyframe& keyframe,
                      const TrackObservation& seen, DirectionObservation* observation) {

@@ -176,7 +176,7 @@ void AddPriors(const PositionUnknowns& unknowns, const KnownRotations& known, co
         }
       }
       if (gravity == nullptr) continue;
-      constexpr double kLengthWeight = 1e6;
+      constexpr double kLengthWeight = 1e6;  // from: guard, as good as held
       const Eigen::Vector3d down = gravity->segment<3>(at).normalized();
       sum->corner.block<3, 3>(at, at) += kLengthWeight * down * down.transpose();
       sum->gradient_calibration.segment<3>(at) -= kLengthWeight * kGravity.norm() * down;

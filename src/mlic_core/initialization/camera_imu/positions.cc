@@ -13,10 +13,11 @@
 namespace mlic {
 namespace {
 
+// from: guard, time and memory.
 constexpr double kLongestTrack = 3.0;      // s; longer ones are cut, which keeps the band narrow
 constexpr double kLeastForceSigma = 0.02;  // m/s^2: rotations are not exact
-constexpr int kRounds = 12;
-constexpr int kConvexRounds = 5;
+constexpr int kRounds = 12;                // from: guard
+constexpr int kConvexRounds = 5;           // from: guard
 
 class PositionSolver {
  public:
@@ -74,7 +75,7 @@ class PositionSolver {
   }
 
   void AddObservations() {
-    constexpr std::size_t kChunks = 8;
+    constexpr std::size_t kChunks = 8;  // from: structural, parts of a sum
     std::vector<Accumulator> parts(
         kChunks, Accumulator(unknowns_.knot_scalars, unknowns_.bandwidth, unknowns_.border));
     ParallelChunks(observations_.size(), kChunks, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
@@ -100,7 +101,7 @@ class PositionSolver {
         DirectionObservation& observation = point.observations[i];
         const Eigen::Vector3d ray = position - centres[i];
         const double range = ray.norm(), along = observation.direction.dot(ray);
-        constexpr double kNearest = 0.05;  // m
+        constexpr double kNearest = 0.05;  // m; from: guard
         observation.distance = std::max(kNearest, range);
         const double error =
             along > 0.0 ? ray.cross(observation.direction).norm() / observation.distance : 1.0;
@@ -109,7 +110,7 @@ class PositionSolver {
     });
     std::vector<double> all;
     for (const auto& of_point : errors) all.insert(all.end(), of_point.begin(), of_point.end());
-    constexpr double kMedianOfNorm = 1.1774;  // of a standard normal 2-vector
+    constexpr double kMedianOfNorm = 1.1774;  // of a standard normal 2-vector; from: derivation
     const double sigma = std::max(0.25, Median(all) / kMedianOfNorm);
     std::size_t inliers = 0;
     for (std::size_t p = 0; p < observations_.size(); ++p) {

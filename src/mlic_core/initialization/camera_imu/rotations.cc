@@ -11,7 +11,7 @@ namespace mlic {
 namespace {
 
 constexpr double kSpacing = 0.02;  // s, of knots that follow the gyroscope
-constexpr int kTurns = 2;          // of alignment and bias
+constexpr int kTurns = 2;          // of alignment and bias; from: guard
 
 // The gyroscope's rotation as a trajectory that stands still.
 SplitSpline GyroTrajectory(const GyroIntegration& gyro) {

@@ -13,6 +13,8 @@
 namespace mlic {
 namespace {
 
+// Constants of this file, from: structural, how a picture looks.
+
 constexpr int kPanelWidth = 960;          // px, at most
 constexpr double kPhotoBrightness = 0.6;  // what is left of it under points
 constexpr int kFractionBits = 4;          // OpenCV draws at fractions of a pixel in fixed point

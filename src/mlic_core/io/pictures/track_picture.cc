@@ -11,6 +11,8 @@
 namespace mlic {
 namespace {
 
+// Constants of this file, from: structural, how a picture looks.
+
 // Blue, green, red.
 const cv::Scalar kTrackColour(255, 170, 60), kRingColour(120, 255, 160), kArrowColour(60, 60, 255);
 constexpr double kPhotoBrightness = 0.7;  // what is left of the photo's, for the lines to stand out

@@ -15,6 +15,8 @@
 namespace mlic {
 namespace {
 
+// Constants of this file, from: structural, how the report looks.
+
 constexpr double kWidth = 340.0;         // of a figure, in its own units
 constexpr int kFewestObservations = 10;  // of a cell whose mean error says something
 constexpr int kPictureWidth = 800;       // px

@@ -9,6 +9,8 @@
 namespace mlic {
 namespace {
 
+// Constants of this file, from: structural, how the report looks.
+
 // Size of the plots, and the frame that their axes leave.
 constexpr double kWidth = 340.0, kHeight = 150.0;
 constexpr double kLeft = 34.0, kRight = 10.0, kTop = 8.0, kBottom = 30.0;

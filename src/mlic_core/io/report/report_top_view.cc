@@ -9,6 +9,8 @@
 namespace mlic {
 namespace {
 
+// Constants of this file, from: structural, how the report looks.
+
 constexpr int kLongSide = 1000;  // pixels
 constexpr int kShades = 3;       // by the number of points in a pixel
 

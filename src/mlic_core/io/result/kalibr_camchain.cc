@@ -9,6 +9,7 @@
 namespace mlic {
 namespace {
 
+// from: definition, docs/outputs.md.
 constexpr double kLargestMeanError = 0.2;  // px, of a camera that is written as a model with fewer terms
 
 // An intrinsic model in Kalibr's words; no camera_model where Kalibr has none that fits.

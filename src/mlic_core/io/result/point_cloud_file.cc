@@ -7,7 +7,7 @@
 namespace mlic {
 
 void WritePointCloudFile(const std::filesystem::path& path, const std::vector<MapPoint>& points) {
-  constexpr std::size_t kPointBytes = 24;
+  constexpr std::size_t kPointBytes = 24;  // from: structural
   const std::string count = std::to_string(points.size());
   std::string content =
       "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z intensity lidar plane\n"

@@ -13,7 +13,7 @@
 namespace mlic {
 namespace {
 
-constexpr std::size_t kMostPoints = 100000000;
+constexpr std::size_t kMostPoints = 100000000;  // from: guard, memory
 
 struct Field {
   std::string name;

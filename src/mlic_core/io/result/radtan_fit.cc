@@ -7,10 +7,10 @@
 namespace mlic {
 namespace {
 
-constexpr int kColumns = 40, kRows = 30;
-constexpr std::size_t kFewestRays = 100;  // fewer say nothing about an image
-constexpr int kIterations = 20;
-constexpr int kFree = 8;  // fx fy cx cy k1 k2 p1 p2
+constexpr int kColumns = 40, kRows = 30;  // from: structural, a grid that is dense against distortion
+constexpr std::size_t kFewestRays = 100;  // fewer say nothing about an image; from: guard
+constexpr int kIterations = 20;           // from: guard, ends by convergence
+constexpr int kFree = 8;                  // fx fy cx cy k1 k2 p1 p2; from: structural
 
 struct Ray {
   Eigen::Vector3d bearing;

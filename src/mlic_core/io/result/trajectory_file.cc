@@ -11,7 +11,7 @@
 namespace mlic {
 namespace {
 
-constexpr TimeNs kNanosecondsPerSecond = 1000000000;
+constexpr TimeNs kNanosecondsPerSecond = 1000000000;  // from: structural
 
 // Integer arithmetic: a double holds no nanoseconds of today's clock.
 std::string SecondsText(TimeNs time) {

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kRadiansPerDegree = M_PI / 180.0;
 // A sensor farther from the IMU than this is a file in millimetres, not a vehicle.
-constexpr double kLargestLeverArm = 100.0;
+constexpr double kLargestLeverArm = 100.0;  // from: guard
 
 void CheckName(const YamlReader& sensor) {
   const std::string& name = sensor.Name();
