@@ -47,7 +47,7 @@ std::string KeyframesCsv(const std::vector<CameraKeyframes>& keyframes) {
 // What the joint adjustment started from, for comparisons.
 void WriteInitialCalibration(const fs::path& path, const CalibrationResult& result) {
   CalibrationResult initial;
-  initial.reasons = {"as it stood before the joint adjustment: to compare with, not to use"};
+  initial.reasons = {"the state before the joint adjustment: for comparison, not for use"};
   initial.imu_frame_id = result.imu_frame_id;
   initial.sensors = result.initial_sensors;
   WriteCalibrationFile(path, initial);

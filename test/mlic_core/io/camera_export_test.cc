@@ -62,7 +62,7 @@ TEST(KalibrCamchain, ModelsPosesAndTimeShiftFollowKalibr) {
                     Camera("fisheye", CameraModel::kEquidistant, {300, 301, 640, 400, 1, 2, 3, 4}),
                     Camera("sphere", CameraModel::kDoubleSphere, {300, 301, 640, 400, 0.1, 0.6})};
   const std::string text = KalibrCamchainText(result);
-  EXPECT_TRUE(Contains(text, "# k3 is left out"));
+  EXPECT_TRUE(Contains(text, "# k3 is omitted"));
   const YAML::Node chain = YAML::Load(text);
   ASSERT_EQ(chain.size(), 3u);
   EXPECT_EQ(chain["cam0"]["camera_model"].as<std::string>(), "pinhole");
@@ -114,7 +114,7 @@ TEST(CameraReport, HeldIntrinsicsAreMarked) {
   CalibrationResult result = SampleResult();
   const std::string table = CameraTable(result);
   EXPECT_TRUE(Contains(table, "<small>fx</small>369.50<small>&plusmn; 0.110</small>"));
-  EXPECT_TRUE(Contains(table, "<small>k3</small>0.000000<small>&plusmn; 0.0003000 <b>held</b></small>"));
+  EXPECT_TRUE(Contains(table, "<small>k3</small>0.000000<small>&plusmn; 0.0003000 <b>fixed</b></small>"));
   EXPECT_TRUE(Contains(table, "readout, ms</small>22.100"));
   result.sensors.resize(3);
   EXPECT_EQ(CameraTable(result), "");

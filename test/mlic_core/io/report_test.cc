@@ -18,13 +18,13 @@ std::string ReportOf(const CalibrationResult& result) {
   return ReadFile(directory.Path() / "report.html");
 }
 
-TEST(Report, TrustedSaysSoFirstAndMarksWhatWasHeld) {
+TEST(Report, TrustedSaysSoFirstAndMarksWhatIsUnobservable) {
   const std::string html = ReportOf(SampleResult());
   EXPECT_LT(html.find("<h1>Trusted</h1>"), html.find("front_lidar"));
-  EXPECT_TRUE(Contains(html, "<b>held</b>"));
+  EXPECT_TRUE(Contains(html, "<b>unobservable</b>"));
   EXPECT_TRUE(Contains(html, "the common z of all LiDARs"));
   EXPECT_TRUE(Contains(html, "data:image/png;base64,"));
-  EXPECT_TRUE(Contains(html, "translation along (0.00, 0.02, 1.00), held to &plusmn; 100.0 mm"));
+  EXPECT_TRUE(Contains(html, "translation along (0.00, 0.02, 1.00), known to &plusmn; 100.0 mm"));
   EXPECT_TRUE(Contains(html, "1423 planes"));
 }
 
@@ -65,7 +65,7 @@ TEST(Report, CamerasAreShownByCellsAndOnThePhoto) {
   // Nine of ten mean errors are below 0.08 px and a cell is 80 px wide.
   EXPECT_TRUE(Contains(html, "arrows: mean errors &times; 1000"));
   EXPECT_TRUE(Contains(html, "data:image/jpeg;base64,"));
-  EXPECT_TRUE(Contains(html, "512 places of the LiDAR map that no solve used: off by 0.31 px"));
+  EXPECT_TRUE(Contains(html, "512 held-out matches with the LiDAR map: off by 0.31 px"));
   result.views.clear();
   result.residuals.pop_back();
   EXPECT_EQ(ReportOf(result).find("Camera residuals"), std::string::npos);

@@ -28,7 +28,7 @@ th{color:var(--soft);font-weight:600;text-align:left;padding:5px 9px;white-space
 td{padding:5px 9px;border-top:1px solid var(--line);vertical-align:top}
 .n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}
 td small{display:block;color:var(--soft);font-size:11px}
-.held{background:#fff4dc}.held b{color:#9a6700}
+.marked{background:#fff4dc}.marked b{color:#9a6700}
 i{display:inline-block;width:11px;height:11px;border-radius:3px;margin-right:6px}
 .note,.none{color:var(--soft);font-size:12px;margin:8px 0 0}
 .legend{margin:8px 0 0;font-size:13px}.legend span{margin-right:18px}

@@ -113,9 +113,8 @@ std::string CameraResiduals(const CalibrationResult& result) {
     if (card.empty()) continue;
     if (sensor.held_out) {
       card += "<p class=\"note\">" + std::to_string(sensor.held_out->count) +
-              " places of the LiDAR map that no solve used: off by " +
-              FixedNumber(sensor.held_out->median, 2) + " px in the median, " +
-              FixedNumber(sensor.held_out->rms, 2) + " px rms</p>\n";
+              " held-out matches with the LiDAR map: off by " + FixedNumber(sensor.held_out->median, 2) +
+              " px in the median, " + FixedNumber(sensor.held_out->rms, 2) + " px rms</p>\n";
     }
     html += "<div class=\"card\"><h3><i style=\"background:" + SensorColor(i) + "\"></i>" +
             EscapeXml(sensor.name) + "</h3>\n" + card + "</div>\n";

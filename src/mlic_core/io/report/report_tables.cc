@@ -18,26 +18,28 @@ std::string Cell(const std::string& content, const std::string& style = "") {
   return (style.empty() ? "<td>" : "<td class=\"" + style + "\">") + content + "</td>";
 }
 
-// A value with its sigma below it; held: not shown by the data.
-std::string ValueCell(const std::string& value, const std::string& sigma, bool observable) {
-  return Cell(value + "<small>&plusmn; " + sigma + (observable ? "" : " <b>held</b>") + "</small>",
-              observable ? "n" : "n held");
+// A value with its sigma and, where there is one, a mark below it.
+std::string ValueCell(const std::string& value, const std::string& sigma, const std::string& mark = "") {
+  return Cell(value + "<small>&plusmn; " + sigma + (mark.empty() ? "" : " <b>" + mark + "</b>") + "</small>",
+              mark.empty() ? "n" : "n marked");
 }
+
+std::string MarkOf(bool observable) { return observable ? "" : "unobservable"; }
 
 std::string PoseCells(const RigidTransform& pose, const PoseSigma& sigma,
                       const std::array<bool, 3>& translation, const std::array<bool, 3>& rotation) {
   std::string cells;
   for (int k = 0; k < 3; ++k) {
     cells += ValueCell(FixedNumber(pose.translation[k], 4),
-                       FixedNumber(1e3 * sigma.translation[k], 2) + " mm", translation[k]);
+                       FixedNumber(1e3 * sigma.translation[k], 2) + " mm", MarkOf(translation[k]));
   }
   const Eigen::Vector3d rpy = kDegreesPerRadian * ToRollPitchYaw(pose.rotation);
   const Eigen::Vector3d millidegrees = 1e3 * kDegreesPerRadian * sigma.rotation;
   for (int k = 0; k < 3; ++k) cells += Cell(FixedNumber(rpy[k], 3), "n");
   for (int k = 0; k < 3; ++k) {
     cells += Cell("<small>&plusmn; " + FixedNumber(millidegrees[k], 1) + " m&deg;" +
-                      (rotation[k] ? "" : " <b>held</b>") + "</small>",
-                  rotation[k] ? "n" : "n held");
+                      (rotation[k] ? "" : " <b>unobservable</b>") + "</small>",
+                  rotation[k] ? "n" : "n marked");
   }
   return cells;
 }
@@ -51,13 +53,13 @@ std::string DirectionLine(const SensorResult& sensor, const UnobservableDirectio
   const std::string name = "<li><b>" + EscapeXml(sensor.name) + "</b>: ";
   switch (direction.quantity) {
     case UnobservableDirection::Quantity::kTranslation:
-      return name + "translation along (" + Vector(direction.direction, 2) + "), held to &plusmn; " +
+      return name + "translation along (" + Vector(direction.direction, 2) + "), known to &plusmn; " +
              FixedNumber(1e3 * direction.sigma, 1) + " mm</li>\n";
     case UnobservableDirection::Quantity::kRotation:
-      return name + "rotation about (" + Vector(direction.direction, 2) + "), held to &plusmn; " +
+      return name + "rotation about (" + Vector(direction.direction, 2) + "), known to &plusmn; " +
              FixedNumber(kDegreesPerRadian * direction.sigma, 2) + "&deg;</li>\n";
     case UnobservableDirection::Quantity::kTimeOffset:
-      return name + "time offset, held to &plusmn; " + FixedNumber(1e3 * direction.sigma, 2) + " ms</li>\n";
+      return name + "time offset, known to &plusmn; " + FixedNumber(1e3 * direction.sigma, 2) + " ms</li>\n";
   }
   return "";
 }
@@ -84,16 +86,17 @@ std::string IntrinsicsCells(const SensorResult& sensor) {
   std::string cells;
   for (std::size_t k = 0; k < values.size() && k < names.size(); ++k) {
     const int decimals = k < 4 ? 2 : 6;  // pixels; shares of the radius
-    const bool held = k < sensor.intrinsics_fixed.size() && sensor.intrinsics_fixed[k];
+    const bool fixed = k < sensor.intrinsics_fixed.size() && sensor.intrinsics_fixed[k];
     const std::string sigma = k < sensor.intrinsics_sigma.size()
                                   ? FixedNumber(sensor.intrinsics_sigma[k], decimals + 1)
                                   : std::string("?");
-    cells += ValueCell("<small>" + names[k] + "</small>" + FixedNumber(values[k], decimals), sigma, !held);
+    cells += ValueCell("<small>" + names[k] + "</small>" + FixedNumber(values[k], decimals), sigma,
+                       fixed ? "fixed" : "");
   }
   if (sensor.rolling_shutter_readout) {
     const std::string sigma = sensor.readout_sigma ? FixedNumber(1e3 * *sensor.readout_sigma, 3) : "?";
     cells += ValueCell("<small>readout, ms</small>" + FixedNumber(1e3 * *sensor.rolling_shutter_readout, 3),
-                       sigma, true);
+                       sigma);
   }
   return cells;
 }
@@ -105,7 +108,8 @@ const char* const kPoseHeader =
 }  // namespace
 
 std::string SensorTable(const CalibrationResult& result) {
-  if (result.sensors.empty()) return "<p class=\"none\">No sensor's pose in the IMU's frame was shown.</p>\n";
+  if (result.sensors.empty())
+    return "<p class=\"none\">No sensor's pose in the IMU's frame is observable.</p>\n";
   std::string html = std::string("<div class=\"wide\"><table><tr><th>sensor</th>") + kPoseHeader +
                      "<th>time offset, ms</th></tr>\n";
   std::string directions;
@@ -116,7 +120,8 @@ std::string SensorTable(const CalibrationResult& result) {
     html += PoseCells(sensor.calibration.T_imu_sensor, sensor.sigma, sensor.translation_observable,
                       sensor.rotation_observable);
     html += ValueCell(FixedNumber(1e3 * sensor.calibration.time_offset, 3),
-                      FixedNumber(1e3 * sensor.sigma.time_offset, 3) + " ms", sensor.time_offset_observable);
+                      FixedNumber(1e3 * sensor.sigma.time_offset, 3) + " ms",
+                      MarkOf(sensor.time_offset_observable));
     html += "</tr>\n";
     for (const UnobservableDirection& direction : sensor.unobservable) {
       directions += DirectionLine(sensor, direction);
@@ -127,9 +132,10 @@ std::string SensorTable(const CalibrationResult& result) {
       "axes. Sigmas: "
       "one standard deviation along and about the IMU's axes. t_imu = t_sensor + time offset.</p>\n";
   if (directions.empty())
-    return html + "<p class=\"note\">The drive showed every direction of every sensor.</p>\n";
-  return html + "<p>The drive did not show these; they stand at the guess:</p><ul>\n" + directions +
-         "</ul>\n";
+    return html + "<p class=\"note\">Every direction of these sensors is observable.</p>\n";
+  return html +
+         "<p>These directions are unobservable in this drive; the given guess decides them:</p><ul>\n" +
+         directions + "</ul>\n";
 }
 
 std::string CameraTable(const CalibrationResult& result) {
@@ -142,7 +148,8 @@ std::string CameraTable(const CalibrationResult& result) {
   return "<div class=\"wide\"><table>\n" + html +
          "</table></div>\n<p class=\"note\">Pixels for focal lengths and centre (a pixel's centre is at "
          "whole "
-         "coordinates). Held: not shown by the drive, or held by the rig file; it stands at its guess.</p>\n";
+         "coordinates). Fixed: not determined by the drive, or fixed in the rig file; the value is the "
+         "initial one.</p>\n";
 }
 
 std::string PairTable(const CalibrationResult& result) {

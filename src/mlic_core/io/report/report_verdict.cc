@@ -36,7 +36,7 @@ std::string Tiles(const CalibrationResult& result) {
     if (sensor.time_offset_observable) offset = std::max(offset, sensor.sigma.time_offset);
   }
   std::string html =
-      "<div class=\"tiles\">" + Tile(std::to_string(result.sensors.size()), "sensors tied to the IMU");
+      "<div class=\"tiles\">" + Tile(std::to_string(result.sensors.size()), "sensors calibrated");
   if (!result.sensors.empty()) {
     html += Tile(FixedNumber(kDegreesPerRadian * rotation, 4) + "&deg;", "largest &sigma; of a rotation");
     html +=
@@ -67,23 +67,24 @@ std::string List(const std::vector<std::string>& lines) {
 }  // namespace
 
 std::string VerdictBlock(const CalibrationResult& result) {
-  const bool held = std::any_of(result.sensors.begin(), result.sensors.end(),
-                                [](const SensorResult& sensor) { return !sensor.unobservable.empty(); });
+  const bool unobservable =
+      std::any_of(result.sensors.begin(), result.sensors.end(),
+                  [](const SensorResult& sensor) { return !sensor.unobservable.empty(); });
   std::string html = std::string("<section class=\"verdict ") + (result.trusted ? "trusted" : "refused") +
                      "\">\n<h1>" + (result.trusted ? "Trusted" : "Refused") + "</h1>\n<p class=\"lead\">";
   if (!result.trusted) {
-    html += "Do not use this calibration: the recording does not show it, or a check failed.</p>\n" +
+    html += "Do not use this calibration: the recording does not determine it, or a check failed.</p>\n" +
             List(result.reasons.empty() ? std::vector<std::string>{"no reason was given; see log.txt"}
                                         : result.reasons);
-  } else if (held) {
+  } else if (unobservable) {
     html +=
-        "The calibration can be used. Some directions, marked <b>held</b> below, could not be seen in this "
-        "drive and "
-        "stand at the given guess.</p>\n";
+        "The calibration can be used. Some directions, marked <b>unobservable</b> below, are not determined "
+        "by "
+        "this drive: there the given guess decides.</p>\n";
   } else {
-    html += "The calibration can be used: the drive showed every direction of every sensor.</p>\n";
+    html += "The calibration can be used: the drive determines every direction of every sensor.</p>\n";
   }
-  if (!result.warnings.empty()) html += "<p>To know:</p>\n" + List(result.warnings);
+  if (!result.warnings.empty()) html += "<p>Warnings:</p>\n" + List(result.warnings);
   return html + Tiles(result) + "</section>\n";
 }
 
@@ -96,20 +97,20 @@ std::vector<std::string> NextSteps(const CalibrationResult& result) {
         "among "
         "walls and poles, for about a minute.");
     steps.push_back(
-        "Or give T_imu_sensor with sigma in the rig file: along what the drive does not show it is then "
-        "used.");
+        "Or give T_imu_sensor with sigma in the rig file: it decides the directions that the drive does not "
+        "determine.");
   }
   if (result.trusted && HasUnobservable(result, Quantity::kTranslation)) {
     steps.push_back(
-        "Translations that were held: measure them by ruler or drawing and give them in the rig file with "
+        "Unobservable translations: measure them by ruler or drawing and give them in the rig file with "
         "their "
         "sigma, or drive over kerbs and ramps so that the vehicle also rolls and pitches.");
   }
   if (HasUnobservable(result, Quantity::kRotation)) {
-    steps.push_back("Rotations that were held: turn about more than one axis, in both directions.");
+    steps.push_back("Unobservable rotations: turn about more than one axis, in both directions.");
   }
   if (HasUnobservable(result, Quantity::kTimeOffset)) {
-    steps.push_back("Time offsets that were held: change the rate of turning quickly, several times.");
+    steps.push_back("Unobservable time offsets: change the rate of turning quickly, several times.");
   }
   for (const ResidualSummary& residual : result.residuals) {
     if (residual.inlier_share < 0.8) {

@@ -81,7 +81,7 @@ std::string KalibrCamchainText(const CalibrationResult& result) {
     const CameraIntrinsics& camera = *sensor.intrinsics;
     const KalibrModel model = ToKalibr(camera);
     if (model.camera_model.empty()) {
-      text += "# " + sensor.name + " is left out: Kalibr has no " +
+      text += "# " + sensor.name + " is omitted: Kalibr has no " +
               CameraModelNames()[static_cast<std::size_t>(camera.model)] + " with all its terms\n";
       continue;
     }

@@ -43,7 +43,7 @@ RigidTransform ParsePose(const YamlReader& pose) {
 Eigen::Vector3d ParseSigma(const YamlReader& sigma, const std::string& meaning) {
   const Eigen::Vector3d values = sigma.Vector3(meaning);
   if (values.minCoeff() <= 0.0) {
-    sigma.Fail("a standard deviation must be positive; to hold a sensor in place use fixed: true");
+    sigma.Fail("a standard deviation must be positive; to keep a sensor where it is use fixed: true");
   }
   return values;
 }
@@ -82,7 +82,7 @@ void ParseSensor(const YamlReader& sensor, Config* config, bool* enabled) {
   }
   config->fixed = sensor.Has("fixed") && sensor.Get("fixed").Flag();
   if (config->fixed && !config->guess) {
-    sensor.Get("fixed").Fail("a fixed sensor is held at its T_imu_sensor; give T_imu_sensor too");
+    sensor.Get("fixed").Fail("a fixed sensor stays at its T_imu_sensor; give T_imu_sensor too");
   }
 }
 
