@@ -53,7 +53,7 @@ struct AngularRateAlignment {
 
 // Time offset, rotation and gyroscope bias of a LiDAR to the IMU from the LiDAR's odometry (T_odom_lidar on
 // the LiDAR's clock) and the gyroscope. No guess is needed for the offset (up to 1 s) nor, if the motion
-// turns about more than one axis, for the rotation.
+// turns about more than one axis, for the rotation. docs/method.md, section 7.1.
 //
 // The correlation of angular velocities finds the peaks; from the highest ones (at least 0.9 of the best)
 // Gauss-Newton with a redescending loss goes on, and the one with the least residuals stays. The poses are

@@ -47,7 +47,7 @@ struct GravityLeverArm {
 // Gravity, accelerometer bias and lever arm from a LiDAR's odometry (T_odom_lidar on the LiDAR's clock) and
 // the IMU, when offset (t_imu = t_lidar + time_offset) and gyroscope bias are known, and the rotation up to
 // rotation_covariance (small left rotations in the IMU frame, rad^2, as AngularRateAlignment gives it; zero
-// holds the rotation). Errors of offset and bias are not in the covariances.
+// fixes the rotation). Errors of offset and bias are not in the covariances. docs/method.md, section 7.2.
 //
 // Positions, never their second derivatives: poses are cut into segments of 2 s with a free position p_0 and
 // velocity v_0 of the IMU and a small tilt delta of the segment's orientation R_c (within what the odometry's

@@ -11,7 +11,7 @@
 namespace mlic {
 
 // LiDAR odometry of one LiDAR alone, after KISS-ICP (Vizzo et al., RA-L 2023): constant-velocity de-skew,
-// adaptive threshold, voxel hash map, robust registration.
+// adaptive threshold, voxel hash map, robust registration. docs/method.md, section 5.
 
 // T_odom_lidar at time `time` (seconds since the drive's epoch, LiDAR clock): the middle of the scan.
 struct OdometryPose {

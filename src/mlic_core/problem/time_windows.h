@@ -7,16 +7,16 @@
 
 namespace mlic {
 
-// Seconds over which one plane ties control points. Sigmas are 1 to 5 percent larger than without this limit.
+// Seconds over which one plane couples control points. Sigmas grow by 1 to 5 percent (docs/benchmark.md).
 constexpr double kLongestCoupling = 20.0;
 // The same of points that cameras see: with fewer observations each, they lose more by being cut.
 constexpr double kLongestPointCoupling = 30.0;
 
-// A landmark ties all control points of the times at which it is seen to each other, so that a few walls seen
-// again and again over a long drive would make the normal equations dense: cubic in the drive's length. Here
-// what is seen of a landmark over more than `longest` seconds becomes several landmarks, one for each such
-// stretch from its first observation on; all start where the one was, and come in order of time. What is
-// given up is that the trajectory closes its loops over longer times, which tells a calibration next to
+// A landmark couples all control points of the times at which it is seen to each other, so that a few walls
+// seen again and again over a long drive would make the normal equations dense: cubic in the drive's length.
+// Here what is seen of a landmark over more than `longest` seconds becomes several landmarks, one for each
+// such stretch from its first observation on; all start where the one was, and come in order of time. What is
+// given up is that the trajectory closes its loops over longer times, which adds to a calibration next to
 // nothing (docs/benchmark.md); within a stretch all sensors still share their landmarks. Stretches with
 // too few observations to fix a landmark are left out. Planes come from the voxel map for such stretches
 // already (plane_association.h). origins: for each new point the old one. Points with a LiDAR observation

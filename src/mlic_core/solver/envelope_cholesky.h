@@ -13,7 +13,7 @@ namespace mlic {
 //
 // Column j of A holds nothing below row reach(j), and neither does that of L: an ordering by time keeps the
 // cost at size * reach^2. Stored as columns of tiles, each as tall as its reach. All sums run in an order of
-// their own, whatever the number of threads.
+// their own, whatever the number of threads. docs/method.md, section 6.
 class EnvelopeMatrix {
  public:
   // reach: last row of each column that may differ from zero, at least the column itself; made monotonous

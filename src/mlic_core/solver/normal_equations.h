@@ -8,9 +8,9 @@ namespace mlic {
 
 // Normal equations H x = -g of the joint problem with the structure that the problem has: control points
 // banded in time, bordered by the calibration, with 3-parameter landmarks (planes, points) that are
-// eliminated first. Eliminating a landmark ties all control points that saw it. As long as no landmark is
+// eliminated first. Eliminating a landmark couples all control points that saw it. As long as no landmark is
 // seen over more than a part of a drive, columns end early (EnvelopeMatrix), and time and memory grow with
-// the drive's length, not with its cube and square.
+// the drive's length, not with its cube and square. docs/method.md, section 6.
 struct Accumulator {
   // Sums over the control points' columns from first_knot on, `knots` of them (scalars).
   Accumulator(int knots, int bandwidth, int calibration, int first_knot = 0);
@@ -39,7 +39,7 @@ struct Accumulator {
   double cost = 0.0;  // sum of robust squared whitened residuals
 };
 
-// What one landmark adds: its own block, and its ties to control points and calibration.
+// What one landmark adds: its own block, and its couplings to control points and calibration.
 struct LandmarkCoupling {
   Eigen::Matrix3d own = Eigen::Matrix3d::Zero();
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();

@@ -53,7 +53,7 @@ void SubtractFromCorner(const std::vector<LandmarkCoupling>& landmarks,
   for (const Eigen::MatrixXd& sum : sums) *corner -= sum;
 }
 
-// The ties of one tile of control points to the landmarks that are seen there, by the landmarks' inverse
+// The couplings of one tile of control points to the landmarks that are seen there, by the landmarks' inverse
 // roots: three columns for each landmark.
 struct TileRows {
   std::vector<int> landmarks;  // ascending

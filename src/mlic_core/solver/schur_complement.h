@@ -9,7 +9,7 @@
 namespace mlic {
 
 // Takes out of the normal equations what the landmarks' own parameters explain: minus the sum over landmarks
-// of W own^-1 W^T, where W holds a landmark's ties.
+// of W own^-1 W^T, where W holds a landmark's couplings. docs/method.md, section 6.
 
 // A: the control points with the border of calibration and gradient (last row); corner: of the border itself,
 // lower triangle.

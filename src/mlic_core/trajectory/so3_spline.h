@@ -14,7 +14,7 @@ namespace mlic {
 // Perturbations are on the right: control points R_j * Exp(delta_j), value R * Exp(rho). Derivatives by the
 // O(order) recursions of Sommer et al. (CVPR 2020), restated for right perturbations. What depends on pairs
 // of neighbouring control points only is computed once after each change and shared by all evaluations in
-// between.
+// between. docs/method.md, section 2.
 class So3Spline {
  public:
   So3Spline() = default;

@@ -19,7 +19,8 @@ struct ImuDisagreement {
 
 // The stretches of all drives whose seconds are beyond least_ratio and stand out from the drive's others (a
 // bias that wanders raises all of them). A trajectory that odometry lost for some seconds and that the map
-// did not catch shows so: its points find planes elsewhere or none, and only the IMU tells.
+// did not catch shows so: its points find planes elsewhere or none, and only the IMU shows it.
+// docs/method.md, section 12.
 std::vector<ImuDisagreement> FindImuDisagreements(const Dataset& dataset, const CalibrationState& state,
                                                   const std::vector<ImuSigma>& sigmas, double least_ratio);
 

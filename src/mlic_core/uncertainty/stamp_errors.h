@@ -8,7 +8,7 @@ namespace mlic {
 
 // How well one time offset serves all scans of a LiDAR, or all images of a camera. Stamps that a host gives
 // on arrival jitter, clocks drift and jump: then single scans disagree with the trajectory by more than their
-// residuals' noise, each by a time of its own.
+// residuals' noise, each by a time of its own. docs/method.md, section 11.
 struct StampErrors {
   // By how much the scans' own time errors scatter more than their noise allows, one by one or over a few
   // seconds together: the mean of (error / its sigma)^2, never less than one. The calibration's variances are

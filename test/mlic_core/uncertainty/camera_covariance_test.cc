@@ -30,7 +30,7 @@ CameraCalibration TrueCamera() {
   return camera;
 }
 
-// An error of a observation that is not white, px, by its time and pixel.
+// An error of an observation that is not white, px, by its time and pixel.
 using CommonError = std::function<Eigen::Vector2d(double, const Eigen::Vector2d&)>;
 
 struct Case {

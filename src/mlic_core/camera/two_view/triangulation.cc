@@ -29,7 +29,7 @@ double SquaredError(const BearingObservation& observation, const Eigen::Vector3d
   return error * error / (observation.sigma * observation.sigma);
 }
 
-// Residual of a observation: (I - d d^T) p / |p| / sigma, whose two tangent components are the errors; the
+// Residual of an observation: (I - d d^T) p / |p| / sigma, whose two tangent components are the errors; the
 // third adds nothing.
 NormalEquations Build(const std::vector<BearingObservation>& observations, const std::vector<bool>& used,
                       const Eigen::Vector3d& point) {
