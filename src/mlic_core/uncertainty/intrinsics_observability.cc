@@ -9,9 +9,8 @@ namespace mlic {
 namespace {
 
 // px, rms over all observations: what the residuals of parts of an image have in common beyond their noise,
-// as far as it looks like a tangential term. (Parts of the image share 0.02 px on kitti_0005, 0.006 and less
-// hand-held, 0.03 to 0.08 on a simulated car.) With it p2 could be off by 2 to 4 times kUsualTangential on
-// kitti_0005, by 0.6 with small hand-held images of 12 s, by 0.3 with larger ones of 20 s.
+// as far as it looks like a tangential term (docs/cameras.md). Parts of an image share 0.006 to 0.08 px in
+// all.
 constexpr double kPatternError = 0.01;
 constexpr double kUsualTangential = 1e-3;  // size of the tangential terms of lenses
 constexpr int kTangential[] = {6, 7};      // their places
