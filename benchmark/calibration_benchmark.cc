@@ -19,7 +19,8 @@
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/initialization/lidar_imu.h"
 #include "mlic_core/lidar/scan_filter.h"
-#include "mlic_core/pipeline/refinement.h"
+#include "mlic_core/pipeline/joint_adjustment.h"
+#include "mlic_core/pipeline/lidar_adjustment.h"
 #include "mlic_sim/simulation.h"
 
 namespace mlic {
@@ -102,12 +103,12 @@ std::vector<Errors> RunOnce(const Case& test, double duration, std::uint64_t see
                              ": no start: " + (start.problems.empty() ? "" : start.problems.front()));
   }
   record(start.state);
-  Refinement refinement(rig, dataset, std::move(start), never, nobody);
-  if (rig.lidars.size() > 1) refinement.AdjustEachLidar([](double) {}, [](const std::string&) {});
-  record(refinement.state());
-  refinement.AdjustJointly(
-      0.1, [](double) {}, [](const std::string&) {});
-  record(refinement.state());
+  const AdjustmentContext context{rig, dataset, nobody, {never}};
+  Adjustment adjustment = StartAdjustment(rig, dataset, std::move(start));
+  if (rig.lidars.size() > 1) adjustment = AdjustEachLidar(std::move(adjustment), context);
+  record(adjustment.state);
+  adjustment = AdjustJointly(std::move(adjustment), context, {});
+  record(adjustment.state);
   return stages;
 }
 

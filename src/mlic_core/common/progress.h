@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <string>
 
 #include "mlic_core/common/error.h"
@@ -27,6 +28,14 @@ class ProgressSink {
   virtual ~ProgressSink() = default;
   // stage: what is being done, for people; fraction: done part of this stage, 0 to 1.
   virtual void OnProgress(const std::string& stage, double fraction) = 0;
+};
+
+// Who watches one piece of long work: it may be cancelled, and reports its done share (0 to 1) and lines for
+// the log.
+struct Monitor {
+  const CancellationToken& cancellation;
+  std::function<void(double)> progress = [](double) {};
+  std::function<void(const std::string&)> line = [](const std::string&) {};
 };
 
 }  // namespace mlic

@@ -6,7 +6,8 @@
 #include "mlic_core/initialization/camera_imu/camera_imu.h"
 #include "mlic_core/initialization/lidar_imu.h"
 #include "mlic_core/pipeline/camera_stages.h"
-#include "mlic_core/pipeline/refinement.h"
+#include "mlic_core/pipeline/joint_adjustment.h"
+#include "mlic_core/pipeline/lidar_adjustment.h"
 #include "mlic_core/pipeline/stage_clock.h"
 #include "mlic_core/problem/joint_problem.h"
 #include "mlic_core/summary/result_assembly.h"
@@ -62,43 +63,69 @@ Initialization InitializationStage(const StageContext& context, CameraInitializa
   return start;
 }
 
-void Keep(const Refinement& refinement, const StageClock& stage, const std::string& name, StageStore& store) {
-  RefinementProgress progress = refinement.Checkpoint();
-  progress.lines = stage.lines();
-  store.Save(name, progress);
+AdjustmentContext ContextOf(const StageContext& context, StageClock* stage) {
+  return {context.rig,
+          context.dataset,
+          context.observer,
+          {context.cancellation, [stage](double fraction) { stage->Progress(fraction); },
+           [stage](const std::string& text) { stage->Line(text); }}};
 }
 
-void LidarAdjustmentStage(const StageContext& context, Refinement* refinement) {
-  constexpr const char* kName = "lidar_adjustment";
+// What an earlier run kept of the stage, or the adjustment as it is.
+Adjustment TakeOver(Adjustment adjustment, const std::string& name, StageStore& store, bool* found) {
+  Adjustment kept = adjustment;
+  *found = store.Load(name, &kept);
+  return *found ? kept : adjustment;
+}
+
+void Keep(Adjustment adjustment, const StageClock& stage, const std::string& name, StageStore& store) {
+  adjustment.lines = stage.lines();
+  store.Save(name, adjustment);
+}
+
+Adjustment LidarAdjustmentStage(const StageContext& context, Adjustment adjustment) {
+  constexpr const char* kFile = "lidar_adjustment";
   StageClock stage("plane adjustment of each LiDAR", context);
-  const auto line = [&](const std::string& text) { stage.Line(text); };
-  RefinementProgress kept;
-  if (context.store.Load(kName, &kept)) {
-    refinement->Restore(kept);
-    stage.TakeOver(kept.lines);
+  const AdjustmentContext of_stage = ContextOf(context, &stage);
+  bool found;
+  adjustment = TakeOver(std::move(adjustment), kFile, context.store, &found);
+  if (found) {
+    stage.TakeOver(adjustment.lines);
   } else {
-    refinement->AdjustEachLidar([&](double fraction) { stage.Progress(fraction); }, line);
-    Keep(*refinement, stage, kName, context.store);
+    adjustment = AdjustEachLidar(std::move(adjustment), of_stage);
+    Keep(adjustment, stage, kFile, context.store);
   }
-  refinement->RejectLostLidars(line);
+  RejectLostLidars(of_stage, &adjustment);
+  return adjustment;
+}
+
+const char* FileOf(Landmarks landmarks) {
+  switch (landmarks) {
+    case Landmarks::kNone:
+      return "joint_adjustment";
+    case Landmarks::kTracks:
+      return "joint_adjustment_cameras";
+    case Landmarks::kTracksAndMap:
+      return "joint_calibration";
+  }
+  return "";
 }
 
 // last: no other adjustment follows, so that it goes on until the calibration stands still.
-void JointAdjustmentStage(const StageContext& context, const std::string& name, const std::string& file,
-                          bool last, Refinement* refinement) {
-  StageClock stage(name, context);
-  RefinementProgress kept;
-  if (context.store.Load(file, &kept)) {
-    refinement->Restore(kept);
-    stage.TakeOver(kept.lines, " up to round " + std::to_string(kept.rounds));
-  }
-  const auto line = [&](const std::string& text) { stage.Line(text); };
-  refinement->AdjustJointly(
-      last ? 0.1 : 1.0, [&](double fraction) { stage.Progress(fraction); }, line,
-      [&] { Keep(*refinement, stage, file, context.store); });
-  if (!last) return;
-  if (refinement->matched_map()) refinement->MeasureHeldOut(line);
-  refinement->MeasureCorrelation(line);
+Adjustment JointAdjustmentStage(const StageContext& context, Landmarks landmarks, bool last,
+                                Adjustment adjustment) {
+  StageClock stage(NameOf(landmarks), context);
+  const AdjustmentContext of_stage = ContextOf(context, &stage);
+  bool found;
+  adjustment = TakeOver(std::move(adjustment), FileOf(landmarks), context.store, &found);
+  if (found) stage.TakeOver(adjustment.lines, " up to round " + std::to_string(adjustment.rounds.done));
+  JointOptions options;
+  options.landmarks = landmarks;
+  options.until = last ? 0.1 : 1.0;
+  options.after_round = [&](const Adjustment& now) { Keep(now, stage, FileOf(landmarks), context.store); };
+  adjustment = AdjustJointly(std::move(adjustment), of_stage, options);
+  if (last) MeasureUncertainty(of_stage, &adjustment);
+  return adjustment;
 }
 
 void AddReasons(const CameraInitialization& cameras, CalibrationResult* result) {
@@ -119,10 +146,10 @@ void LookFirst(const StageContext& context, const std::vector<CameraStart>& intr
   }
 }
 
-void CameraStages(const StageContext& context, const std::vector<CameraStart>& intrinsics,
-                  CameraInitialization cameras, const std::vector<ImageFeatures>& features,
-                  Refinement* refinement) {
-  CalibrationState state = refinement->state();
+Adjustment CameraStages(const StageContext& context, const std::vector<CameraStart>& intrinsics,
+                        CameraInitialization cameras, const std::vector<ImageFeatures>& features,
+                        Adjustment adjustment) {
+  CalibrationState state = adjustment.state;
   const bool map = !context.rig.lidars.empty();
   if (map && cameras.cameras.size() > 1) LookFirst(context, intrinsics, features, state, &cameras);
   state.cameras = cameras.cameras;
@@ -131,17 +158,15 @@ void CameraStages(const StageContext& context, const std::vector<CameraStart>& i
     SharedCameraStage(context, SharedPass::kAll, intrinsics, tracks, state, &cameras);
     AddReasons(cameras, context.result);
   }
-  refinement->AddCameras(cameras, tracks);
-  JointAdjustmentStage(context, "joint adjustment with cameras", "joint_adjustment_cameras", !map,
-                       refinement);
-  if (!map) return;
-  refinement->MatchMap();
-  JointAdjustmentStage(context, "joint calibration on the map", "joint_calibration", true, refinement);
+  AddCameras(context.rig, cameras, tracks, &adjustment);
+  adjustment = JointAdjustmentStage(context, Landmarks::kTracks, !map, std::move(adjustment));
+  if (!map) return adjustment;
+  return JointAdjustmentStage(context, Landmarks::kTracksAndMap, true, std::move(adjustment));
 }
 
-void ResultStage(const StageContext& context, const Refinement& refinement) {
+void ResultStage(const StageContext& context, const Adjustment& adjustment) {
   StageClock stage("result", context);
-  AssembleResult(context.rig, context.dataset, refinement, context.result);
+  AssembleResult(context.rig, context.dataset, adjustment, context.result);
 }
 
 // The LiDARs first, then the cameras on their trajectory, then all.
@@ -157,21 +182,20 @@ void CalibrateFromLidars(const StageContext& context) {
   }
   result->warnings = start.problems;
   const bool cameras = !context.rig.cameras.empty();
-  Refinement refinement(context.rig, context.dataset, std::move(start), context.cancellation,
-                        context.observer);
-  if (context.rig.lidars.size() > 1) LidarAdjustmentStage(context, &refinement);
-  JointAdjustmentStage(context, "joint adjustment", "joint_adjustment", !cameras, &refinement);
+  Adjustment adjustment = StartAdjustment(context.rig, context.dataset, std::move(start));
+  if (context.rig.lidars.size() > 1) adjustment = LidarAdjustmentStage(context, std::move(adjustment));
+  adjustment = JointAdjustmentStage(context, Landmarks::kNone, !cameras, std::move(adjustment));
   if (cameras) {
     std::vector<CameraStart> intrinsics = StartFromRig(context.rig, context.dataset);
-    const auto features = FeatureStage(context, intrinsics, refinement.state());
+    const auto features = FeatureStage(context, intrinsics, adjustment.state);
     const auto tracks = TrackStage(context, intrinsics, features);
     ColmapStage(context, tracks, &intrinsics);
     const CameraInitialization found =
-        CameraInitializationStage(context, intrinsics, tracks, refinement.state());
+        CameraInitializationStage(context, intrinsics, tracks, adjustment.state);
     AddReasons(found, result);
-    CameraStages(context, intrinsics, found, features, &refinement);
+    adjustment = CameraStages(context, intrinsics, found, features, std::move(adjustment));
   }
-  ResultStage(context, refinement);
+  ResultStage(context, adjustment);
 }
 
 // The trajectory comes from the cameras themselves and the IMU.
@@ -188,10 +212,9 @@ void CalibrateFromCameras(const StageContext& context) {
   CalibrationResult* result = context.result;
   result->reasons = start.problems;
   if (start.state.drives.size() < context.dataset.drives.size()) return FinishRefused(result);
-  Refinement refinement(context.rig, context.dataset, std::move(start), context.cancellation,
-                        context.observer);
-  CameraStages(context, intrinsics, std::move(cameras), features, &refinement);
-  ResultStage(context, refinement);
+  Adjustment adjustment = StartAdjustment(context.rig, context.dataset, std::move(start));
+  adjustment = CameraStages(context, intrinsics, std::move(cameras), features, std::move(adjustment));
+  ResultStage(context, adjustment);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -54,5 +55,12 @@ struct Drive {
 struct Dataset {
   std::vector<Drive> drives;
 };
+
+// Of all drives together.
+inline std::size_t ImuSampleCount(const Dataset& dataset) {
+  std::size_t count = 0;
+  for (const Drive& drive : dataset.drives) count += drive.imu.size();
+  return count;
+}
 
 }  // namespace mlic

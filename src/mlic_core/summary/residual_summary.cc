@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mlic_core/pipeline/refinement.h"
-
 namespace mlic {
 namespace {
 
@@ -117,17 +115,17 @@ std::vector<ResidualSummary> SummarizeCameraResiduals(const Rig& rig, const Cali
 }
 
 std::vector<ResidualSummary> SummarizeResiduals(const Rig& rig, const Dataset& dataset,
-                                                const Refinement& refinement) {
-  const CalibrationState& state = refinement.state();
+                                                const Adjustment& adjustment) {
+  const CalibrationState& state = adjustment.state;
   const SplitSpline& trajectory = state.drives[0].trajectory;
-  const ImuSigma& imu = refinement.problem().imu_sigma[0];
+  const ImuSigma& imu = adjustment.problem.imu_sigma[0];
   const double start = trajectory.Start(), end = trajectory.End();
   std::vector<ResidualCollector> collectors;
   for (std::size_t l = 0; l < rig.lidars.size(); ++l) {
-    collectors.emplace_back(rig.lidars[l].name, "m", refinement.noise()[l].Sigma(1.0), start, end);
+    collectors.emplace_back(rig.lidars[l].name, "m", adjustment.plane_noise[l].Sigma(1.0), start, end);
   }
-  if (!refinement.problem().planes.empty()) {
-    const PlaneAssociation& planes = refinement.problem().planes[0];
+  if (!adjustment.problem.planes.empty()) {
+    const PlaneAssociation& planes = adjustment.problem.planes[0];
     const std::vector<float> distances = PlaneResiduals(planes, state, 0);
     for (std::size_t k = 0; k < distances.size(); ++k) {
       const PlaneObservation& o = planes.observations[k];
@@ -147,8 +145,8 @@ std::vector<ResidualSummary> SummarizeResiduals(const Rig& rig, const Dataset& d
   }
   std::vector<ResidualSummary> summaries;
   for (ResidualCollector& collector : collectors) summaries.push_back(collector.Finish());
-  if (!refinement.problem().landmarks.empty()) {
-    for (ResidualSummary& summary : SummarizeCameraResiduals(rig, state, refinement.problem().landmarks[0])) {
+  if (!adjustment.problem.landmarks.empty()) {
+    for (ResidualSummary& summary : SummarizeCameraResiduals(rig, state, adjustment.problem.landmarks[0])) {
       summaries.push_back(std::move(summary));
     }
   }

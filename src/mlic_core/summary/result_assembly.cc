@@ -6,7 +6,6 @@
 #include <cstdio>
 
 #include "mlic_core/initialization/guess_check.h"
-#include "mlic_core/pipeline/refinement.h"
 #include "mlic_core/problem/observability_limits.h"
 #include "mlic_core/summary/camera_views.h"
 #include "mlic_core/summary/map_projections.h"
@@ -109,15 +108,15 @@ std::vector<std::string> Judge(const Sensor& config, const ObservabilityAnalysis
 }
 
 // Cameras that found nothing of the map keep what tracks say of them.
-void WarnOfUnmatched(const Rig& rig, const Refinement& refinement, CalibrationResult* result) {
+void WarnOfUnmatched(const Rig& rig, const Adjustment& adjustment, CalibrationResult* result) {
   std::vector<std::size_t> matches(rig.cameras.size(), 0);
-  for (const LandmarkSet& set : refinement.problem().landmarks) {
+  for (const LandmarkSet& set : adjustment.problem.landmarks) {
     for (std::size_t p = 0; p < set.points.size(); ++p) {
       if (set.IsOnMap(p)) ++matches[set.observations[set.begin[p]].camera];
     }
   }
   for (std::size_t c = 0; c < matches.size(); ++c) {
-    if (matches[c] > 0 || !refinement.cameras_found()[c]) continue;
+    if (matches[c] > 0 || !adjustment.cameras.found[c]) continue;
     result->warnings.push_back(
         rig.cameras[c].name +
         ": its photos do not match the LiDAR map; its result rests on image tracks alone");
@@ -140,10 +139,10 @@ void DoubtTimesFromAzimuth(const Dataset& dataset, ObservabilityAnalysis* analys
 }
 
 // A LiDAR that was not aligned and came to rest where its scans contradict the trajectory.
-bool DoesNotFit(const Refinement& refinement, std::size_t lidar) {
+bool DoesNotFit(const Adjustment& adjustment, std::size_t lidar) {
   constexpr double kExcess = 2.0;
-  return refinement.unaligned_lidars()[lidar] && !refinement.stamp_errors().empty() &&
-         refinement.stamp_errors()[lidar].excess > kExcess;
+  return adjustment.unaligned_lidars[lidar] && !adjustment.scale.stamps.empty() &&
+         adjustment.scale.stamps[lidar].excess > kExcess;
 }
 
 template <typename Config>
@@ -178,11 +177,11 @@ void WarnOfStamps(const std::vector<Sensor>& sensors, const std::vector<StampErr
 }
 
 // Where the IMU contradicts the trajectory something is lost, and sigmas say nothing.
-void JudgeImuAgreement(const Dataset& dataset, const Refinement& refinement, CalibrationResult* result) {
+void JudgeImuAgreement(const Dataset& dataset, const Adjustment& adjustment, CalibrationResult* result) {
   // White noise gives at most 3 in an hour; trajectories that were lost gave 17 and 35.
   constexpr double kNotable = 8.0, kTooMuch = 12.0;
   for (const ImuDisagreement& found :
-       FindImuDisagreements(dataset, refinement.state(), refinement.problem().imu_sigma, kNotable)) {
+       FindImuDisagreements(dataset, adjustment.state, adjustment.problem.imu_sigma, kNotable)) {
     char text[320];
     std::snprintf(text, sizeof(text),
                   "drive %zu, %.0f to %.0f s: the %s contradicts the trajectory by %.2g %s (%.0f times its "
@@ -223,29 +222,23 @@ std::vector<PairResult> MakePairs(const std::vector<Sensor>& sensors, const std:
 
 }  // namespace
 
-std::size_t ImuSampleCount(const Dataset& dataset) {
-  std::size_t count = 0;
-  for (const Drive& drive : dataset.drives) count += drive.imu.size();
-  return count;
-}
-
 void FinishRefused(CalibrationResult* result) {
   result->trusted = false;
   result->peak_memory_megabytes = PeakMemoryMegabytes();
 }
 
-void AssembleResult(const Rig& rig, const Dataset& dataset, const Refinement& refinement,
+void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& adjustment,
                     CalibrationResult* result) {
-  const CalibrationState& state = refinement.state();
-  ObservabilityAnalysis analysis = refinement.Analyze();
+  const CalibrationState& state = adjustment.state;
+  ObservabilityAnalysis analysis = Analyze(adjustment, dataset);
   DoubtTimesFromAzimuth(dataset, &analysis);
   const std::vector<Sensor> sensors = AllSensors(rig, state);
   const std::size_t lidars = state.lidars.size();
-  const std::vector<bool>& found = refinement.cameras_found();
+  const std::vector<bool>& found = adjustment.cameras.found;
   std::vector<bool> shown, lost;
   for (std::size_t s = 0; s < sensors.size(); ++s) {
     const bool is_lidar = s < lidars;
-    lost.push_back(is_lidar ? refinement.rejected_lidars()[s] || DoesNotFit(refinement, s)
+    lost.push_back(is_lidar ? adjustment.rejected_lidars[s] || DoesNotFit(adjustment, s)
                             : !found[s - lidars]);
     std::vector<std::string> reasons;
     if (is_lidar && lost[s]) reasons = {WhyRejected(rig.lidars[s])};
@@ -253,20 +246,20 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Refinement& re
     shown.push_back(!lost[s] && reasons.empty());
     result->reasons.insert(result->reasons.end(), reasons.begin(), reasons.end());
   }
-  if (lidars > 0 && refinement.problem().planes[0].planes.size() < 20) {
+  if (lidars > 0 && adjustment.problem.planes[0].planes.size() < 20) {
     result->reasons.push_back("the map has hardly any planes; record near buildings or in a furnished hall");
   }
-  if (refinement.unsettled() > 0.5) {
+  if (adjustment.rounds.unsettled > 0.5) {
     char text[200];
     std::snprintf(text, sizeof(text),
                   "the calibration does not stand still: the last round moved it by %.1f of its sigma, which "
                   "the sigmas here include",
-                  refinement.unsettled());
+                  adjustment.rounds.unsettled);
     result->warnings.push_back(text);
   }
-  JudgeImuAgreement(dataset, refinement, result);
-  WarnOfStamps(sensors, refinement.stamp_errors(), &result->warnings);
-  if (refinement.matched_map()) WarnOfUnmatched(rig, refinement, result);
+  JudgeImuAgreement(dataset, adjustment, result);
+  WarnOfStamps(sensors, adjustment.scale.stamps, &result->warnings);
+  if (adjustment.rounds.landmarks == Landmarks::kTracksAndMap) WarnOfUnmatched(rig, adjustment, result);
   result->trusted = result->reasons.empty();
   for (std::size_t s = 0; s < sensors.size(); ++s) {
     if (!shown[s]) continue;
@@ -278,10 +271,10 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Refinement& re
     const std::size_t c = s - lidars;
     WarnOfGuess(rig.cameras[c], result->sensors.back().calibration, &result->warnings);
     AddIntrinsics(state.cameras[c], analysis.cameras[c], &result->sensors.back());
-    const std::vector<HeldOutMatches>& held_out = refinement.held_out_errors();
+    const std::vector<HeldOutMatches>& held_out = adjustment.map.held_out_errors;
     if (c < held_out.size() && held_out[c].count > 0) result->sensors.back().held_out = held_out[c];
   }
-  result->initial_sensors = InitialSensors(rig, refinement.initial(), shown);
+  result->initial_sensors = InitialSensors(rig, adjustment.initial, shown);
   result->pairs = MakePairs(sensors, shown, lost, analysis);
   result->imu = state.Imu(0);
   result->gravity = kGravity;
@@ -291,15 +284,15 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Refinement& re
         SampleTrajectory(dataset.drives[d], trajectory, MapOrigin(trajectory), 0.01));
   }
   result->map =
-      SampleMap(state, refinement.problem().planes[0], MapOrigin(state.drives[0].trajectory), 2000000);
-  if (refinement.matched_map()) {
-    result->projections = ProjectOnPhotos(rig, dataset, refinement.cameras_before_map(), state,
-                                          refinement.problem().landmarks[0]);
+      SampleMap(state, adjustment.problem.planes[0], MapOrigin(state.drives[0].trajectory), 2000000);
+  if (adjustment.rounds.landmarks == Landmarks::kTracksAndMap) {
+    result->projections =
+        ProjectOnPhotos(rig, dataset, adjustment.map.cameras_before, state, adjustment.problem.landmarks[0]);
   }
-  result->residuals = SummarizeResiduals(rig, dataset, refinement);
-  if (!refinement.problem().landmarks.empty()) {
-    result->views = ChooseViews(rig, dataset.drives[0], state, refinement.problem().landmarks[0]);
-    result->keyframes = UsedKeyframes(rig, dataset, refinement.problem().landmarks);
+  result->residuals = SummarizeResiduals(rig, dataset, adjustment);
+  if (!adjustment.problem.landmarks.empty()) {
+    result->views = ChooseViews(rig, dataset.drives[0], state, adjustment.problem.landmarks[0]);
+    result->keyframes = UsedKeyframes(rig, dataset, adjustment.problem.landmarks);
   }
   result->peak_memory_megabytes = PeakMemoryMegabytes();
 }

@@ -55,13 +55,15 @@ std::vector<MapPoint> SampleMap(const CalibrationState& state, const PlaneAssoci
 }
 
 CalibrationSnapshot MakeSnapshot(const std::string& stage, int iteration, const Rig& rig,
-                                 const Dataset& dataset, const CalibrationState& state,
-                                 const PlaneAssociation& planes, const std::vector<PoseSigma>& sigmas,
-                                 double cost, const LandmarkSet& landmarks) {
+                                 const Dataset& dataset, const Adjustment& adjustment) {
+  const CalibrationState& state = adjustment.state;
+  const PlaneAssociation& planes = adjustment.problem.planes[0];
+  const LandmarkSet landmarks =
+      adjustment.problem.landmarks.empty() ? LandmarkSet() : adjustment.problem.landmarks[0];
   CalibrationSnapshot snapshot;
   snapshot.stage = stage;
   snapshot.iteration = iteration;
-  snapshot.cost = cost;
+  snapshot.cost = adjustment.last_solve.last_cost;
   for (const LidarConfig& lidar : rig.lidars) {
     snapshot.sensor_names.push_back(lidar.name);
     snapshot.sensor_frames.push_back(lidar.frame_id.empty() ? lidar.name : lidar.frame_id);
@@ -74,7 +76,7 @@ CalibrationSnapshot MakeSnapshot(const std::string& stage, int iteration, const 
     snapshot.sensors.push_back(state.cameras[c].sensor);
     snapshot.intrinsics.push_back(state.cameras[c].intrinsics);
   }
-  snapshot.sigmas = sigmas;
+  if (adjustment.last_solve.information.size() > 0) snapshot.sigmas = Analyze(adjustment, dataset).sigmas;
   const RigidTransform origin = MapOrigin(state.drives[0].trajectory);
   snapshot.trajectory = SampleTrajectory(dataset.drives[0], state.drives[0].trajectory, origin, 0.1);
   snapshot.points = SampleMap(state, planes, origin, 100000);

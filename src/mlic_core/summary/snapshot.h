@@ -6,6 +6,7 @@
 #include "mlic_core/problem/joint_problem.h"
 #include "mlic_core/result/observer.h"
 #include "mlic_core/result/result.h"
+#include "mlic_core/uncertainty/adjustment.h"
 
 namespace mlic {
 
@@ -20,10 +21,9 @@ std::vector<StampedPose> SampleTrajectory(const Drive& drive, const SplitSpline&
 std::vector<MapPoint> SampleMap(const CalibrationState& state, const PlaneAssociation& planes,
                                 const RigidTransform& origin, std::size_t largest);
 
-// The state as observers see it: the first drive's map (thinned out), planes, trajectory and landmarks.
+// The adjustment as observers see it: the first drive's map (thinned out), planes, trajectory and landmarks.
+// Without sigmas before the first joint solve.
 CalibrationSnapshot MakeSnapshot(const std::string& stage, int iteration, const Rig& rig,
-                                 const Dataset& dataset, const CalibrationState& state,
-                                 const PlaneAssociation& planes, const std::vector<PoseSigma>& sigmas,
-                                 double cost, const LandmarkSet& landmarks = LandmarkSet());
+                                 const Dataset& dataset, const Adjustment& adjustment);
 
 }  // namespace mlic

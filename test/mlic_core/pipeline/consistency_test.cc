@@ -13,7 +13,8 @@
 
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/initialization/lidar_imu.h"
-#include "mlic_core/pipeline/refinement.h"
+#include "mlic_core/pipeline/joint_adjustment.h"
+#include "mlic_core/pipeline/lidar_adjustment.h"
 #include "support/simulated_input.h"
 
 namespace mlic {
@@ -75,24 +76,22 @@ Errors CalibrationErrors(const std::string& sensors_file, sim::Scenario scenario
   const std::vector<DriveOdometry> odometry{RunDriveOdometry(rig, dataset.drives[0], never, [](double) {})};
   Initialization start = Initialize(rig, dataset, odometry, never);
   if (start.state.drives.empty()) throw std::runtime_error("no start");
-  Refinement refinement(rig, dataset, std::move(start), never, nobody);
-  const auto silent = [](const std::string&) {};
-  if (rig.lidars.size() > 1) refinement.AdjustEachLidar([](double) {}, silent);
-  constexpr double kUntil = 0.1;  // of a sigma
-  refinement.AdjustJointly(
-      kUntil, [](double) {}, silent);
-  refinement.MeasureCorrelation(silent);
+  const AdjustmentContext context{rig, dataset, nobody, {never}};
+  Adjustment adjustment = StartAdjustment(rig, dataset, std::move(start));
+  if (rig.lidars.size() > 1) adjustment = AdjustEachLidar(std::move(adjustment), context);
+  adjustment = AdjustJointly(std::move(adjustment), context, {});
+  MeasureUncertainty(context, &adjustment);
   Errors errors;
   errors.truth = sim::TrueCalibrations(input.sensors);
   errors.error.resize(7 * errors.truth.size());
   for (std::size_t l = 0; l < errors.truth.size(); ++l) {
-    const SensorCalibration &found = refinement.state().lidars[l], &truth = errors.truth[l];
+    const SensorCalibration &found = adjustment.state.lidars[l], &truth = errors.truth[l];
     errors.error.segment<3>(7 * l) =
         Log(found.T_imu_sensor.rotation * truth.T_imu_sensor.rotation.conjugate());
     errors.error.segment<3>(7 * l + 3) = found.T_imu_sensor.translation - truth.T_imu_sensor.translation;
     errors.error[7 * l + 6] = found.time_offset - truth.time_offset;
   }
-  errors.covariance = refinement.Analyze().covariance;
+  errors.covariance = Analyze(adjustment, dataset).covariance;
   return errors;
 }
 

@@ -110,26 +110,26 @@ TEST_F(StageResume, AStageThatCannotBeKeptDoesNotStopTheRun) {
 }
 
 TEST(SerializeStages, CutAndContradictingBytesAreNoStage) {
-  RefinementProgress progress;
-  progress.state.drives.resize(2);
-  for (DriveState& drive : progress.state.drives) {
+  Adjustment adjustment;
+  adjustment.state.drives.resize(2);
+  for (DriveState& drive : adjustment.state.drives) {
     const UniformKnots knots{0.0, 0.1, 5};
     drive.trajectory.rotation =
         So3Spline(knots, std::vector<Eigen::Quaterniond>(5, Eigen::Quaterniond::Identity()));
     drive.trajectory.position = PositionSpline(knots, std::vector<Eigen::Vector3d>(5, {1.0, 2.0, 3.0}));
   }
-  progress.state.cameras.resize(1);
-  progress.state.cameras[0].intrinsics.parameters = {1.0, 2.0};
-  progress.state.cameras[0].readout = 0.02;
-  progress.noise.resize(3);
-  progress.rounds = 4;
-  const std::vector<char> bytes = ToBytes(progress);
-  RefinementProgress copy;
+  adjustment.state.cameras.resize(1);
+  adjustment.state.cameras[0].intrinsics.parameters = {1.0, 2.0};
+  adjustment.state.cameras[0].readout = 0.02;
+  adjustment.plane_noise.resize(3);
+  adjustment.rounds.done = 4;
+  const std::vector<char> bytes = ToBytes(adjustment);
+  Adjustment copy;
   ASSERT_TRUE(FromBytes(bytes, &copy));
   EXPECT_EQ(ToBytes(copy), bytes);
   EXPECT_EQ(copy.state.drives[1].trajectory.Pose(0.1).translation, Eigen::Vector3d(1.0, 2.0, 3.0));
   EXPECT_EQ(copy.state.cameras[0].readout, 0.02);
-  EXPECT_EQ(copy.rounds, 4);
+  EXPECT_EQ(copy.rounds.done, 4);
   for (std::size_t size = 0; size < bytes.size(); size += 7) {
     EXPECT_FALSE(FromBytes(
         std::vector<char>(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size)), &copy));

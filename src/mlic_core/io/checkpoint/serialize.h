@@ -16,7 +16,7 @@ std::vector<char> ToBytes(const std::vector<OdometryResult>& odometry);
 std::vector<char> ToBytes(const CalibrationResult& result);
 std::vector<char> ToBytes(const DriveOdometry& odometry);
 std::vector<char> ToBytes(const Initialization& start);
-std::vector<char> ToBytes(const RefinementProgress& progress);
+std::vector<char> ToBytes(const Adjustment& adjustment);  // as StageStore keeps it
 std::vector<char> ToBytes(const ImageFeatures& features);
 std::vector<char> ToBytes(const TrackSet& tracks);
 std::vector<char> ToBytes(const CameraInitialization& cameras);  // without landmarks and information
@@ -27,7 +27,7 @@ bool FromBytes(const std::vector<char>& bytes, std::vector<OdometryResult>* odom
 bool FromBytes(const std::vector<char>& bytes, CalibrationResult* result);
 bool FromBytes(const std::vector<char>& bytes, DriveOdometry* odometry);
 bool FromBytes(const std::vector<char>& bytes, Initialization* start);
-bool FromBytes(const std::vector<char>& bytes, RefinementProgress* progress);
+bool FromBytes(const std::vector<char>& bytes, Adjustment* adjustment);
 bool FromBytes(const std::vector<char>& bytes, ImageFeatures* features);
 bool FromBytes(const std::vector<char>& bytes, TrackSet* tracks);
 bool FromBytes(const std::vector<char>& bytes, CameraInitialization* cameras);

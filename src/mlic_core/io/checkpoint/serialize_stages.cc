@@ -88,10 +88,13 @@ auto Members(LidarPointObservation& observation) {
 }
 
 auto Members(LandmarkSet& set) { return std::tie(set.points, set.observations, set.begin, set.lidar_points); }
-auto Members(RefinementProgress& progress) {
-  return std::tie(progress.state, progress.imu_sigma, progress.noise, progress.landmark_noise,
-                  progress.camera_fixed, progress.sigmas, progress.match_noise, progress.landmarks,
-                  progress.rounds, progress.points_per_scan, progress.lines, progress.held_out);
+auto Members(Adjustment& adjustment) {
+  return std::tie(adjustment.state, adjustment.plane_noise, adjustment.problem.imu_sigma,
+                  adjustment.problem.camera_fixed, adjustment.problem.landmarks,
+                  adjustment.cameras.landmark_options.noise, adjustment.cameras.sigmas,
+                  adjustment.map.cameras_before, adjustment.map.noise, adjustment.map.held_out,
+                  adjustment.rounds.landmarks, adjustment.rounds.done, adjustment.rounds.points_per_scan,
+                  adjustment.lines);
 }
 
 template <>
@@ -121,15 +124,15 @@ auto Members(CameraInitialization& cameras) {
 
 std::vector<char> ToBytes(const DriveOdometry& odometry) { return WrittenBytes(odometry); }
 std::vector<char> ToBytes(const Initialization& start) { return WrittenBytes(start); }
-std::vector<char> ToBytes(const RefinementProgress& progress) { return WrittenBytes(progress); }
+std::vector<char> ToBytes(const Adjustment& adjustment) { return WrittenBytes(adjustment); }
 std::vector<char> ToBytes(const ImageFeatures& features) { return WrittenBytes(features); }
 std::vector<char> ToBytes(const TrackSet& tracks) { return WrittenBytes(tracks); }
 std::vector<char> ToBytes(const CameraInitialization& cameras) { return WrittenBytes(cameras); }
 
 bool FromBytes(const std::vector<char>& bytes, DriveOdometry* odometry) { return ReadBytes(bytes, odometry); }
 bool FromBytes(const std::vector<char>& bytes, Initialization* start) { return ReadBytes(bytes, start); }
-bool FromBytes(const std::vector<char>& bytes, RefinementProgress* progress) {
-  return ReadBytes(bytes, progress);
+bool FromBytes(const std::vector<char>& bytes, Adjustment* adjustment) {
+  return ReadBytes(bytes, adjustment);
 }
 bool FromBytes(const std::vector<char>& bytes, ImageFeatures* features) { return ReadBytes(bytes, features); }
 bool FromBytes(const std::vector<char>& bytes, TrackSet* tracks) { return ReadBytes(bytes, tracks); }

@@ -27,13 +27,13 @@ void StageFiles::SaveAny(const std::string& stage, const T& value) {
 
 template bool StageFiles::LoadAny(const std::string&, DriveOdometry*);
 template bool StageFiles::LoadAny(const std::string&, Initialization*);
-template bool StageFiles::LoadAny(const std::string&, RefinementProgress*);
+template bool StageFiles::LoadAny(const std::string&, Adjustment*);
 template bool StageFiles::LoadAny(const std::string&, ImageFeatures*);
 template bool StageFiles::LoadAny(const std::string&, TrackSet*);
 template bool StageFiles::LoadAny(const std::string&, CameraInitialization*);
 template void StageFiles::SaveAny(const std::string&, const DriveOdometry&);
 template void StageFiles::SaveAny(const std::string&, const Initialization&);
-template void StageFiles::SaveAny(const std::string&, const RefinementProgress&);
+template void StageFiles::SaveAny(const std::string&, const Adjustment&);
 template void StageFiles::SaveAny(const std::string&, const ImageFeatures&);
 template void StageFiles::SaveAny(const std::string&, const TrackSet&);
 template void StageFiles::SaveAny(const std::string&, const CameraInitialization&);

@@ -20,9 +20,7 @@ class StageFiles : public StageStore {
 
   bool Load(const std::string& stage, DriveOdometry* odometry) override { return LoadAny(stage, odometry); }
   bool Load(const std::string& stage, Initialization* start) override { return LoadAny(stage, start); }
-  bool Load(const std::string& stage, RefinementProgress* progress) override {
-    return LoadAny(stage, progress);
-  }
+  bool Load(const std::string& stage, Adjustment* adjustment) override { return LoadAny(stage, adjustment); }
   bool Load(const std::string& stage, ImageFeatures* features) override { return LoadAny(stage, features); }
   bool Load(const std::string& stage, TrackSet* tracks) override { return LoadAny(stage, tracks); }
   bool Load(const std::string& stage, CameraInitialization* cameras) override {
@@ -31,9 +29,7 @@ class StageFiles : public StageStore {
 
   void Save(const std::string& stage, const DriveOdometry& odometry) override { SaveAny(stage, odometry); }
   void Save(const std::string& stage, const Initialization& start) override { SaveAny(stage, start); }
-  void Save(const std::string& stage, const RefinementProgress& progress) override {
-    SaveAny(stage, progress);
-  }
+  void Save(const std::string& stage, const Adjustment& adjustment) override { SaveAny(stage, adjustment); }
   void Save(const std::string& stage, const ImageFeatures& features) override { SaveAny(stage, features); }
   void Save(const std::string& stage, const TrackSet& tracks) override { SaveAny(stage, tracks); }
   void Save(const std::string& stage, const CameraInitialization& cameras) override {

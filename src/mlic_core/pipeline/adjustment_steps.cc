@@ -1,0 +1,101 @@
+#include "mlic_core/pipeline/adjustment_steps.h"
+
+#include <optional>
+#include <utility>
+
+#include "mlic_core/association/plane_association.h"
+#include "mlic_core/summary/snapshot.h"
+
+namespace mlic {
+namespace {
+
+// Of an observation of a landmark whose noise is its own, in its sigmas. That noise already makes wrong
+// observations count for little. Judged more strictly, observations that agree with the calibration as it
+// stands win over those that do not, and its errors grow from round to round. from: measured, paper rig,
+// seeds 1 to 3
+constexpr double kLargestOwnError = 8.0;
+
+}  // namespace
+
+Adjustment StartAdjustment(const Rig& rig, const Dataset& dataset, Initialization start) {
+  Adjustment adjustment;
+  adjustment.base_lidar = start.base_lidar;
+  adjustment.unaligned_lidars = std::move(start.unaligned);
+  adjustment.rejected_lidars.assign(rig.lidars.size(), false);
+  adjustment.state = std::move(start.state);
+  adjustment.initial.lidars = adjustment.state.lidars;
+  adjustment.given_imu_sigma = start.imu_sigma;
+  adjustment.plane_noise.resize(rig.lidars.size());
+  adjustment.rounds.points_per_scan = kFewPoints;
+  JointProblem& problem = adjustment.problem;
+  problem.dataset = &dataset;
+  problem.imu_sigma = std::move(start.imu_sigma);
+  for (const LidarConfig& lidar : rig.lidars) {
+    problem.guesses.push_back(lidar.fixed ? std::nullopt : lidar.guess);
+    problem.lidar_fixed.push_back(lidar.fixed);
+  }
+  return adjustment;
+}
+
+void AddCameras(const Rig& rig, const CameraInitialization& cameras, const std::vector<TrackSet>& tracks,
+                Adjustment* adjustment) {
+  CalibrationState& state = adjustment->state;
+  AdjustedCameras& adjusted = adjustment->cameras;
+  JointProblem& problem = adjustment->problem;
+  state.cameras = adjustment->initial.cameras = cameras.cameras;
+  adjusted.found = cameras.found;
+  adjusted.tracks = WithoutLostCameras(tracks, cameras.found);
+  // The cameras are not yet as right as single observations are sharp: the first round judges less strictly.
+  for (const LandmarkNoise& noise : cameras.noise) {
+    adjusted.landmark_options.noise.push_back({noise.spread * noise.dependence, 1.0});
+  }
+  adjusted.landmark_options.noise_of_each = true;
+  adjusted.landmark_options.largest_error = kLargestOwnError;
+  problem.camera_fixed = cameras.held;
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+    const CameraConfig& config = rig.cameras[c];
+    const bool still = config.fixed || !cameras.found[c];
+    problem.camera_guesses.push_back(config.fixed ? std::nullopt : config.guess);
+    adjusted.always_fixed.push_back({still, still, still, !cameras.found[c], {}});
+    adjusted.always_fixed.back().intrinsics.assign(state.cameras[c].intrinsics.parameters.size(),
+                                                   !cameras.found[c]);
+  }
+}
+
+void AssociateWithPlanes(const AdjustmentContext& context, const std::vector<bool>& lidars,
+                         std::size_t points_per_scan, Adjustment* adjustment) {
+  const Dataset& dataset = context.dataset;
+  AssociationOptions options;
+  options.root_voxel = RootVoxelSize(dataset.drives[0]);
+  options.points_per_scan = points_per_scan;
+  options.lidars = lidars;
+  std::vector<PlaneAssociation>& planes = adjustment->problem.planes;
+  planes.clear();
+  for (std::size_t d = 0; d < dataset.drives.size(); ++d) {
+    context.monitor.cancellation.ThrowIfCancelled();
+    planes.push_back(
+        AssociatePlanes(dataset.drives[d], adjustment->state, d, adjustment->plane_noise, options));
+  }
+}
+
+SolveSummary SolveAdjustment(const CancellationToken& cancellation, Adjustment* adjustment) {
+  JointProblem& problem = adjustment->problem;
+  SolveSummary summary = SolveJointProblem(problem, kSolverIterations, cancellation, &adjustment->state);
+  // Residuals to planes where the solve did not leave them would look like noise.
+  for (std::size_t d = 0; d < problem.planes.size(); ++d) {
+    problem.planes[d].planes = std::move(summary.planes[d]);
+  }
+  for (std::size_t d = 0; d < problem.landmarks.size(); ++d) {
+    problem.landmarks[d].points = std::move(summary.points[d]);
+  }
+  summary.planes.clear();
+  summary.points.clear();
+  return summary;
+}
+
+void ShowAdjustment(const AdjustmentContext& context, const std::string& stage, int iteration,
+                    const Adjustment& adjustment) {
+  context.observer.OnSnapshot(MakeSnapshot(stage, iteration, context.rig, context.dataset, adjustment));
+}
+
+}  // namespace mlic

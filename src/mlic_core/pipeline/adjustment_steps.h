@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "mlic_core/common/progress.h"
+#include "mlic_core/initialization/camera_on_trajectory.h"
+#include "mlic_core/initialization/lidar_imu.h"
+#include "mlic_core/result/observer.h"
+#include "mlic_core/uncertainty/adjustment.h"
+
+namespace mlic {
+
+// What the steps of an adjustment work on, and whom they report to.
+struct AdjustmentContext {
+  const Rig& rig;
+  const Dataset& dataset;
+  CalibrationObserver& observer;
+  Monitor monitor;
+};
+
+// Of each scan. The first rounds find the map with few points; the last ones measure with many.
+constexpr std::size_t kFewPoints = 800;
+
+// Of Gauss-Newton in each round: a stretch of trajectory that starts beside the map comes back in several.
+// from: guard, the solve ends by convergence
+constexpr int kSolverIterations = 6;
+
+// The initialisation's state with all LiDARs and no camera; nothing is associated yet. The dataset must
+// outlive it.
+Adjustment StartAdjustment(const Rig& rig, const Dataset& dataset, Initialization start);
+
+// The cameras found join with their tracks (of each drive).
+void AddCameras(const Rig& rig, const CameraInitialization& cameras, const std::vector<TrackSet>& tracks,
+                Adjustment* adjustment);
+
+// Ties points of the LiDARs that take part to planes of a map drawn with the state.
+void AssociateWithPlanes(const AdjustmentContext& context, const std::vector<bool>& lidars,
+                         std::size_t points_per_scan, Adjustment* adjustment);
+
+// Solves from the state as it is: state and landmarks move together.
+SolveSummary SolveAdjustment(const CancellationToken& cancellation, Adjustment* adjustment);
+
+// Shows the state to the observer.
+void ShowAdjustment(const AdjustmentContext& context, const std::string& stage, int iteration,
+                    const Adjustment& adjustment);
+
+}  // namespace mlic

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <functional>
+
+#include "mlic_core/pipeline/adjustment_steps.h"
+
+namespace mlic {
+
+struct JointOptions {
+  // Landmarks other than kNone need the adjustment's cameras (AddCameras), the map LiDARs as well.
+  Landmarks landmarks = Landmarks::kNone;
+  double until = 0.1;  // what of its sigma the calibration may still move by in the last round
+  // Called between two rounds: a run that goes on from there gives the same bits.
+  std::function<void(const Adjustment&)> after_round = [](const Adjustment&) {};
+};
+
+// For people: how the adjustment with these landmarks is called.
+const char* NameOf(Landmarks landmarks);
+
+// docs/method.md, section 8: one map of all LiDARs and all landmarks, everything moves. Association and solve
+// in turn until the calibration is settled. Goes on with the rounds of an adjustment whose rounds had the
+// same landmarks, else counts them anew.
+Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context,
+                         const JointOptions& options);
+
+// Once the calibration is settled: how well the map fits the photos where no solve looked, of the adjustment
+// with the map; and by what the information is too good. Sigmas grow by the latter.
+void MeasureUncertainty(const AdjustmentContext& context, Adjustment* adjustment);
+
+}  // namespace mlic

@@ -1,0 +1,60 @@
+#include "mlic_core/pipeline/lidar_adjustment.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "mlic_core/association/plane_association.h"
+#include "mlic_core/initialization/guess_check.h"
+
+namespace mlic {
+
+Adjustment AdjustEachLidar(Adjustment adjustment, const AdjustmentContext& context) {
+  constexpr int kRounds = 3;
+  const std::size_t lidars = context.rig.lidars.size(), base = adjustment.base_lidar;
+  std::vector<std::size_t> order{base};
+  for (std::size_t l = 0; l < lidars; ++l) {
+    if (l != base) order.push_back(l);
+  }
+  JointProblem& problem = adjustment.problem;
+  std::vector<PlaneNoise>& noise = adjustment.plane_noise;
+  const std::vector<bool> fixed = problem.lidar_fixed;
+  for (std::size_t k = 0; k < lidars; ++k) {
+    const std::size_t lidar = order[k];
+    std::vector<bool> only(lidars, false);
+    only[lidar] = true;
+    for (std::size_t l = 0; l < lidars; ++l) problem.lidar_fixed[l] = fixed[l] || l != lidar;
+    problem.fix_trajectory = lidar != base;
+    for (int round = 0; round < kRounds; ++round) {
+      AssociateWithPlanes(context, only, kFewPoints, &adjustment);
+      SolveAdjustment(context.monitor.cancellation, &adjustment);
+      noise = MeasurePlaneNoise(problem.planes, adjustment.state, noise);
+      context.monitor.progress((static_cast<double>(k) + (round + 1.0) / kRounds) /
+                               static_cast<double>(lidars));
+    }
+    char text[160];
+    std::snprintf(text, sizeof(text), "%s: %zu planes, points off them by %.1f mm",
+                  context.rig.lidars[lidar].name.c_str(), problem.planes[0].planes.size(),
+                  1e3 * noise[lidar].Sigma(1.0));
+    context.monitor.line(text);
+    ShowAdjustment(context, "plane adjustment of each LiDAR", static_cast<int>(k), adjustment);
+  }
+  problem.lidar_fixed = fixed;
+  problem.fix_trajectory = false;
+  // LiDARs still disagree by what their own adjustments could not see; the common map must bridge that.
+  for (PlaneNoise& of_lidar : noise) of_lidar.floor = std::max(of_lidar.floor, 0.05);
+  return adjustment;
+}
+
+void RejectLostLidars(const AdjustmentContext& context, Adjustment* adjustment) {
+  for (std::size_t l = 0; l < adjustment->unaligned_lidars.size(); ++l) {
+    const LidarConfig& config = context.rig.lidars[l];
+    if (!adjustment->unaligned_lidars[l] || config.fixed ||
+        !IsLostFromGuess(config, adjustment->state.lidars[l].T_imu_sensor)) {
+      continue;
+    }
+    adjustment->rejected_lidars[l] = adjustment->problem.lidar_fixed[l] = true;
+    context.monitor.line(config.name + ": left out, its planes lead far from where it started");
+  }
+}
+
+}  // namespace mlic

@@ -1,0 +1,48 @@
+#include "mlic_core/uncertainty/adjustment.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "mlic_core/geometry/so3.h"
+
+namespace mlic {
+
+double VarianceScale(const Adjustment& adjustment, const Dataset& dataset) {
+  const SolveSummary& solve = adjustment.last_solve;
+  const double residuals =
+      static_cast<double>(std::max<std::size_t>(1, solve.observations + 2 * solve.landmark_observations));
+  const double scatter = std::max(1.0, solve.last_cost / (residuals + 6.0 * ImuSampleCount(dataset)));
+  const double unsettled = adjustment.rounds.unsettled;
+  return scatter * adjustment.scale.correlation * (1.0 + unsettled * unsettled);
+}
+
+Eigen::MatrixXd ScaledInformation(const Adjustment& adjustment, const Dataset& dataset) {
+  return adjustment.last_solve.information / VarianceScale(adjustment, dataset);
+}
+
+ObservabilityAnalysis Analyze(const Adjustment& adjustment, const Dataset& dataset) {
+  return AnalyzeCalibration(adjustment.problem, adjustment.state, ScaledInformation(adjustment, dataset),
+                            adjustment.scale.cameras, VarianceScale(adjustment, dataset));
+}
+
+double ChangeInSigmas(const Adjustment& adjustment, const Dataset& dataset, const CalibrationState& before) {
+  if (adjustment.last_solve.information.size() == 0) return 1e9;
+  const CalibrationState& state = adjustment.state;
+  const ObservabilityAnalysis analysis = Analyze(adjustment, dataset);
+  double largest = 0.0;
+  const auto compare = [&](const SensorCalibration& a, const SensorCalibration& b, const PoseSigma& sigma) {
+    const Eigen::Vector3d rotation = Log(b.T_imu_sensor.rotation * a.T_imu_sensor.rotation.conjugate());
+    const Eigen::Vector3d translation = b.T_imu_sensor.translation - a.T_imu_sensor.translation;
+    largest = std::max(largest, rotation.cwiseQuotient(sigma.rotation).cwiseAbs().maxCoeff());
+    largest = std::max(largest, translation.cwiseQuotient(sigma.translation).cwiseAbs().maxCoeff());
+    largest = std::max(largest, std::abs(b.time_offset - a.time_offset) / sigma.time_offset);
+  };
+  const std::size_t lidars = state.lidars.size();
+  for (std::size_t l = 0; l < lidars; ++l) compare(before.lidars[l], state.lidars[l], analysis.sigmas[l]);
+  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
+    compare(before.cameras[c].sensor, state.cameras[c].sensor, analysis.sigmas[lidars + c]);
+  }
+  return largest;
+}
+
+}  // namespace mlic

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "mlic_core/association/point_landmarks.h"
+#include "mlic_core/camera/tracks/tracks.h"
+#include "mlic_core/lidar/plane_map.h"
+#include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/result/result.h"
+#include "mlic_core/uncertainty/camera_covariance.h"
+#include "mlic_core/uncertainty/observability.h"
+#include "mlic_core/uncertainty/stamp_errors.h"
+
+namespace mlic {
+
+// Which landmarks take part in a joint adjustment beside the LiDARs' planes: none, points of image tracks, or
+// these and places of the LiDAR map found in photos.
+enum class Landmarks { kNone, kTracks, kTracksAndMap };
+
+// The cameras of an adjustment. Empty until they join it.
+struct AdjustedCameras {
+  std::vector<bool> found;                          // of each camera: it takes part
+  std::vector<TrackSet> tracks;                     // of each drive
+  std::vector<FixedCameraParameters> always_fixed;  // of each camera: given, or not found
+  LandmarkOptions landmark_options;                 // its noise is that of the last round
+  std::vector<PoseSigma> sigmas;                    // of each camera against the base LiDAR, last solve
+};
+
+// What the photos' matches with the LiDAR map add. Empty before Landmarks::kTracksAndMap.
+struct MapMatching {
+  std::vector<CameraCalibration> cameras_before;  // the cameras when the first photos were matched
+  std::vector<double> noise;                      // of each camera, in the sigmas that matches claim
+  std::vector<LandmarkSet> held_out;              // of each drive: matches that no solve uses
+  std::vector<HeldOutMatches> held_out_errors;    // of each camera, once the calibration is settled
+};
+
+// How far the rounds of association and solve have come.
+struct JointRounds {
+  Landmarks landmarks = Landmarks::kNone;  // with which `done` counts
+  int done = 0;
+  std::size_t points_per_scan = 0;  // that take part in the map
+  // By how many of its sigmas the last round moved the calibration where rounds were over before it was
+  // settled, else 0: part of the sigmas.
+  double unsettled = 0.0;
+};
+
+// By what the last solve's information is too good, measured once the calibration is settled.
+struct CovarianceScale {
+  double correlation = 1.0;  // of variances, for errors that points share
+  CameraDoubt cameras;
+  std::vector<StampErrors> stamps;  // of each LiDAR, then of each camera; empty before
+};
+
+// A calibration while it is adjusted: what the rounds keep, what a checkpoint holds (serialize_stages.cc says
+// which part of it), and what summary/ makes the result from.
+struct Adjustment {
+  CalibrationState state;
+  CalibrationState initial;  // the sensors as the initialisation left them; without drives
+  std::size_t base_lidar = 0;
+  std::vector<bool> unaligned_lidars;  // of each LiDAR: see Initialization
+  std::vector<bool> rejected_lidars;   // of each LiDAR: takes no part, its planes lead far from its guess
+  JointProblem problem;
+  std::vector<ImuSigma> given_imu_sigma;  // of each drive, before residuals were measured
+  std::vector<PlaneNoise> plane_noise;    // of each LiDAR
+  AdjustedCameras cameras;
+  MapMatching map;
+  JointRounds rounds;
+  SolveSummary last_solve;
+  CovarianceScale scale;
+  std::vector<std::string> lines;  // what the present stage has reported so far
+};
+
+// By how much variances exceed those of the last solve's information: the mean squared whitened residual
+// where that is above one, the points' correlation, and what rounds still differ by.
+double VarianceScale(const Adjustment& adjustment, const Dataset& dataset);
+
+// The last solve's information of the calibration, divided by the VarianceScale.
+Eigen::MatrixXd ScaledInformation(const Adjustment& adjustment, const Dataset& dataset);
+
+// What the data show at the last linearisation, with sigmas that grow by the VarianceScale and, for cameras,
+// by camera_covariance.h.
+ObservabilityAnalysis Analyze(const Adjustment& adjustment, const Dataset& dataset);
+
+// Largest change of a sensor since `before`, in sigmas of the last solve; very large where there was none.
+double ChangeInSigmas(const Adjustment& adjustment, const Dataset& dataset, const CalibrationState& before);
+
+}  // namespace mlic
