@@ -161,7 +161,7 @@ std::string TableOf(const TruthComparison& comparison) {
   for (const PoseError& error : comparison.pairs) table += TableLine(error);
   for (const std::string& name : comparison.not_estimated) table += name + ": not calibrated\n";
   return table +
-         "x/s: root mean square of error / claimed sigma; *: direction not observable, held at the guess\n";
+         "x/s: root mean square of error / claimed sigma; *: unobservable direction, decided by the guess\n";
 }
 
 std::string CsvOf(const TruthComparison& comparison) {
