@@ -10,7 +10,7 @@ namespace mlic {
 namespace {
 
 constexpr double kPart = 160.0;  // px
-constexpr double kShare = 0.1;
+constexpr double kShare = 0.1;   // from: definition, docs/outputs.md
 
 bool IsHeldOut(const LandmarkObservation& o) {
   const auto number = [](double value) { return static_cast<std::uint64_t>(std::llround(value)); };

@@ -6,8 +6,9 @@
 namespace mlic {
 namespace {
 
-constexpr double kMedianOfNorm = 1.1774;  // of a standard normal 2-vector
-constexpr double kLargestNorm = 4.0;      // of a whitened residual that counts, in medians of normal ones
+constexpr double kMedianOfNorm = 1.1774;  // of a standard normal 2-vector; from: derivation
+// from: derivation, 4.7 sigma.
+constexpr double kLargestNorm = 4.0;  // of a whitened residual that counts, in medians of normal ones
 constexpr double kMostCorrelated = 0.7;
 
 // A whitened residual and the landmark's previous one of the same camera.

@@ -19,7 +19,7 @@ namespace {
 
 // A map whose returns are many pixels apart, or noisy in intensity, shows little at full resolution. At a
 // coarser level a pixel averages more of it. With fewer matches in a photo the next level is tried.
-constexpr int kCoarsestLevel = 2;
+constexpr int kCoarsestLevel = 2;  // from: measured, kitti_0005: a quarter of the resolution finds matches
 constexpr std::size_t kFewestInPhoto = 15;  // in the mean over a camera's photos of one window
 
 // One photo that is matched to a window's map, and what came of it.

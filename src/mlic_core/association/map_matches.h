@@ -16,7 +16,7 @@ struct MapMatchingOptions {
   // is then tied to LiDARs at nearly the same time, whatever the trajectory drifts by in between.
   double window = 12.0;              // s
   std::size_t views = 20;            // of each camera in all drives, spread over the windows
-  std::size_t map_points = 3000000;  // returns that one window's map is made of
+  std::size_t map_points = 3000000;  // returns that one window's map is made of; from: guard, time and memory
   double sigma_along = 5e-3;         // m, of a place of the map along its beam
   double sigma_across = 3e-3;        // m
   std::vector<double> noise_scale;   // of each camera: of the claimed sigmas; empty: as claimed

@@ -11,7 +11,7 @@
 namespace mlic {
 namespace {
 
-constexpr double kMostPlanes = 2000.0;  // for each stretch of kLongestCoupling
+constexpr double kMostPlanes = 2000.0;  // for each stretch of kLongestCoupling; from: guard, time and memory
 
 struct ScanSamples {
   std::vector<MapSample> samples;
@@ -125,9 +125,9 @@ PlaneAssociation AssociatePlanes(const Drive& drive, const CalibrationState& sta
 std::vector<PlaneNoise> MeasurePlaneNoise(const std::vector<PlaneAssociation>& associations,
                                           const CalibrationState& state,
                                           const std::vector<PlaneNoise>& last) {
-  constexpr int kBins = 6;
-  constexpr std::size_t kFewest = 200;
-  constexpr double kLeast = 1e-4;  // m: below what the spline itself leaves over
+  constexpr int kBins = 6;              // from: structural
+  constexpr std::size_t kFewest = 200;  // from: guard
+  constexpr double kLeast = 1e-4;       // m: below what the spline itself leaves over; from: guard
   const std::size_t lidars = last.size();
   std::vector<std::vector<float>> sizes(lidars * kBins), cosines(lidars * kBins);
   for (std::size_t d = 0; d < associations.size(); ++d) {
@@ -184,7 +184,7 @@ std::vector<PlaneNoise> MeasurePlaneNoise(const std::vector<PlaneAssociation>& a
 
 double CorrelationFactor(const std::vector<PlaneAssociation>& associations, const CalibrationState& state) {
   constexpr double kGroup = 1.0;   // s
-  constexpr double kFewest = 5.0;  // points of a group
+  constexpr double kFewest = 5.0;  // points of a group; from: guard
   double sum = 0.0, groups = 0.0;
   for (std::size_t d = 0; d < associations.size(); ++d) {
     const PlaneAssociation& association = associations[d];

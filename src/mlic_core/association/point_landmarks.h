@@ -19,7 +19,7 @@ struct LandmarkNoise {
 
 // Observations of a landmark that count as known before it is seen, in degrees of freedom: few observations
 // say little about its own noise.
-constexpr double kPriorFreedom = 1.0;
+constexpr double kPriorFreedom = 1.0;  // from: measured, paper rig, seeds 1 and 3, against 4
 // How much its observations say about it.
 inline double LandmarkFreedom(std::size_t observations) {
   return std::max(1.0, 2.0 * static_cast<double>(observations) - 3.0);
@@ -29,20 +29,20 @@ inline double LandmarkFreedom(std::size_t observations) {
 // what the piece of surface looks like from all of its views (a reveal that is seen from below only, an edge
 // that shade moves) does not average out, so a landmark counts for a dozen observations at most.
 inline double ManyObservationsScale(std::size_t observations) {
-  constexpr double kMostObservations = 12.0;
+  constexpr double kMostObservations = 12.0;  // from: measured, paper rig, seeds 1 to 3, against 5, 8 and 14
   return std::sqrt(std::max(1.0, static_cast<double>(observations) / kMostObservations));
 }
 
 struct LandmarkOptions {
   std::vector<LandmarkNoise> noise;  // of each camera; empty: as the tracks claim
-  double least_sigma = 0.0;          // px; no observation counts for better
-  double largest_error = 4.0;        // of an observation that takes part, in its sigmas
+  double least_sigma = 0.0;          // px; no observation counts for better; from: structural
+  double largest_error = 4.0;        // sigmas; from: derivation, 1 of 3000 observations lies beyond
   double least_parallax_deg = 0.5;
   // Each landmark's noise is its own: corners at steps of depth, reflections and moving shadows look unlike
   // themselves from elsewhere, and their observations agree less than those of a mark on a road. Only once
   // the calibration is nearly right: before, landmarks that say much about it disagree the most.
   bool noise_of_each = false;
-  std::size_t most_points = 30000;  // in one drive; the longest tracks are kept
+  std::size_t most_points = 30000;  // in one drive; the longest tracks are kept; from: guard, memory
 };
 
 // One drive's tracks as point landmarks, triangulated with the cameras as they stand in the state; what does

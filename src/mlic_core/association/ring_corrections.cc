@@ -11,20 +11,21 @@
 namespace mlic {
 namespace {
 
-constexpr std::size_t kFewestRings = 8;
-constexpr std::uint16_t kMostRings = 1024;  // higher numbers are no rings
-constexpr double kFewestPoints = 300.0;     // of a ring, in either half
+constexpr std::size_t kFewestRings = 8;     // from: guard
+constexpr std::uint16_t kMostRings = 1024;  // higher numbers are no rings; from: guard
+constexpr double kFewestPoints = 300.0;     // of a ring, in either half; from: guard
 // Of the points' variance: what corrections from one half must take away in the other.
-constexpr double kLeastExplained = 0.2;
+constexpr double kLeastExplained = 0.2;  // from: measured, kitti_0005 0.34, simulated LiDARs 0
+// from: measured, kitti_0005 0.34, simulated LiDARs 0.
 constexpr double kLeastExplainedFurther = 1e-3;  // once some are taken
 // What rings err by at least, root mean square, to be worth correcting: either.
 constexpr double kLeastRange = 3e-3;      // m
 constexpr double kLeastElevation = 3e-4;  // rad
 // What lasers may err by: m, rad. Keeps rings that see walls only, or ground only, from trading one for the
 // other.
-constexpr double kRangeSigma = 0.03;
-constexpr double kElevationSigma = 2e-3;
-constexpr std::size_t kChunks = 16;
+constexpr double kRangeSigma = 0.03;      // from: measured, the HDL-64E of kitti_0005: 0.022 m, 9e-4 rad
+constexpr double kElevationSigma = 2e-3;  // from: measured, the HDL-64E of kitti_0005: 0.022 m, 9e-4 rad
+constexpr std::size_t kChunks = 16;       // from: structural
 
 // Towards higher elevation, one unit long times the distance from the z axis' foot: d position / d elevation.
 Eigen::Vector3d ElevationTangent(const Eigen::Vector3d& x) {
@@ -181,6 +182,7 @@ std::vector<std::size_t> RichRings(const std::array<Rings, 4>& halves) {
 
 // False where nothing is beyond doubt.
 bool Improve(const Quarters& quarters, RingCorrections* corrections) {
+  // from: structural.
   constexpr int kHalves[4][2] = {{0, 1}, {2, 3}, {0, 2}, {1, 3}};  // early, late; left, right
   std::array<Rings, 4> halves;
   for (int h = 0; h < 4; ++h) {

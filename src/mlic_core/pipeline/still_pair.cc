@@ -22,8 +22,10 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 constexpr double kDegree = M_PI / 180.0;
 constexpr double kLeastScore = 0.15;     // of structure
 constexpr double kLeastDistinct = 0.05;  // by which the score exceeds that of poses degrees off
+// from: definition, limits of observability.
 constexpr double kLargestSigmaRotation = 0.5 * kDegree, kLargestSigmaTranslation = 0.05;  // as a drive
-constexpr std::size_t kFewestMatches = 60;   // that refine what all pixels together have found
+constexpr std::size_t kFewestMatches = 60;  // that refine what all pixels together have found
+// from: structural, how a picture looks.
 constexpr std::size_t kMostPoints = 400000;  // of a scan, in an overlay
 constexpr double kPictureScale = 0.3;        // of the rendering, as one scan is sparse
 

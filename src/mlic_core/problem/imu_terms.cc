@@ -128,7 +128,7 @@ void AddGauge(const LinearizationPoint& at, std::size_t d, Accumulator* sum) {
   So3Spline::Jacobians J;
   const So3Spline::Value value = trajectory.rotation.Evaluate(rb, false, &J);
   const Eigen::Vector4d weights = SplineBasis::Weights(pb.lambda);
-  constexpr double kScale = 1e4;
+  constexpr double kScale = 1e4;  // from: guard, 0.1 mm and 6e-3 deg: far below any sigma of the map
   Eigen::Matrix<double, 24, 4> rows = Eigen::Matrix<double, 24, 4>::Zero();
   for (int j = 0; j < 4; ++j) {
     rows.block<3, 3>(12 + 3 * j, 0) = weights[j] * kScale * Eigen::Matrix3d::Identity();

@@ -11,7 +11,7 @@ namespace mlic {
 namespace {
 
 // The cost of a point that its camera cannot see any more, as if it were this many sigmas off.
-constexpr double kLostSigmas = 100.0;
+constexpr double kLostSigmas = 100.0;  // from: guard, far beyond any residual
 
 // Bearing and inverse distance of a point from its anchor: position = anchor + (bearing + x u + y v) / (rho +
 // z).
@@ -36,12 +36,12 @@ struct PointChart {
 
 // One residual's row here: as in Reprojection up to the readout, then intrinsics (neighbours of the readout
 // in the layout as well), then the point in its chart, then the residual.
-constexpr int kExtrinsic = Reprojection::kExtrinsic;
-constexpr int kReadout = Reprojection::kReadout;
-constexpr int kIntrinsics = kReadout + 1;
-constexpr int kPoint = kIntrinsics + kMostCameraParameters;
-constexpr int kResidual = kPoint + 3;
-constexpr int kColumns = kResidual + 1;
+constexpr int kExtrinsic = Reprojection::kExtrinsic;         // from: structural, places of columns
+constexpr int kReadout = Reprojection::kReadout;             // from: structural, places of columns
+constexpr int kIntrinsics = kReadout + 1;                    // from: structural, places of columns
+constexpr int kPoint = kIntrinsics + kMostCameraParameters;  // from: structural, places of columns
+constexpr int kResidual = kPoint + 3;                        // from: structural, places of columns
+constexpr int kColumns = kResidual + 1;                      // from: structural, places of columns
 using Rows = Eigen::Matrix<double, kColumns, 2>;
 using Square = Eigen::Matrix<double, kColumns, kColumns>;
 
@@ -260,7 +260,7 @@ void AddLandmarks(const LinearizationPoint& at, std::size_t d, std::size_t begin
         H.noalias() = rows * rows.transpose();
         AddToKnots(columns, KnotColumns(at.layout, d, rb.first, pb.first), H, &slots, &landmark, sum);
       } else {
-        constexpr int kRest = kColumns - kExtrinsic;
+        constexpr int kRest = kColumns - kExtrinsic;  // from: structural, places of columns
         H.bottomRightCorner<kRest, kRest>().noalias() =
             rows.bottomRows<kRest>() * rows.bottomRows<kRest>().transpose();
       }

@@ -19,11 +19,11 @@ struct LinearizationPoint {
 };
 
 // Parts of parallel sums; fixed, so that the sums do not depend on the threads.
-constexpr std::size_t kLinearizationChunks = 16;
+constexpr std::size_t kLinearizationChunks = 16;  // from: structural
 
 // Huber's loss beyond two sigmas: the cost of a residual of this size, and the weight of its square.
 inline double RobustCost(double whitened, double* weight) {
-  constexpr double kHuber = 2.0;
+  constexpr double kHuber = 2.0;  // from: derivation, Huber's loss keeps 99 % of efficiency
   const double size = std::abs(whitened);
   if (size <= kHuber) {
     *weight = 1.0;

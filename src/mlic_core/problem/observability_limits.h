@@ -6,9 +6,9 @@
 namespace mlic {
 
 // A direction whose sigma from the data alone exceeds these is not shown (docs/method.md, section 10).
-constexpr double kTranslationLimit = 0.05;             // m
-constexpr double kRotationLimit = 0.5 * M_PI / 180.0;  // rad
-constexpr double kTimeLimit = 5e-3;                    // s
+constexpr double kTranslationLimit = 0.05;             // m; from: definition
+constexpr double kRotationLimit = 0.5 * M_PI / 180.0;  // rad; from: definition
+constexpr double kTimeLimit = 5e-3;                    // s; from: definition
 
 // Inverse of an information matrix whose directions may carry nothing: in units of the limits (one for each
 // parameter), no direction is known worse than a million limits.

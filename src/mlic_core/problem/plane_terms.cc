@@ -30,8 +30,8 @@ std::vector<PointToPlane::Extrinsic> Extrinsics(const CalibrationState& state) {
 // Sums of J^T J of rows that touch the same control points and LiDAR, written to the large matrices once.
 class PlaneTerms::RowBuffer {
  public:
-  static constexpr int kColumns = PointToPlane::kColumns + 1;  // and the residual
-  static constexpr int kRows = 32;
+  static constexpr int kColumns = PointToPlane::kColumns + 1;  // and the residual; from: structural
+  static constexpr int kRows = 32;                             // from: structural
 
   double* Next() { return rows_.col(count_).data(); }
   void Commit(double residual, double scale) {
@@ -118,7 +118,7 @@ double PlaneTerms::Cost(std::size_t d, std::size_t begin, std::size_t end) const
 void PlaneTerms::Flush(std::size_t d, int rotation_first, int position_first, int lidar, RowBuffer* buffer,
                        CouplingSlots* slots, LandmarkCoupling* landmark, Accumulator* sum) const {
   using P = PointToPlane;
-  constexpr int kResidual = P::kColumns;
+  constexpr int kResidual = P::kColumns;  // from: structural
   const auto& H = buffer->Finish();
   const int at = Layout::Lidar(lidar);
   sum->corner.block<7, 7>(at, at) += H.block<7, 7>(P::kExtrinsic, P::kExtrinsic);

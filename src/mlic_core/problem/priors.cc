@@ -35,6 +35,7 @@ void AddDistortion(const CameraIntrinsics& intrinsics, int at, Eigen::MatrixXd* 
 // Pixels are square to a thousandth, or, in anamorphic video, off by several hundredths.
 void AddSquarePixels(const CameraIntrinsics& intrinsics, int at, Eigen::MatrixXd* information,
                      Eigen::VectorXd* gradient) {
+  // from: measured, kitti_0005: focal lengths differ by 0.3 % without it.
   constexpr double kSquare = 1e-3, kFarFromSquare = 0.03;
   const double difference = intrinsics.parameters[0] - intrinsics.parameters[1];
   if (std::abs(difference) > kFarFromSquare * intrinsics.parameters[0]) return;
@@ -65,7 +66,7 @@ void CalibrationPrior(const JointProblem& problem, const CalibrationState& state
     }
     if (layout.Readout(c) < 0) continue;
     // A rolling shutter takes between nothing and an image's period to read out.
-    constexpr double kReadoutWeight = 1.0 / (0.05 * 0.05);
+    constexpr double kReadoutWeight = 1.0 / (0.05 * 0.05);  // from: derivation, an image's period at 20 Hz
     (*information)(layout.Readout(c), layout.Readout(c)) = kReadoutWeight;
     (*gradient)[layout.Readout(c)] = kReadoutWeight * state.cameras[c].readout;
   }
@@ -82,6 +83,7 @@ void CalibrationPrior(const JointProblem& problem, const CalibrationState& state
   if (layout.matrices < 0) return;
   // Scale and misalignment of a per cent or two (0.02) are the rule; only what the motion shows moves
   // further.
+  // from: standard, data sheets of consumer IMUs: 1 to 3 %.
   constexpr double kMatrixWeight = 1.0 / (0.02 * 0.02);
   int lower = layout.matrices + 9;
   for (int r = 0; r < 3; ++r) {

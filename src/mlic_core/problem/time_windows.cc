@@ -9,11 +9,11 @@ namespace mlic {
 namespace {
 
 // One observation of a point says nothing about anything else.
-constexpr std::size_t kFewestOfPoint = 2;
+constexpr std::size_t kFewestOfPoint = 2;  // from: derivation
 
 // Images come at regular times: what is just so long apart must not change sides with the rounding of a clock
 // offset, or the landmarks would be others in every round.
-constexpr double kRounding = 1e-4;  // s
+constexpr double kRounding = 1e-4;  // s; from: guard
 
 // What is seen of a landmark from `start` on (IMU clock): observations by their index, in their old order.
 struct Stretch {
@@ -80,7 +80,7 @@ std::vector<std::size_t> LayOut(const std::vector<std::vector<Stretch>>& landmar
 
 LandmarkSet SplitPoints(const LandmarkSet& points, const CalibrationState& state, double longest,
                         std::vector<std::size_t>* origins) {
-  constexpr double kForever = std::numeric_limits<double>::infinity();
+  constexpr double kForever = std::numeric_limits<double>::infinity();  // from: structural
   std::vector<std::vector<Stretch>> stretches(points.points.size());
   ParallelFor(stretches.size(), [&](std::size_t p) {
     // What a LiDAR measured once is one landmark, and a single observation ties the camera to it.

@@ -24,7 +24,7 @@ EnvelopeMatrix::EnvelopeMatrix(std::vector<int> reach, int border_rows)
 
 // Rows below the diagonal tile, and the border's: times L_kk^-T.
 void EnvelopeMatrix::DivideBelow(std::size_t k) {
-  constexpr int kRows = 256;
+  constexpr int kRows = 256;  // from: structural, speed only
   const Panel& panel = panels_[k];
   double* diagonal = values_.data() + panel.begin;
   const double one = 1.0;

@@ -10,10 +10,10 @@
 namespace mlic {
 namespace {
 
-constexpr int kTile = EnvelopeMatrix::kTile;
+constexpr int kTile = EnvelopeMatrix::kTile;  // from: structural
 
 // Columns of tiles handled together: enough tasks for many cores, few rows in memory at once.
-constexpr int kTogether = 16;
+constexpr int kTogether = 16;  // from: structural, speed only
 
 // own^-1 = root^T root.
 Eigen::Matrix3d InverseRoot(const Eigen::Matrix3d& own) {
@@ -39,7 +39,7 @@ void FillBorderRows(const LandmarkCoupling& landmark, const Eigen::Matrix3d& roo
 
 void SubtractFromCorner(const std::vector<LandmarkCoupling>& landmarks,
                         const std::vector<Eigen::Matrix3d>& roots, Eigen::MatrixXd* corner) {
-  constexpr std::size_t kParts = 16;
+  constexpr std::size_t kParts = 16;  // from: structural, parts of a sum
   const Eigen::Index border = corner->rows();
   std::vector<Eigen::MatrixXd> sums(kParts, Eigen::MatrixXd::Zero(border, border));
   ParallelFor(kParts, [&](std::size_t part) {

@@ -8,7 +8,7 @@
 namespace mlic {
 namespace {
 
-constexpr double kTrackSeconds = 0.5;  // either side of the view
+constexpr double kTrackSeconds = 0.5;  // either side of the view; from: structural, how a picture looks
 
 // The observations of one landmark by one camera in order of time.
 using TimedPixels = std::map<double, Eigen::Vector2f>;

@@ -10,6 +10,8 @@
 namespace mlic {
 namespace {
 
+// Constants of this file, from: structural, how a picture looks.
+
 constexpr double kMapSeconds = 3.0;      // either side of the photo, for the rendering
 constexpr double kOverlaySeconds = 0.1;  // either side, for the points drawn on the photo
 constexpr std::size_t kMapPoints = 1000000;

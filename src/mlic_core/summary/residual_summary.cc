@@ -6,6 +6,8 @@
 namespace mlic {
 namespace {
 
+// Constants of this file, from: structural, how the report looks.
+
 constexpr int kHistogramBins = 50;
 constexpr int kTimeBins = 60;
 constexpr int kFieldCells = 16;  // along the longer side of an image

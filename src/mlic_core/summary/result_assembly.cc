@@ -126,7 +126,7 @@ void WarnOfUnmatched(const Rig& rig, const Adjustment& adjustment, CalibrationRe
 // Points without times got theirs from the azimuth, so that their scans' offset to the stamps is known to
 // where in the turn the driver cuts: good to some degrees.
 void DoubtTimesFromAzimuth(const Dataset& dataset, ObservabilityAnalysis* analysis) {
-  constexpr double kDoubt = 0.02;  // of a turn, 7 deg
+  constexpr double kDoubt = 0.02;  // of a turn, 7 deg; from: derivation
   for (std::size_t l = 0; l < dataset.drives[0].lidars.size(); ++l) {
     const LidarRecording& lidar = dataset.drives[0].lidars[l];
     if (!lidar.point_times_from_azimuth) continue;
@@ -155,7 +155,7 @@ void WarnOfGuess(const Config& config, const SensorCalibration& found, std::vect
 // Of sensors whose scans do not keep one time offset to the IMU.
 void WarnOfStamps(const std::vector<Sensor>& sensors, const std::vector<StampErrors>& errors,
                   std::vector<std::string>* warnings) {
-  constexpr double kNotable = 4.0;  // of variances: sigmas are doubled
+  constexpr double kNotable = 4.0;  // of variances: sigmas are doubled; from: definition
   for (std::size_t s = 0; s < errors.size(); ++s) {
     if (errors[s].excess < kNotable) continue;
     if (errors[s].wanders) {
@@ -179,7 +179,7 @@ void WarnOfStamps(const std::vector<Sensor>& sensors, const std::vector<StampErr
 // Where the IMU contradicts the trajectory something is lost, and sigmas say nothing.
 void JudgeImuAgreement(const Dataset& dataset, const Adjustment& adjustment, CalibrationResult* result) {
   // White noise gives at most 3 in an hour; trajectories that were lost gave 17 and 35.
-  constexpr double kNotable = 8.0, kTooMuch = 12.0;
+  constexpr double kNotable = 8.0, kTooMuch = 12.0;  // from: definition
   for (const ImuDisagreement& found :
        FindImuDisagreements(dataset, adjustment.state, adjustment.problem.imu_sigma, kNotable)) {
     char text[320];

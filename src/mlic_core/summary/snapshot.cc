@@ -8,7 +8,7 @@
 namespace mlic {
 namespace {
 
-constexpr std::size_t kMostLandmarks = 50000;
+constexpr std::size_t kMostLandmarks = 50000;  // from: guard, what RViz draws fluently
 
 }  // namespace
 

@@ -8,8 +8,8 @@
 namespace mlic {
 namespace {
 
-constexpr double kLength = 1.0;  // s: vibration averages out, and a lost trajectory lasts longer
-constexpr int kFewestSamples = 5;
+constexpr double kLength = 1.0;     // s: vibration averages out, and a lost trajectory lasts longer
+constexpr int kFewestSamples = 5;   // from: guard
 constexpr double kStandsOut = 4.0;  // times the median second
 
 struct Stretch {

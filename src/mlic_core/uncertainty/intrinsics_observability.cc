@@ -11,10 +11,11 @@ namespace {
 // px, rms over all observations: what the residuals of parts of an image have in common beyond their noise,
 // as far as it looks like a tangential term (docs/cameras.md). Parts of an image share 0.006 to 0.08 px in
 // all.
-constexpr double kPatternError = 0.01;
+constexpr double kPatternError = 0.01;     // from: measured
 constexpr double kUsualTangential = 1e-3;  // size of the tangential terms of lenses
-constexpr int kTangential[] = {6, 7};      // their places
-constexpr double kDoubtfulRatio = 5e-4;    // sigma of fy / fx
+constexpr int kTangential[] = {6, 7};      // their places; from: structural
+// from: measured, kitti_0005 is above, simulated drives at 1e-4.
+constexpr double kDoubtfulRatio = 5e-4;  // sigma of fy / fx
 
 bool IsTangential(CameraModel model, int parameter) {
   return (model == CameraModel::kPlumbBob || model == CameraModel::kRationalPolynomial) &&
@@ -27,11 +28,11 @@ int Rank(CameraModel model, int parameter) {
   const int i = parameter - 4;
   switch (model) {
     case CameraModel::kPlumbBob: {
-      constexpr int kRanks[] = {2, 3, 4, 4, 5};
+      constexpr int kRanks[] = {2, 3, 4, 4, 5};  // from: structural
       return kRanks[i];
     }
     case CameraModel::kRationalPolynomial: {
-      constexpr int kRanks[] = {2, 3, 4, 4, 5, 6, 7, 8};
+      constexpr int kRanks[] = {2, 3, 4, 4, 5, 6, 7, 8};  // from: structural
       return kRanks[i];
     }
     case CameraModel::kEquidistant:
@@ -44,7 +45,7 @@ int Rank(CameraModel model, int parameter) {
 
 // Jacobians of the pixels to the parameters over a grid of the image.
 std::vector<CameraParameterJacobian> ImageJacobians(const CameraIntrinsics& intrinsics) {
-  constexpr int kGrid = 20;
+  constexpr int kGrid = 20;  // from: structural
   std::vector<CameraParameterJacobian> jacobians;
   for (int i = 0; i < kGrid * kGrid; ++i) {
     const Eigen::Vector2d pixel((i % kGrid + 0.5) / kGrid * intrinsics.width - 0.5,
