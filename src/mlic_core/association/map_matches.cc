@@ -13,6 +13,7 @@
 #include "mlic_core/crossmodal/nid.h"
 #include "mlic_core/crossmodal/pnp.h"
 #include "mlic_core/crossmodal/view_selection.h"
+#include "mlic_core/problem/landmark_terms.h"
 
 namespace mlic {
 namespace {

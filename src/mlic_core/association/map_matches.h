@@ -6,8 +6,10 @@
 
 #include "mlic_core/camera/tracks/tracks.h"
 #include "mlic_core/common/progress.h"
-#include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/observations.h"
+#include "mlic_core/problem/state.h"
 #include "mlic_core/result/result.h"
+#include "mlic_core/sensors/measurements.h"
 
 namespace mlic {
 

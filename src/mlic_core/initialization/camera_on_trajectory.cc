@@ -4,9 +4,12 @@
 #include <cmath>
 #include <cstdio>
 
+#include "mlic_core/association/landmark_noise.h"
 #include "mlic_core/common/error.h"
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/initialization/camera_rotation.h"
+#include "mlic_core/problem/joint_solver.h"
+#include "mlic_core/problem/priors.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
 
 namespace mlic {

@@ -1,5 +1,7 @@
 #include "mlic_core/initialization/pose_fit.h"
 
+#include "mlic_core/problem/joint_solver.h"
+
 namespace mlic {
 
 DriveState FitToPoses(const Drive& drive, const ImuSigma& imu_sigma, const std::vector<TimedPose>& poses,

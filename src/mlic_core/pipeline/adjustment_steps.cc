@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "mlic_core/association/plane_association.h"
+#include "mlic_core/problem/joint_solver.h"
 #include "mlic_core/summary/snapshot.h"
 
 namespace mlic {

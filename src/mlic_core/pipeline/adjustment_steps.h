@@ -7,6 +7,7 @@
 #include "mlic_core/common/progress.h"
 #include "mlic_core/initialization/camera_on_trajectory.h"
 #include "mlic_core/initialization/lidar_imu.h"
+#include "mlic_core/problem/joint_solver.h"
 #include "mlic_core/result/observer.h"
 #include "mlic_core/uncertainty/adjustment.h"
 

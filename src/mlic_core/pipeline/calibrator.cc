@@ -9,7 +9,7 @@
 #include "mlic_core/pipeline/joint_adjustment.h"
 #include "mlic_core/pipeline/lidar_adjustment.h"
 #include "mlic_core/pipeline/stage_clock.h"
-#include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/state.h"
 #include "mlic_core/summary/result_assembly.h"
 
 namespace mlic {

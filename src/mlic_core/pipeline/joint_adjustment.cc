@@ -5,10 +5,13 @@
 #include <cstdio>
 
 #include "mlic_core/association/held_out_matches.h"
+#include "mlic_core/association/landmark_noise.h"
 #include "mlic_core/association/map_matches.h"
 #include "mlic_core/association/plane_association.h"
 #include "mlic_core/association/ring_corrections.h"
 #include "mlic_core/common/order_statistics.h"
+#include "mlic_core/problem/imu_terms.h"
+#include "mlic_core/problem/priors.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
 
 namespace mlic {

@@ -26,4 +26,12 @@ double PoseCost(const LinearizationPoint& at, std::size_t drive);
 // residual), with a sigma so small that it holds and so large that it does not spoil the conditioning.
 void AddGauge(const LinearizationPoint& at, std::size_t drive, Accumulator* sum);
 
+// IMU residuals of one drive, six for each sample within the trajectory (rad/s, m/s^2), with the samples'
+// times.
+struct ImuResiduals {
+  std::vector<double> times;
+  std::vector<Eigen::Matrix<double, 6, 1>> values;
+};
+ImuResiduals EvaluateImuResiduals(const Dataset& dataset, const CalibrationState& state, std::size_t drive);
+
 }  // namespace mlic

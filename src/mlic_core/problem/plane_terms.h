@@ -31,4 +31,8 @@ class PlaneTerms {
 // The plane moved by a step in its three parameters.
 void MovePlane(const Eigen::Vector3d& step, MapPlane* plane);
 
+// Signed distances in metres of all observations of one drive to their planes, in their order.
+std::vector<float> PlaneResiduals(const PlaneAssociation& association, const CalibrationState& state,
+                                  std::size_t drive);
+
 }  // namespace mlic

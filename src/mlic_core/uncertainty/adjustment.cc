@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/problem/joint_solver.h"
 
 namespace mlic {
 

@@ -8,6 +8,8 @@
 #include "mlic_core/camera/tracks/tracks.h"
 #include "mlic_core/lidar/plane_map.h"
 #include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/joint_solver.h"
+#include "mlic_core/problem/state.h"
 #include "mlic_core/result/result.h"
 #include "mlic_core/uncertainty/camera_covariance.h"
 #include "mlic_core/uncertainty/observability.h"

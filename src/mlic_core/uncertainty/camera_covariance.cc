@@ -6,10 +6,12 @@
 #include <cstdio>
 #include <numeric>
 
+#include "mlic_core/association/landmark_noise.h"
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/problem/landmark_terms.h"
 #include "mlic_core/problem/linearizer.h"
 #include "mlic_core/problem/time_windows.h"
+#include "mlic_core/solver/normal_equations.h"
 
 namespace mlic {
 namespace {

@@ -6,6 +6,7 @@
 
 #include "mlic_core/association/point_landmarks.h"
 #include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/state.h"
 
 namespace mlic {
 

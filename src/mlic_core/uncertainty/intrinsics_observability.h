@@ -4,6 +4,8 @@
 #include <vector>
 
 #include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/layout.h"
+#include "mlic_core/problem/state.h"
 
 namespace mlic {
 

@@ -6,6 +6,7 @@
 
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/problem/observability_limits.h"
+#include "mlic_core/problem/priors.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
 
 namespace mlic {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/state.h"
 #include "mlic_core/result/result.h"
 #include "mlic_core/sensors/rig.h"
 #include "mlic_core/uncertainty/camera_covariance.h"

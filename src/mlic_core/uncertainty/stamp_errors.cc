@@ -6,6 +6,8 @@
 #include <map>
 
 #include "mlic_core/common/order_statistics.h"
+#include "mlic_core/problem/landmark_terms.h"
+#include "mlic_core/problem/plane_terms.h"
 
 namespace mlic {
 namespace {

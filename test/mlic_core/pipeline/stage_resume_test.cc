@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "mlic_core/io/checkpoint/serialize.h"
+#include "mlic_core/io/checkpoint/serialize_stages.h"
 #include "mlic_core/io/checkpoint/stage_files.h"
 #include "mlic_core/io/result/result_file.h"
 #include "mlic_core/io/text_file.h"

@@ -9,6 +9,8 @@
 #include <cstdio>
 #include <functional>
 
+#include "mlic_core/problem/joint_solver.h"
+#include "mlic_core/problem/layout.h"
 #include "mlic_core/uncertainty/observability.h"
 #include "support/synthetic_tracks.h"
 #include "support/true_spline.h"

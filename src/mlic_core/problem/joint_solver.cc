@@ -1,9 +1,12 @@
-#include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/joint_solver.h"
 
 #include <algorithm>
 
+#include "mlic_core/problem/layout.h"
 #include "mlic_core/problem/linearizer.h"
+#include "mlic_core/problem/priors.h"
 #include "mlic_core/problem/time_windows.h"
+#include "mlic_core/solver/normal_equations.h"
 
 namespace mlic {
 namespace {
