@@ -40,7 +40,8 @@ void AddCameras(const Rig& rig, const CameraInitialization& cameras, const std::
 void AssociateWithPlanes(const AdjustmentContext& context, const std::vector<bool>& lidars,
                          std::size_t points_per_scan, Adjustment* adjustment);
 
-// Solves from the state as it is: state and landmarks move together.
+// Solves from the state as it is: state and landmarks move together. Throws InternalError where the equations
+// have no solution.
 SolveSummary SolveAdjustment(const CancellationToken& cancellation, Adjustment* adjustment);
 
 // Shows the state to the observer.

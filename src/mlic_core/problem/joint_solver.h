@@ -11,6 +11,7 @@
 namespace mlic {
 
 struct SolveSummary {
+  bool solved = false;  // some iteration's equations had a solution; else the state is as it was given
   int iterations = 0;
   double first_cost = 0.0;
   double last_cost = 0.0;
@@ -24,8 +25,9 @@ struct SolveSummary {
 };
 
 // Gauss-Newton with Marquardt damping on steps that do not lower the cost: at most so many iterations, and no
-// more once a step lowers the cost by next to nothing. The result does not depend on the number of threads
-// but for the rounding of the dense factorisation.
+// more once a step lowers the cost by next to nothing. A step that raises the cost, or after which it is not
+// a number, is taken back, the last one too. Throws InternalError where the cost is not a number at the
+// start. The result does not depend on the number of threads but for the rounding of the dense factorisation.
 SolveSummary SolveJointProblem(const JointProblem& problem, int iterations,
                                const CancellationToken& cancellation, CalibrationState* state);
 

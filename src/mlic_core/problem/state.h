@@ -44,6 +44,9 @@ struct CalibrationState {
   }
 };
 
+// Every number of it is one: no pose, offset, intrinsic, bias or control point is infinite or not a number.
+bool IsFinite(const CalibrationState& state);
+
 const Eigen::Vector3d kGravity(0.0, 0.0, -9.81);
 
 }  // namespace mlic

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "mlic_core/common/error.h"
 #include "mlic_core/initialization/guess_check.h"
 #include "mlic_core/problem/observability_limits.h"
 #include "mlic_core/summary/camera_views.h"
@@ -84,8 +85,13 @@ std::vector<SensorResult> InitialSensors(const Rig& rig, const CalibrationState&
 }
 
 // Reasons for refusal of one sensor; none when its result may be trusted.
-std::vector<std::string> Judge(const Sensor& config, const ObservabilityAnalysis::Sensor& sensor) {
+std::vector<std::string> Judge(const Sensor& config, const ObservabilityAnalysis::Sensor& sensor,
+                               const PoseSigma& sigma) {
   std::vector<std::string> reasons;
+  if (!sigma.rotation.allFinite() || !sigma.translation.allFinite() || !std::isfinite(sigma.time_offset)) {
+    return {config.name +
+            ": its sigmas are not numbers, as the solve came out singular; turn about more axes"};
+  }
   const auto all = [](const std::array<bool, 3>& axes) { return axes[0] && axes[1] && axes[2]; };
   if (!all(sensor.rotation)) {
     reasons.push_back(config.name +
@@ -230,6 +236,7 @@ void FinishRefused(CalibrationResult* result) {
 void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& adjustment,
                     CalibrationResult* result) {
   const CalibrationState& state = adjustment.state;
+  Check(IsFinite(state), "the calibration holds what is not a number; please report this with the log");
   ObservabilityAnalysis analysis = Analyze(adjustment, dataset);
   DoubtTimesFromAzimuth(dataset, &analysis);
   const std::vector<Sensor> sensors = AllSensors(rig, state);
@@ -242,7 +249,7 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
                             : !found[s - lidars]);
     std::vector<std::string> reasons;
     if (is_lidar && lost[s]) reasons = {WhyRejected(rig.lidars[s])};
-    if (!lost[s] && !sensors[s].fixed) reasons = Judge(sensors[s], analysis.sensors[s]);
+    if (!lost[s] && !sensors[s].fixed) reasons = Judge(sensors[s], analysis.sensors[s], analysis.sigmas[s]);
     shown.push_back(!lost[s] && reasons.empty());
     result->reasons.insert(result->reasons.end(), reasons.begin(), reasons.end());
   }

@@ -85,7 +85,8 @@ Eigen::MatrixXd ScaledInformation(const Adjustment& adjustment, const Dataset& d
 // by camera_covariance.h.
 ObservabilityAnalysis Analyze(const Adjustment& adjustment, const Dataset& dataset);
 
-// Largest change of a sensor since `before`, in sigmas of the last solve; very large where there was none.
+// Largest change of a sensor since `before`, in sigmas of the last solve; very large where there was none or
+// a sigma is not a number.
 double ChangeInSigmas(const Adjustment& adjustment, const Dataset& dataset, const CalibrationState& before);
 
 }  // namespace mlic
