@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "mlic_core/common/parallel.h"
+#include "mlic_core/factors/lidar_point.h"
 #include "mlic_core/factors/reprojection.h"
 
 namespace mlic {
@@ -97,49 +98,11 @@ void AddToKnots(const CameraColumns& c, const KnotColumns& columns, const Square
   }
 }
 
-// The three whitened residuals of a point against its LiDAR's measurement, across the beam and along it:
-//   r = A (R_imu_lidar^T (R(t)^T (P - p(t)) - p_imu_lidar) - x)
-// with A the axes of the beam by their sigmas. rows: as those of a camera, the LiDAR's pose and offset in the
-// place of the camera's; may be null.
+// The row of a LiDAR's measurement, its pose and offset in the place of the camera's.
 using LidarRows = Eigen::Matrix<double, kColumns, 3>;
-Eigen::Vector3d EvaluateLidarPoint(const LidarPointObservation& observation, const SensorCalibration& lidar,
-                                   const SplitSpline& trajectory, const Eigen::Vector3d& P, double t,
-                                   LidarRows* rows) {
-  const SplineBasis rb(trajectory.rotation.knots(), t);
-  const SplineBasis pb(trajectory.position.knots(), t);
-  const Eigen::Vector3d from_imu = P - trajectory.position.Position(pb);
-  So3Spline::Jacobians J;
-  const So3Spline::Value rotation = trajectory.rotation.Evaluate(rb, false, &J);
-  const Eigen::Vector3d y = rotation.rotation.transpose() * from_imu;
-  const Eigen::Vector3d z = y - lidar.T_imu_sensor.translation;
-  const Eigen::Matrix3d R_imu_lidar = lidar.T_imu_sensor.rotation.toRotationMatrix();
-  const Eigen::Vector3d beam = observation.position.normalized();
-  Eigen::Matrix3d axes;
-  axes.col(0) = beam.unitOrthogonal() / observation.sigma_across;
-  axes.col(1) = beam.cross(beam.unitOrthogonal()) / observation.sigma_across;
-  axes.col(2) = beam / observation.sigma_along;
-  const Eigen::Vector3d residual = axes.transpose() * (R_imu_lidar.transpose() * z - observation.position);
-  if (rows == nullptr) return residual;
-  const Eigen::Vector3d y_dot =
-      y.cross(rotation.angular_velocity) - rotation.rotation.transpose() * trajectory.position.Velocity(pb);
-  const Eigen::Vector4d weights = SplineBasis::Weights(pb.lambda);
-  rows->setZero();
-  for (int k = 0; k < 3; ++k) {
-    const Eigen::Vector3d by_y = R_imu_lidar * axes.col(k);
-    const Eigen::Vector3d by_P = rotation.rotation * by_y;
-    const Eigen::Vector3d by_rotation = by_y.cross(y);
-    auto out = rows->col(k);
-    for (int j = 0; j < 4; ++j) {
-      out.segment<3>(Reprojection::kRotation + 3 * j) = J.rotation[j].transpose() * by_rotation;
-      out.segment<3>(Reprojection::kPosition + 3 * j) = -weights[j] * by_P;
-    }
-    out.segment<3>(kExtrinsic) = by_y.cross(z);
-    out.segment<3>(kExtrinsic + 3) = -by_y;
-    out[Reprojection::kTimeOffset] = by_y.dot(y_dot);
-    out.segment<3>(kPoint) = by_P;
-    out[kResidual] = residual[k];
-  }
-  return residual;
+
+LidarPointResidual ResidualOf(const LidarPointObservation& observation) {
+  return {observation.position, observation.sigma_along, observation.sigma_across};
 }
 
 void AddLidarPoint(const LinearizationPoint& at, std::size_t d, std::size_t p, const Eigen::Matrix3d& J_chart,
@@ -150,15 +113,19 @@ void AddLidarPoint(const LinearizationPoint& at, std::size_t d, std::size_t p, c
   const SplitSpline& trajectory = at.state.drives[d].trajectory;
   const double t = observation.time + lidar.time_offset;
   if (!trajectory.Contains(t)) return;
-  LidarRows rows;
-  sum->cost +=
-      EvaluateLidarPoint(observation, lidar, trajectory, set.points[p].position, t, &rows).squaredNorm();
-  rows.middleRows<3>(kPoint) = J_chart * rows.middleRows<3>(kPoint).eval();
+  const SplineBasis rb(trajectory.rotation.knots(), t);
+  const SplineBasis pb(trajectory.position.knots(), t);
+  LidarPointResidual::Jacobian J;
+  const Eigen::Vector3d residual =
+      ResidualOf(observation).Evaluate(trajectory, rb, pb, lidar, set.points[p].position, &J);
+  sum->cost += residual.squaredNorm();
+  LidarRows rows = LidarRows::Zero();
+  rows.topRows<LidarPointResidual::kPoint>() = J.topRows<LidarPointResidual::kPoint>();
+  rows.middleRows<3>(kPoint) = J_chart * J.middleRows<3>(LidarPointResidual::kPoint);
+  rows.row(kResidual) = residual.transpose();
   const Square H = rows * rows.transpose();
   const CameraColumns columns = CameraColumns::OfLidar(observation.lidar);
   if (!at.problem.fix_trajectory) {
-    const SplineBasis rb(trajectory.rotation.knots(), t);
-    const SplineBasis pb(trajectory.position.knots(), t);
     AddToKnots(columns, KnotColumns(at.layout, d, rb.first, pb.first), H, slots, landmark, sum);
   }
   AddToCalibration(columns, H, landmark, sum);
