@@ -49,9 +49,9 @@ void MatchMap(const AdjustmentContext& context, Adjustment* adjustment) {
   std::vector<LandmarkSet>& landmarks = adjustment->problem.landmarks;
   MapMatchingOptions options;
   options.noise_scale = adjustment->map.noise;
+  const MatchedCameras matched{cameras.tracks, cameras.sigmas, cameras.found};
   MapMatches matches =
-      MatchCamerasToMap(context.dataset, cameras.tracks, adjustment->state, cameras.sigmas, cameras.found,
-                        options, context.monitor.progress, context.monitor.cancellation);
+      MatchCamerasToMap(context.dataset, adjustment->state, matched, options, context.monitor);
   for (std::size_t c = 0; c < context.rig.cameras.size(); ++c) {
     if (!cameras.found[c]) continue;
     char text[200];

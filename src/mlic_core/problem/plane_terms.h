@@ -21,8 +21,9 @@ class PlaneTerms {
 
  private:
   class RowBuffer;
-  void Flush(std::size_t drive, int rotation_first, int position_first, int lidar, RowBuffer* buffer,
-             CouplingSlots* slots, LandmarkCoupling* landmark, Accumulator* sum) const;
+  struct Segment;
+  void Flush(const Segment& segment, RowBuffer* buffer, CouplingSlots* slots, LandmarkCoupling* landmark,
+             Accumulator* sum) const;
 
   LinearizationPoint at_;
   std::vector<PointToPlane::Extrinsic> extrinsics_;
