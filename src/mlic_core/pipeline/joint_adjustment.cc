@@ -244,10 +244,10 @@ void MeasureUncertainty(const AdjustmentContext& context, Adjustment* adjustment
     if (!found.empty()) line(context.rig.lidars[l].name + found);
   }
   if (adjustment->rounds.landmarks == Landmarks::kNone) return;
-  scale.cameras = MeasureCameraDoubt(
+  scale.cameras = MeasureCameraInflation(
       problem, state, adjustment->cameras.landmark_options,
       AnalyzeCalibration(problem, state, adjustment->last_solve.information).solved_covariance);
-  for (const std::string& text : DescribeDoubt(scale.cameras, context.rig, state)) line(text);
+  for (const std::string& text : DescribeInflation(scale.cameras, context.rig, state)) line(text);
 }
 
 }  // namespace mlic

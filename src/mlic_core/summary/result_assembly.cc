@@ -131,15 +131,15 @@ void WarnOfUnmatched(const Rig& rig, const Adjustment& adjustment, CalibrationRe
 
 // Points without times got theirs from the azimuth, so that their scans' offset to the stamps is known to
 // where in the turn the driver cuts: good to some degrees.
-void DoubtTimesFromAzimuth(const Dataset& dataset, ObservabilityAnalysis* analysis) {
-  constexpr double kDoubt = 0.02;  // of a turn, 7 deg; from: derivation
+void InflateTimesFromAzimuth(const Dataset& dataset, ObservabilityAnalysis* analysis) {
+  constexpr double kAzimuthSigma = 0.02;  // of a turn, 7 deg; from: derivation
   for (std::size_t l = 0; l < dataset.drives[0].lidars.size(); ++l) {
     const LidarRecording& lidar = dataset.drives[0].lidars[l];
     if (!lidar.point_times_from_azimuth) continue;
     const int at = 7 * static_cast<int>(l) + 6;
-    const double doubt = kDoubt * lidar.scan_period;
-    analysis->covariance(at, at) += doubt * doubt;
-    analysis->data_covariance(at, at) += doubt * doubt;
+    const double sigma = kAzimuthSigma * lidar.scan_period;
+    analysis->covariance(at, at) += sigma * sigma;
+    analysis->data_covariance(at, at) += sigma * sigma;
     analysis->sigmas[l].time_offset = std::sqrt(analysis->covariance(at, at));
   }
 }
@@ -238,7 +238,7 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
   const CalibrationState& state = adjustment.state;
   Check(IsFinite(state), "the calibration holds what is not a number; please report this with the log");
   ObservabilityAnalysis analysis = Analyze(adjustment, dataset);
-  DoubtTimesFromAzimuth(dataset, &analysis);
+  InflateTimesFromAzimuth(dataset, &analysis);
   const std::vector<Sensor> sensors = AllSensors(rig, state);
   const std::size_t lidars = state.lidars.size();
   const std::vector<bool>& found = adjustment.cameras.found;

@@ -51,7 +51,7 @@ struct JointRounds {
 // By what the last solve's information is too good, measured once the calibration is settled.
 struct CovarianceScale {
   double correlation = 1.0;  // of variances, for errors that points share
-  CameraDoubt cameras;
+  CameraInflation cameras;
   std::vector<StampErrors> stamps;  // of each LiDAR, then of each camera; empty before
 };
 

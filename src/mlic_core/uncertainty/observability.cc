@@ -51,7 +51,8 @@ struct SensorInformation {
 };
 
 // Of all sensors and of the calibration's other parameters.
-ObservabilityAnalysis AnalyzeSensors(const SensorInformation& given, const CameraDoubt& doubt, double scale) {
+ObservabilityAnalysis AnalyzeSensors(const SensorInformation& given, const CameraInflation& inflation,
+                                     double scale) {
   const Eigen::VectorXd& limits = given.limits;
   const std::size_t sensors = given.sensors.size();
   // Sensors that are given are known: to a thousandth of the limits.
@@ -65,10 +66,10 @@ ObservabilityAnalysis AnalyzeSensors(const SensorInformation& given, const Camer
   ObservabilityAnalysis analysis;
   analysis.solved_covariance = InverseInLimits(with_fixed(given.solved) + given.guess, limits);
   const Eigen::MatrixXd all_covariance = InverseInLimits(with_fixed(given.data) + given.guess, limits) +
-                                         VarianceOfDoubt(analysis.solved_covariance, doubt, scale);
+                                         VarianceOfInflation(analysis.solved_covariance, inflation, scale);
   const Eigen::MatrixXd data_covariance =
       InverseInLimits(with_fixed(given.data), limits) +
-      VarianceOfDoubt(InverseInLimits(with_fixed(given.solved), limits), doubt, scale);
+      VarianceOfInflation(InverseInLimits(with_fixed(given.solved), limits), inflation, scale);
   analysis.data_covariance = data_covariance.topLeftCorner(7 * sensors, 7 * sensors);
   analysis.covariance = all_covariance.topLeftCorner(7 * sensors, 7 * sensors);
   analysis.inner_sigmas =
@@ -103,7 +104,7 @@ ObservabilityAnalysis AnalyzeSensors(const SensorInformation& given, const Camer
 }  // namespace
 
 ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const CalibrationState& state,
-                                         const Eigen::MatrixXd& information, const CameraDoubt& doubt,
+                                         const Eigen::MatrixXd& information, const CameraInflation& inflation,
                                          double scale) {
   const Layout layout(state, problem.estimate_imu_matrices);
   Eigen::MatrixXd prior;
@@ -127,11 +128,11 @@ ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const Cali
   }
   const Eigen::MatrixXd known =
       InformationWithFixed(information, state, layout, problem.camera_fixed) + (prior - guess);
-  given.data = WithDoubtOfTangentialTerms(information, state, layout, problem.camera_fixed, known);
+  given.data = WithVarianceOfTangentialTerms(information, state, layout, problem.camera_fixed, known);
   given.solved = known;
   given.guess = guess;
   given.limits = CalibrationLimits(state, layout);
-  ObservabilityAnalysis analysis = AnalyzeSensors(given, doubt, scale);
+  ObservabilityAnalysis analysis = AnalyzeSensors(given, inflation, scale);
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
     ObservabilityAnalysis::Intrinsics camera;
     const std::size_t count = state.cameras[c].intrinsics.parameters.size();

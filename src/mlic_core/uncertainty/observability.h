@@ -25,7 +25,7 @@ struct ObservabilityAnalysis {
   Eigen::MatrixXd covariance;       // 7 for each LiDAR and camera as in Layout, with the guesses
   Eigen::MatrixXd data_covariance;  // without
   Eigen::VectorXd inner_sigmas;     // of the calibration's other parameters, in the order of Layout
-  // Of all parameters (Layout), with the guesses, all that was held taken as known and without the doubt.
+  // Of all parameters (Layout), with the guesses, all that was held taken as known and without the inflation.
   Eigen::MatrixXd solved_covariance;
 
   struct Intrinsics {
@@ -38,11 +38,11 @@ struct ObservabilityAnalysis {
 
 // information: of the last solve of a joint problem with LiDARs and cameras, the residuals' scatter and
 // correlation taken out. A direction is not shown when its sigma without the guesses exceeds the limits of
-// observability_limits.h or the guess's own sigma. doubt: by which covariances grow, of variances that are
-// `scale` times those of the solve.
+// observability_limits.h or the guess's own sigma. inflation: by which covariances grow, of variances that
+// are `scale` times those of the solve.
 ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const CalibrationState& state,
-                                         const Eigen::MatrixXd& information, const CameraDoubt& doubt = {},
-                                         double scale = 1.0);
+                                         const Eigen::MatrixXd& information,
+                                         const CameraInflation& inflation = {}, double scale = 1.0);
 
 // Relative pose of two sensors with its sigma from their joint covariance (14 x 14: a, b).
 PairResult MakePair(const SensorCalibration& a, const SensorCalibration& b,
