@@ -57,7 +57,7 @@ double ChangeInSigmas(const CalibrationState& before, const CalibrationState& af
   const Eigen::VectorXd limits = CalibrationLimits(after, layout);
   Eigen::MatrixXd known = InformationWithFixed(information, after, layout, held);
   known.diagonal() += 1e-6 * limits.cwiseAbs2().cwiseInverse();
-  const int cameras = 7 * layout.sensors;
+  const int cameras = layout.poses;
   const Eigen::MatrixXd scaled = limits.asDiagonal() * known * limits.asDiagonal();
   const Eigen::VectorXd sigmas = scaled.ldlt()
                                      .solve(Eigen::MatrixXd::Identity(scaled.rows(), scaled.cols()))

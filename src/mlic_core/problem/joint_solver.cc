@@ -74,7 +74,8 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
   const Layout layout(*state, problem.estimate_imu_matrices);
   std::vector<bool> free_calibration(layout.calibration, true);
   for (std::size_t i = 0; i < problem.lidar_fixed.size(); ++i) {
-    if (problem.lidar_fixed[i]) std::fill_n(free_calibration.begin() + Layout::Lidar(i), 7, false);
+    if (problem.lidar_fixed[i])
+      std::fill_n(free_calibration.begin() + Layout::Lidar(i), Layout::kOfSensor, false);
   }
   if (problem.fix_trajectory) {
     std::fill(free_calibration.begin() + (layout.matrices >= 0 ? layout.matrices : layout.biases),
@@ -115,7 +116,7 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
     layout.Update(solution.delta, &moved);
     if (problem.fix_trajectory) moved.drives = state->drives;
     MoveLandmarks(couplings, solution.delta, &problem);
-    const double step = solution.delta.segment(layout.knots, 7 * layout.sensors).cwiseAbs().maxCoeff();
+    const double step = solution.delta.segment(layout.knots, layout.poses).cwiseAbs().maxCoeff();
     const bool settled = damping == 0.0 && solution.predicted_decrease < kNegligibleDecrease * sum.cost;
     const bool last = settled || iteration + 1 == iterations;
     std::optional<Accumulator> next;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "mlic_core/sensors/rig.h"
+#include "mlic_core/sensors/sensor_id.h"
 #include "mlic_core/trajectory/split_spline.h"
 
 namespace mlic {
@@ -37,6 +38,11 @@ struct CalibrationState {
   Eigen::Matrix3d gyroscope_matrix = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d accelerometer_matrix = Eigen::Matrix3d::Identity();
   std::vector<DriveState> drives;
+
+  SensorOrder Sensors() const { return {lidars.size(), cameras.size()}; }
+  const SensorCalibration& Sensor(SensorId id) const {
+    return id.IsLidar() ? lidars[id.index] : cameras[id.index].sensor;
+  }
 
   ImuCalibration Imu(std::size_t drive) const {
     return {drives[drive].gyroscope_bias, drives[drive].accelerometer_bias, gyroscope_matrix,

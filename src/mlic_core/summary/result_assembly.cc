@@ -7,6 +7,7 @@
 
 #include "mlic_core/common/error.h"
 #include "mlic_core/initialization/guess_check.h"
+#include "mlic_core/problem/layout.h"
 #include "mlic_core/problem/observability_limits.h"
 #include "mlic_core/summary/camera_views.h"
 #include "mlic_core/summary/map_projections.h"
@@ -77,7 +78,8 @@ std::vector<SensorResult> InitialSensors(const Rig& rig, const CalibrationState&
     result.name = sensors[s].name;
     result.frame_id = sensors[s].frame_id;
     result.calibration = sensors[s].calibration;
-    if (s >= initial.lidars.size()) AddIntrinsics(initial.cameras[s - initial.lidars.size()], {}, &result);
+    const SensorId id = initial.Sensors().At(s);
+    if (!id.IsLidar()) AddIntrinsics(initial.cameras[id.index], {}, &result);
     result.readout_sigma.reset();
     results.push_back(result);
   }
@@ -136,7 +138,7 @@ void InflateTimesFromAzimuth(const Dataset& dataset, ObservabilityAnalysis* anal
   for (std::size_t l = 0; l < dataset.drives[0].lidars.size(); ++l) {
     const LidarRecording& lidar = dataset.drives[0].lidars[l];
     if (!lidar.point_times_from_azimuth) continue;
-    const int at = 7 * static_cast<int>(l) + 6;
+    const int at = Layout::Lidar(l) + 6;
     const double sigma = kAzimuthSigma * lidar.scan_period;
     analysis->covariance(at, at) += sigma * sigma;
     analysis->data_covariance(at, at) += sigma * sigma;
@@ -208,10 +210,7 @@ std::vector<PairResult> MakePairs(const std::vector<Sensor>& sensors, const std:
     for (std::size_t b = a + 1; b < sensors.size(); ++b) {
       if (lost[a] || lost[b]) continue;
       const auto sigmas = [&](const Eigen::MatrixXd& from) {
-        Eigen::Matrix<double, 14, 14> both;
-        both << from.block<7, 7>(7 * a, 7 * a), from.block<7, 7>(7 * a, 7 * b),
-            from.block<7, 7>(7 * b, 7 * a), from.block<7, 7>(7 * b, 7 * b);
-        return MakePair(sensors[a].calibration, sensors[b].calibration, both);
+        return MakePair(sensors[a].calibration, sensors[b].calibration, JointCovariance(from, a, b));
       };
       const PoseSigma from_data = sigmas(analysis.data_covariance).sigma;
       const bool pair_shown = from_data.translation.maxCoeff() < kTranslationLimit &&
@@ -240,20 +239,20 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
   ObservabilityAnalysis analysis = Analyze(adjustment, dataset);
   InflateTimesFromAzimuth(dataset, &analysis);
   const std::vector<Sensor> sensors = AllSensors(rig, state);
-  const std::size_t lidars = state.lidars.size();
+  const SensorOrder order = state.Sensors();
   const std::vector<bool>& found = adjustment.cameras.found;
   std::vector<bool> shown, lost;
   for (std::size_t s = 0; s < sensors.size(); ++s) {
-    const bool is_lidar = s < lidars;
-    lost.push_back(is_lidar ? adjustment.rejected_lidars[s] || DoesNotFit(adjustment, s)
-                            : !found[s - lidars]);
+    const SensorId id = order.At(s);
+    lost.push_back(id.IsLidar() ? adjustment.rejected_lidars[id.index] || DoesNotFit(adjustment, id.index)
+                                : !found[id.index]);
     std::vector<std::string> reasons;
-    if (is_lidar && lost[s]) reasons = {WhyRejected(rig.lidars[s])};
+    if (id.IsLidar() && lost[s]) reasons = {WhyRejected(rig.lidars[id.index])};
     if (!lost[s] && !sensors[s].fixed) reasons = Judge(sensors[s], analysis.sensors[s], analysis.sigmas[s]);
     shown.push_back(!lost[s] && reasons.empty());
     result->reasons.insert(result->reasons.end(), reasons.begin(), reasons.end());
   }
-  if (lidars > 0 && adjustment.problem.planes[0].planes.size() < 20) {
+  if (!state.lidars.empty() && adjustment.problem.planes[0].planes.size() < 20) {
     result->reasons.push_back("the map has hardly any planes; record near buildings or in a furnished hall");
   }
   if (adjustment.rounds.unsettled > 0.5) {
@@ -271,11 +270,12 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
   for (std::size_t s = 0; s < sensors.size(); ++s) {
     if (!shown[s]) continue;
     result->sensors.push_back(MakeSensor(sensors[s], analysis, s));
-    if (s < lidars) {
-      WarnOfGuess(rig.lidars[s], result->sensors.back().calibration, &result->warnings);
+    const SensorId id = order.At(s);
+    if (id.IsLidar()) {
+      WarnOfGuess(rig.lidars[id.index], result->sensors.back().calibration, &result->warnings);
       continue;
     }
-    const std::size_t c = s - lidars;
+    const std::size_t c = id.index;
     WarnOfGuess(rig.cameras[c], result->sensors.back().calibration, &result->warnings);
     AddIntrinsics(state.cameras[c], analysis.cameras[c], &result->sensors.back());
     const std::vector<HeldOutMatches>& held_out = adjustment.map.held_out_errors;

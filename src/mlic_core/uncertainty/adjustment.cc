@@ -45,10 +45,9 @@ double ChangeInSigmas(const Adjustment& adjustment, const Dataset& dataset, cons
     const double change = changes.allFinite() ? changes.cwiseAbs().maxCoeff() : kUnknownChange;
     largest = std::max(largest, change);
   };
-  const std::size_t lidars = state.lidars.size();
-  for (std::size_t l = 0; l < lidars; ++l) compare(before.lidars[l], state.lidars[l], analysis.sigmas[l]);
-  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
-    compare(before.cameras[c].sensor, state.cameras[c].sensor, analysis.sigmas[lidars + c]);
+  const SensorOrder order = state.Sensors();
+  for (std::size_t s = 0; s < order.size(); ++s) {
+    compare(before.Sensor(order.At(s)), state.Sensor(order.At(s)), analysis.sigmas[s]);
   }
   return largest;
 }

@@ -128,10 +128,11 @@ std::vector<double> ImageDisplacements(const CameraIntrinsics& intrinsics) {
 
 Eigen::VectorXd CalibrationLimits(const CalibrationState& state, const Layout& layout) {
   Eigen::VectorXd limits = Eigen::VectorXd::Ones(layout.calibration);
-  for (int s = 0; s < layout.sensors; ++s) {
-    limits.segment<3>(7 * s).setConstant(kRotationLimit);
-    limits.segment<3>(7 * s + 3).setConstant(kTranslationLimit);
-    limits[7 * s + 6] = kTimeLimit;
+  for (std::size_t s = 0; s < layout.order.size(); ++s) {
+    const int at = Layout::Sensor(s);
+    limits.segment<3>(at).setConstant(kRotationLimit);
+    limits.segment<3>(at + 3).setConstant(kTranslationLimit);
+    limits[at + 6] = kTimeLimit;
   }
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
     if (layout.Readout(c) >= 0) limits[layout.Readout(c)] = kTimeLimit;

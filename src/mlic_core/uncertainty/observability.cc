@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/problem/layout.h"
 #include "mlic_core/problem/observability_limits.h"
 #include "mlic_core/problem/priors.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
@@ -59,7 +60,8 @@ ObservabilityAnalysis AnalyzeSensors(const SensorInformation& given, const Camer
   const auto with_fixed = [&](Eigen::MatrixXd data) {
     for (std::size_t l = 0; l < sensors; ++l) {
       if (!given.sensors[l].fixed) continue;
-      for (int i = 0; i < 7; ++i) data(7 * l + i, 7 * l + i) += 1e6 / (limits[7 * l + i] * limits[7 * l + i]);
+      for (int i = Layout::Sensor(l); i < Layout::Sensor(l + 1); ++i)
+        data(i, i) += 1e6 / (limits[i] * limits[i]);
     }
     return data;
   };
@@ -70,12 +72,13 @@ ObservabilityAnalysis AnalyzeSensors(const SensorInformation& given, const Camer
   const Eigen::MatrixXd data_covariance =
       InverseInLimits(with_fixed(given.data), limits) +
       VarianceOfInflation(InverseInLimits(with_fixed(given.solved), limits), inflation, scale);
-  analysis.data_covariance = data_covariance.topLeftCorner(7 * sensors, 7 * sensors);
-  analysis.covariance = all_covariance.topLeftCorner(7 * sensors, 7 * sensors);
+  const int poses = Layout::Sensor(sensors);
+  analysis.data_covariance = data_covariance.topLeftCorner(poses, poses);
+  analysis.covariance = all_covariance.topLeftCorner(poses, poses);
   analysis.inner_sigmas =
-      all_covariance.diagonal().tail(all_covariance.rows() - 7 * sensors).cwiseMax(0.0).cwiseSqrt();
+      all_covariance.diagonal().tail(all_covariance.rows() - poses).cwiseMax(0.0).cwiseSqrt();
   for (std::size_t l = 0; l < sensors; ++l) {
-    const int at = 7 * static_cast<int>(l);
+    const int at = Layout::Sensor(l);
     const auto& all = analysis.covariance;
     const auto& shown = analysis.data_covariance;
     const std::optional<ExtrinsicGuess>& guess = given.sensors[l].guess;
@@ -112,7 +115,7 @@ ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const Cali
   CalibrationPrior(problem, state, layout, &prior, &gradient);
   // Priors of biases, matrices and readouts are knowledge about devices and belong to the data; guesses do
   // not.
-  const int poses = 7 * layout.sensors;
+  const int poses = layout.poses;
   Eigen::MatrixXd guess = Eigen::MatrixXd::Zero(prior.rows(), prior.cols());
   guess.topLeftCorner(poses, poses) = prior.topLeftCorner(poses, poses);
   SensorInformation given;
@@ -170,15 +173,22 @@ PairResult MakePair(const SensorCalibration& a, const SensorCalibration& b,
   return pair;
 }
 
+Eigen::Matrix<double, 14, 14> JointCovariance(const Eigen::MatrixXd& covariance, std::size_t a,
+                                              std::size_t b) {
+  const int at_a = Layout::Sensor(a), at_b = Layout::Sensor(b);
+  Eigen::Matrix<double, 14, 14> both;
+  both << covariance.block<7, 7>(at_a, at_a), covariance.block<7, 7>(at_a, at_b),
+      covariance.block<7, 7>(at_b, at_a), covariance.block<7, 7>(at_b, at_b);
+  return both;
+}
+
 std::vector<PoseSigma> SigmasAgainstLidar(const ObservabilityAnalysis& analysis,
                                           const CalibrationState& state, std::size_t lidar) {
-  const int lidars = static_cast<int>(state.lidars.size()), from = 7 * static_cast<int>(lidar);
+  const SensorOrder order = state.Sensors();
   std::vector<PoseSigma> sigmas;
-  for (int c = 0; c < static_cast<int>(state.cameras.size()); ++c) {
-    const int to = 7 * (lidars + c);
-    Eigen::Matrix<double, 14, 14> both;
-    both << analysis.covariance.block<7, 7>(from, from), analysis.covariance.block<7, 7>(from, to),
-        analysis.covariance.block<7, 7>(to, from), analysis.covariance.block<7, 7>(to, to);
+  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
+    const auto both =
+        JointCovariance(analysis.covariance, order.PlaceOf(LidarId(lidar)), order.PlaceOf(CameraId(c)));
     sigmas.push_back(MakePair(state.lidars[lidar], state.cameras[c].sensor, both).sigma);
   }
   return sigmas;

@@ -20,7 +20,7 @@ struct ObservabilityAnalysis {
     bool time_offset = true;
     std::vector<UnobservableDirection> directions;
   };
-  std::vector<Sensor> sensors;
+  std::vector<Sensor> sensors;      // in the SensorOrder, as all that follow
   std::vector<PoseSigma> sigmas;    // with the guesses
   Eigen::MatrixXd covariance;       // 7 for each LiDAR and camera as in Layout, with the guesses
   Eigen::MatrixXd data_covariance;  // without
@@ -43,6 +43,11 @@ struct ObservabilityAnalysis {
 ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const CalibrationState& state,
                                          const Eigen::MatrixXd& information,
                                          const CameraInflation& inflation = {}, double scale = 1.0);
+
+// Of the poses and offsets of the sensors at two places, out of ObservabilityAnalysis::covariance or
+// data_covariance.
+Eigen::Matrix<double, 14, 14> JointCovariance(const Eigen::MatrixXd& covariance, std::size_t a,
+                                              std::size_t b);
 
 // Relative pose of two sensors with its sigma from their joint covariance (14 x 14: a, b).
 PairResult MakePair(const SensorCalibration& a, const SensorCalibration& b,
