@@ -8,6 +8,8 @@
 
 namespace mlic {
 
+// Constants of this file, from: structural, places of columns.
+
 // The map's position and yaw are free: no measurement says where its origin is. They are fixed where they
 // are, at a time t, by
 //   r = kScale (p(t) - p_fixed, e_z . Log(R(t) R_fixed^T))

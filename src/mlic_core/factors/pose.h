@@ -9,6 +9,8 @@
 
 namespace mlic {
 
+// Constants of this file, from: structural, places of columns.
+
 // The trajectory against a given pose at a time t, whitened:
 //   r = (Log(R_given^T R(t)) / sigma_rotation, (p(t) - p_given) / sigma_translation)
 // Columns: 4 rotation control points (right perturbations, 12), 4 position control points (12).

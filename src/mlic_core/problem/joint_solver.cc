@@ -15,7 +15,7 @@ namespace mlic {
 namespace {
 
 // By how much of it priors may rightly raise the data's cost; more than that is a step too far.
-constexpr double kAllowedIncrease = 1e-3;
+constexpr double kAllowedIncrease = 1e-3;  // from: guard
 // A step that lowers the cost by less than this share of it is the last one.
 constexpr double kNegligibleDecrease = 1e-4;
 

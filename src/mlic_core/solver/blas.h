@@ -43,7 +43,7 @@ struct BlasView {
 // c -= a * b^T.
 inline void SubtractTransposedProduct(const BlasView<const double>& a, const BlasView<const double>& b,
                                       const BlasView<double>& c) {
-  constexpr double kFactor = -1.0, kKeep = 1.0;
+  constexpr double kFactor = -1.0, kKeep = 1.0;  // from: structural
   dgemm_("N", "T", &c.rows, &c.columns, &a.columns, &kFactor, a.data, &a.stride, b.data, &b.stride, &kKeep,
          c.data, &c.stride);
 }

@@ -9,7 +9,7 @@
 namespace mlic {
 namespace {
 
-constexpr double kUnknownChange = 1e9;  // far beyond any that counts as settled
+constexpr double kUnknownChange = 1e9;  // from: guard, far beyond any that counts as settled
 
 }  // namespace
 
