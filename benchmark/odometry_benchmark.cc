@@ -17,6 +17,7 @@
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/lidar/odometry.h"
 #include "mlic_core/lidar/scan_filter.h"
+#include "mlic_sim/image_stage.h"
 #include "mlic_sim/simulation.h"
 
 namespace mlic {

@@ -1,7 +1,8 @@
+#include "mlic_sim/hall.h"
+
 #include <cmath>
 
 #include "mlic_sim/furniture.h"
-#include "mlic_sim/world.h"
 
 namespace mlic::sim {
 namespace {

@@ -4,6 +4,8 @@
 #include <utility>
 
 #include "mlic_core/common/random.h"
+#include "mlic_sim/hall.h"
+#include "mlic_sim/yard.h"
 
 namespace mlic::sim {
 namespace {

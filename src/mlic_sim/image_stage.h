@@ -5,9 +5,16 @@
 
 #include "mlic_core/sensors/images.h"
 #include "mlic_sim/camera_renderer.h"
-#include "mlic_sim/simulation.h"
+#include "mlic_sim/sensor_set.h"
+#include "mlic_sim/simulation_options.h"
+#include "mlic_sim/trajectory.h"
+#include "mlic_sim/world.h"
 
 namespace mlic::sim {
+
+// The world and the motion of a scenario.
+std::unique_ptr<World> MakeWorld(Scenario scenario, InfraredLook infrared = InfraredLook::kRelated);
+std::unique_ptr<Trajectory> MakeTrajectory(const SensorSet& sensors, const SimulationOptions& options);
 
 // The world, the motion and the cameras of one drive: all that a picture needs. Thread-safe.
 class ImageStage {

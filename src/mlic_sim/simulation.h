@@ -11,20 +11,11 @@
 #include "mlic_core/sensors/rig.h"
 #include "mlic_sim/lidar_scanner.h"
 #include "mlic_sim/sensor_set.h"
-#include "mlic_sim/trajectory.h"
-#include "mlic_sim/world.h"
+#include "mlic_sim/simulation_options.h"
 
 namespace mlic::sim {
 
 // Constants of this file, from: definition; errors of the guess as in the paper of MLIC.
-
-struct SimulationOptions {
-  Scenario scenario = Scenario::kFigureEight;
-  double duration = 60.0;  // s
-  std::uint64_t seed = 1;
-  // False: exact IMU samples and points (biases, matrices and clock offsets stay as the sensor set says).
-  bool with_noise = true;
-};
 
 // Absolute time of the drive's time 0.
 constexpr TimeNs kSimulationEpoch = 1700000000LL * 1000000000LL;
@@ -58,10 +49,6 @@ class DriveSink {
   virtual void OnScan(SimulatedScan scan) = 0;
   virtual void OnImage(SimulatedImage image) = 0;
 };
-
-// The world and the motion of a scenario.
-std::unique_ptr<World> MakeWorld(Scenario scenario, InfraredLook infrared = InfraredLook::kRelated);
-std::unique_ptr<Trajectory> MakeTrajectory(const SensorSet& sensors, const SimulationOptions& options);
 
 // Simulates a drive. Scans and images are made in parallel, a second of the drive at a time, so memory stays
 // bounded; the bytes do not depend on the number of threads. Throws InputError for a duration that is too

@@ -59,12 +59,4 @@ class World {
   std::unique_ptr<Embree> embree_;
 };
 
-// A yard of about 80 x 60 m: buildings, parked cars, poles, trees, kerbs, markings. The ground is slightly
-// uneven (UnevenGroundHeight) or perfectly flat.
-std::unique_ptr<World> MakeYard(bool flat_ground, InfraredLook infrared = InfraredLook::kRelated);
-
-// A hall of 24 x 16 x 6 m with pillars, shelves, tables, boxes and tilted boards; the middle (|x| < 7.5 m,
-// |y| < 4 m) holds nothing higher than 0.8 m.
-std::unique_ptr<World> MakeHall(InfraredLook infrared = InfraredLook::kRelated);
-
 }  // namespace mlic::sim

@@ -1,8 +1,9 @@
+#include "mlic_sim/yard.h"
+
 #include <cmath>
 
 #include "mlic_sim/furniture.h"
 #include "mlic_sim/ground.h"
-#include "mlic_sim/world.h"
 
 namespace mlic::sim {
 namespace {

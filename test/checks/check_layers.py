@@ -1,11 +1,14 @@
 #!/usr/bin/python3
-"""Fails on an include in the wrong direction between the rooms of the code (docs/architecture.md).
+"""Fails on an include in the wrong direction between the rooms of the code, and on a circle of includes between
+units, also inside a room (docs/architecture.md).
 
 usage: check_layers.py SOURCE_DIRECTORY | --self-test
 
 A room of mlic_core includes itself and rooms of lower levels only; rooms of one level do not include each other.
 mlic_sim includes only common, geometry and sensors of mlic_core, so that it shares no mistake with the estimator.
-ROS headers are included in mlic_ros only, and nothing but mlic_ros includes mlic_ros.
+ROS headers are included in mlic_ros only, and nothing but mlic_ros includes mlic_ros. mlic_ros/display shows what the
+programs do and does not know them.
+A unit is a header with the source file of the same name.
 """
 
 import pathlib
@@ -41,7 +44,11 @@ def fault(user, header):
         return None if package == 'mlic_ros' else 'a header of ROS outside mlic_ros'
     used = header.split('/')
     if used[0] == 'mlic_ros':
-        return None if package == 'mlic_ros' else 'mlic_ros is included by nothing but itself'
+        if package != 'mlic_ros':
+            return 'mlic_ros is included by nothing but itself'
+        if user[1] == 'display' and used[1] == 'programs':
+            return 'mlic_ros/display does not know the programs'
+        return None
     if used[0] == 'mlic_sim' and package == 'mlic_core':
         return 'the core does not know the simulator'
     if used[0] != 'mlic_core':
@@ -60,21 +67,71 @@ def fault(user, header):
     return None
 
 
+def circles(graph):
+    """The circles of a graph {node: nodes}: each a sorted list of nodes that reach each other (Tarjan, 1972)."""
+    found, order, low, stack = [], {}, {}, []
+
+    def visit(node):
+        order[node] = low[node] = len(order)
+        stack.append(node)
+        for used in sorted(graph[node]):
+            if used not in order:
+                visit(used)
+                low[node] = min(low[node], low[used])
+            elif used in stack:
+                low[node] = min(low[node], order[used])
+        if low[node] == order[node]:
+            at = stack.index(node)
+            if len(stack) - at > 1:
+                found.append(sorted(stack[at:]))
+            del stack[at:]
+
+    for node in sorted(graph):
+        if node not in order:
+            visit(node)
+    return found
+
+
+def unit(path):
+    """A header and the source file of the same name are one unit."""
+    return path.rsplit('.', 1)[0]
+
+
 def check(source):
     """All faults below the directory `source` and the number of files looked at."""
     faults = []
     files = 0
+    graph = {}
     for path in sorted(source.rglob('*')):
         if path.suffix not in SUFFIXES or not path.is_file():
             continue
         files += 1
         user = path.relative_to(source).parts
+        used_units = graph.setdefault(unit('/'.join(user)), set())
         for number, line in enumerate(path.read_text(encoding='utf-8').splitlines(), 1):
             match = INCLUDE.match(line)
+            if match:
+                used_units.add(unit(match.group(1)))
             what = match and fault(user, match.group(1))
             if what:
                 faults.append(f'{path}:{number}: {what}: {line.strip()}')
+    graph = {user: used & graph.keys() - {user} for user, used in graph.items()}
+    for circle in circles(graph):
+        edges = [f'{a} -> {b}' for a in circle for b in sorted(graph[a] & set(circle))]
+        faults.append(f'{source}: units that include each other: ' + ', '.join(edges))
     return faults, files
+
+
+def judge(files):
+    """The faults of a folder with these files, {path: includes}."""
+    with tempfile.TemporaryDirectory() as folder:
+        for name, headers in files.items():
+            path = pathlib.Path(folder) / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text('#pragma once\n#include <vector>\n' + ''.join(f'#include "{h}"\n' for h in headers))
+        faults, count = check(pathlib.Path(folder))
+        assert count == len(files)
+        return faults
 
 
 def self_test():
@@ -98,17 +155,25 @@ def self_test():
         ('mlic_core/lidar/a.cc', 'mlic_core/trajectory/b.h', False),
         ('mlic_sim/a.cc', 'mlic_core/sensors/b.h', False),
         ('mlic_ros/a.cc', 'mlic_sim/b.h', False),
+        ('mlic_ros/display/a.cc', 'mlic_ros/programs/b.h', True),
+        ('mlic_ros/programs/a.cc', 'mlic_ros/display/b.h', False),
         ('mlic_ros/a.cc', 'ros/ros.h', False),
     ]
     for user, header, wrong in planted:
-        with tempfile.TemporaryDirectory() as folder:
-            path = pathlib.Path(folder) / user
-            path.parent.mkdir(parents=True)
-            path.write_text(f'#pragma once\n#include <vector>\n#include "{header}"\n')
-            faults, files = check(pathlib.Path(folder))
-            assert files == 1
-            assert bool(faults) == wrong, f'{user} including {header}: found {faults}'
-    print(f'check_layers.py: {len(planted)} planted includes judged rightly')
+        faults = judge({user: [header]})
+        assert bool(faults) == wrong, f'{user} including {header}: found {faults}'
+    room = 'mlic_core/lidar/'
+    # A source file closes a circle as a header does; a unit may include itself, and two may share a third.
+    round_trip = {room + 'a.h': [], room + 'a.cc': [room + 'a.h', room + 'b.h'], room + 'b.h': [room + 'c.h'],
+                  room + 'c.h': [room + 'a.h']}
+    faults = judge(round_trip)
+    assert len(faults) == 1 and 'lidar/c -> mlic_core/lidar/a' in faults[0], faults
+    two = {'mlic_sim/a.h': ['mlic_sim/b.h'], 'mlic_sim/b.h': ['mlic_sim/a.h']}
+    assert len(judge({**round_trip, **two})) == 2
+    diamond = {room + 'a.h': [room + 'b.h', room + 'c.h'], room + 'b.h': [room + 'd.h'], room + 'c.h': [room + 'd.h'],
+               room + 'd.h': [], room + 'd.cc': [room + 'd.h']}
+    assert not judge(diamond), judge(diamond)
+    print(f'check_layers.py: {len(planted)} planted includes and 3 planted graphs judged rightly')
 
 
 def main():
@@ -122,8 +187,8 @@ def main():
     if not files:
         sys.exit(f'check_layers.py: no source file in {source}')
     if faults:
-        sys.exit('\n'.join(faults) + f'\ncheck_layers.py: {len(faults)} includes in the wrong direction')
-    print(f'check_layers.py: {files} files, every include in the right direction')
+        sys.exit('\n'.join(faults) + f'\ncheck_layers.py: {len(faults)} includes in the wrong direction or in a circle')
+    print(f'check_layers.py: {files} files, every include in the right direction, no circle')
 
 
 main()

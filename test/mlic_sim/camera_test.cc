@@ -8,6 +8,7 @@
 #include "mlic_core/geometry/so3.h"
 #include "mlic_sim/camera_renderer.h"
 #include "mlic_sim/image_stage.h"
+#include "mlic_sim/simulation.h"
 
 namespace mlic::sim {
 namespace {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "mlic_core/geometry/so3.h"
+#include "mlic_sim/image_stage.h"
 #include "mlic_sim/simulation.h"
 
 namespace mlic::sim {

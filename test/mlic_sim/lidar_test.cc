@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "mlic_core/geometry/so3.h"
+#include "mlic_sim/hall.h"
 #include "mlic_sim/lidar_scanner.h"
 
 namespace mlic::sim {

@@ -5,6 +5,7 @@
 
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/random.h"
+#include "mlic_core/problem/landmark_terms.h"
 
 namespace mlic {
 namespace {

@@ -4,7 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/observations.h"
+#include "mlic_core/problem/state.h"
 #include "mlic_core/result/result.h"
 
 namespace mlic {

@@ -1,7 +1,9 @@
+#include "mlic_core/association/landmark_noise.h"
+
 #include <algorithm>
 #include <cmath>
 
-#include "mlic_core/association/point_landmarks.h"
+#include "mlic_core/problem/landmark_terms.h"
 
 namespace mlic {
 namespace {

@@ -13,6 +13,7 @@
 #include "mlic_core/crossmodal/nid.h"
 #include "mlic_core/crossmodal/pnp.h"
 #include "mlic_core/crossmodal/view_selection.h"
+#include "mlic_core/problem/landmark_terms.h"
 
 namespace mlic {
 namespace {
@@ -200,11 +201,9 @@ void AddPoints(const Photo& photo, const CalibrationState& state, const MapMatch
 
 }  // namespace
 
-MapMatches MatchCamerasToMap(const Dataset& dataset, const std::vector<TrackSet>& tracks,
-                             const CalibrationState& state, const std::vector<PoseSigma>& sigmas,
-                             const std::vector<bool>& found, const MapMatchingOptions& options,
-                             const std::function<void(double)>& progress,
-                             const CancellationToken& cancellation) {
+MapMatches MatchCamerasToMap(const Dataset& dataset, const CalibrationState& state,
+                             const MatchedCameras& matched, const MapMatchingOptions& options,
+                             const Monitor& monitor) {
   const std::size_t cameras = state.cameras.size();
   std::vector<std::pair<std::size_t, TimeInterval>> windows;
   for (std::size_t d = 0; d < dataset.drives.size(); ++d) {
@@ -215,7 +214,7 @@ MapMatches MatchCamerasToMap(const Dataset& dataset, const std::vector<TrackSet>
   const std::size_t views = std::max<std::size_t>(2, (options.views + windows.size() - 1) / windows.size());
   std::vector<Photo> photos;
   for (std::size_t w = 0; w < windows.size(); ++w) {
-    cancellation.ThrowIfCancelled();
+    monitor.cancellation.ThrowIfCancelled();
     const auto& [d, window] = windows[w];
     const IntensityMap map =
         BuildIntensityMap(CollectReturns(dataset.drives[d], state.drives[d].trajectory, state.lidars,
@@ -224,9 +223,9 @@ MapMatches MatchCamerasToMap(const Dataset& dataset, const std::vector<TrackSet>
     std::vector<std::unique_ptr<const ViewRenderer>> renderers(cameras);
     std::vector<std::vector<Photo>> of_cameras(cameras);
     ParallelFor(cameras, [&, d = d, window = window](std::size_t c) {
-      if (!found[c]) return;
+      if (!matched.found[c]) return;
       renderers[c] = std::make_unique<const ViewRenderer>(map, state.cameras[c].intrinsics, RenderOptions());
-      of_cameras[c] = ChoosePhotos(tracks[d], state, d, static_cast<int>(c), window, map, views);
+      of_cameras[c] = ChoosePhotos(matched.tracks[d], state, d, static_cast<int>(c), window, map, views);
     });
     const std::size_t first = photos.size();
     for (std::vector<Photo>& of_camera : of_cameras) {
@@ -235,15 +234,15 @@ MapMatches MatchCamerasToMap(const Dataset& dataset, const std::vector<TrackSet>
     for (int level = 0; level <= kCoarsestLevel; ++level) {
       const std::vector<Photo*> unmatched = ToMatchAgain(photos, first, cameras);
       ParallelFor(unmatched.size(), [&, d = d](std::size_t i) {
-        if (cancellation.IsCancelled()) return;
+        if (monitor.cancellation.IsCancelled()) return;
         Photo& photo = *unmatched[i];
         Match(dataset.drives[d].cameras[photo.camera], state.cameras[photo.camera], map,
-              *renderers[photo.camera], sigmas[photo.camera], level, &photo);
+              *renderers[photo.camera], matched.sigmas[photo.camera], level, &photo);
       });
     }
-    progress((w + 1.0) / static_cast<double>(windows.size()));
+    monitor.progress((w + 1.0) / static_cast<double>(windows.size()));
   }
-  cancellation.ThrowIfCancelled();
+  monitor.cancellation.ThrowIfCancelled();
 
   MapMatches result;
   result.counts.assign(cameras, 0);

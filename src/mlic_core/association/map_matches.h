@@ -1,13 +1,14 @@
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
 #include "mlic_core/camera/tracks/tracks.h"
 #include "mlic_core/common/progress.h"
-#include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/observations.h"
+#include "mlic_core/problem/state.h"
 #include "mlic_core/result/result.h"
+#include "mlic_core/sensors/measurements.h"
 
 namespace mlic {
 
@@ -33,15 +34,19 @@ struct MapMatches {
   std::vector<double> nid;           // mean normalised information distance of photos and renderings
 };
 
+// What is known of the state's cameras beside their calibration.
+struct MatchedCameras {
+  const std::vector<TrackSet>& tracks;   // of each drive: their keyframes are the photos to choose from
+  const std::vector<PoseSigma>& sigmas;  // of each camera against the LiDARs, now: they size the search
+  const std::vector<bool>& found;        // of each camera: others are left out
+};
+
 // Renders the map of each window into each camera's most telling photos and matches them, at full resolution
 // or, where that gives few matches, at a coarser one; a robust pose of each camera sorts out what does not
-// agree. tracks: their keyframes are the photos to choose from. sigmas: of each camera against the LiDARs, as
-// they are thought to be now: they size the search. found: of each camera.
-MapMatches MatchCamerasToMap(const Dataset& dataset, const std::vector<TrackSet>& tracks,
-                             const CalibrationState& state, const std::vector<PoseSigma>& sigmas,
-                             const std::vector<bool>& found, const MapMatchingOptions& options,
-                             const std::function<void(double)>& progress,
-                             const CancellationToken& cancellation);
+// agree.
+MapMatches MatchCamerasToMap(const Dataset& dataset, const CalibrationState& state,
+                             const MatchedCameras& cameras, const MapMatchingOptions& options,
+                             const Monitor& monitor);
 
 // By what factor the claimed sigmas of matches are too small, for each camera (1 without matches): matches
 // of one part of a photo share what is wrong with the map and the rendering there, so that many are little

@@ -6,6 +6,7 @@
 #include "mlic_core/association/ring_corrections.h"
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/parallel.h"
+#include "mlic_core/problem/plane_terms.h"
 #include "mlic_core/problem/time_windows.h"
 
 namespace mlic {

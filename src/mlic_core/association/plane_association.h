@@ -3,7 +3,9 @@
 #include <vector>
 
 #include "mlic_core/lidar/plane_map.h"
-#include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/observations.h"
+#include "mlic_core/problem/state.h"
+#include "mlic_core/sensors/measurements.h"
 
 namespace mlic {
 

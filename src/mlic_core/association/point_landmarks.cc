@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "mlic_core/association/landmark_noise.h"
 #include "mlic_core/camera/two_view/triangulation.h"
 #include "mlic_core/common/parallel.h"
 

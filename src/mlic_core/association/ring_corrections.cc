@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "mlic_core/common/parallel.h"
+#include "mlic_core/problem/plane_terms.h"
 
 namespace mlic {
 namespace {

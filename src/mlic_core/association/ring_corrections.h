@@ -5,7 +5,8 @@
 #include <vector>
 
 #include "mlic_core/crossmodal/intensity_map.h"
-#include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/observations.h"
+#include "mlic_core/problem/state.h"
 
 namespace mlic {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "mlic_core/crossmodal/structure_features.h"
+#include "mlic_core/crossmodal/structure_image.h"
 
 namespace mlic {
 namespace {

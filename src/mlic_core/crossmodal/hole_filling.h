@@ -1,6 +1,7 @@
 #pragma once
 
-#include "mlic_core/crossmodal/renderer.h"
+#include "mlic_core/crossmodal/intensity_map.h"
+#include "mlic_core/crossmodal/rendered_view.h"
 
 namespace mlic {
 

@@ -1,7 +1,8 @@
+#include "mlic_core/crossmodal/map_returns.h"
+
 #include <algorithm>
 
 #include "mlic_core/common/parallel.h"
-#include "mlic_core/crossmodal/intensity_map.h"
 
 namespace mlic {
 namespace {

@@ -8,6 +8,7 @@
 
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/parallel.h"
+#include "mlic_core/geometry/octree_key.h"
 #include "mlic_core/geometry/plane.h"
 
 namespace mlic {
@@ -33,26 +34,13 @@ constexpr double kWindow = 0.1;  // s of beams that show how dense they are
 constexpr double kWideCell = M_PI / 60.0;  // rad: wide enough that no gap between rings is seen as empty
 constexpr double kDenseParent = 16.0;  // times as many points around a few as there are of them: those stray
 
-struct KeyedReturn {
-  std::uint64_t key;
-  std::uint32_t index;
-  bool operator<(const KeyedReturn& other) const {
-    return key != other.key ? key < other.key : index < other.index;
-  }
-};
+using Voxels = Octree<16, kLevels>;
 
-// Root voxel (16 bits an axis), then 3 bits for each split: voxels of every level are contiguous in order.
 std::uint64_t VoxelKey(const Eigen::Vector3f& p) {
-  std::uint64_t key = 0, leaf[3];
-  for (int a = 0; a < 3; ++a) {
-    const auto cell = static_cast<std::int64_t>(std::floor(p[a] * ((1 << kLevels) / kRoot)));
-    leaf[a] = static_cast<std::uint64_t>(cell + (1 << (15 + kLevels)));
-    key = (key << 16) | ((leaf[a] >> kLevels) & 0xFFFF);
-  }
-  for (int level = kLevels - 1; level >= 0; --level) {
-    for (int a = 0; a < 3; ++a) key = (key << 1) | ((leaf[a] >> level) & 1);
-  }
-  return key;
+  const auto cell = [&](int axis) {
+    return static_cast<std::int64_t>(std::floor(p[axis] * ((1 << kLevels) / kRoot)));
+  };
+  return Voxels::KeyOf({cell(0), cell(1), cell(2)});
 }
 
 // A beam's neighbours are no farther apart than its LiDAR's beams, however few there are; those of a single
@@ -77,7 +65,7 @@ struct Finds {
 // One root voxel, taken apart.
 class RootVoxel {
  public:
-  RootVoxel(const std::vector<MapReturn>& returns, const std::vector<KeyedReturn>& keyed,
+  RootVoxel(const std::vector<MapReturn>& returns, const std::vector<KeyedIndex>& keyed,
             const std::vector<double>& beam_spacing, double range_noise, Finds* finds)
       : returns_(returns),
         keyed_(keyed),
@@ -116,13 +104,9 @@ class RootVoxel {
       }
       return;
     }
-    const int shift = 3 * (kLevels - 1 - level);
-    for (std::size_t child = begin; child < end;) {
-      std::size_t next = child + 1;
-      while (next < end && keyed_[next].key >> shift == keyed_[child].key >> shift) ++next;
-      Split(child, next, level + 1, fit, in_cell, surfaces);
-      child = next;
-    }
+    Voxels::ForEachChild(keyed_, begin, end, level, [&](std::size_t first, std::size_t last) {
+      Split(first, last, level + 1, fit, in_cell, surfaces);
+    });
   }
 
  private:
@@ -195,7 +179,7 @@ class RootVoxel {
   }
 
   const std::vector<MapReturn>& returns_;
-  const std::vector<KeyedReturn>& keyed_;
+  const std::vector<KeyedIndex>& keyed_;
   const std::vector<double>& beam_spacing_;  // rad, of each LiDAR
   double range_noise_;
   Finds* finds_;
@@ -263,7 +247,7 @@ bool PlaceOnPlane(const MapReturn& r, const SurfacePlane& plane, double beam_spa
 }
 
 MapSurfaces FindSurfaces(const std::vector<MapReturn>& returns) {
-  std::vector<KeyedReturn> keyed(returns.size());
+  std::vector<KeyedIndex> keyed(returns.size());
   ParallelChunks(returns.size(), 256, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       keyed[i] = {VoxelKey(returns[i].position), static_cast<std::uint32_t>(i)};
@@ -272,7 +256,7 @@ MapSurfaces FindSurfaces(const std::vector<MapReturn>& returns) {
   tbb::parallel_sort(keyed.begin(), keyed.end());
   std::vector<std::size_t> roots;
   for (std::size_t k = 0; k < keyed.size(); ++k) {
-    if (k == 0 || keyed[k].key >> (3 * kLevels) != keyed[k - 1].key >> (3 * kLevels)) roots.push_back(k);
+    if (k == 0 || Voxels::RootOf(keyed[k].key) != Voxels::RootOf(keyed[k - 1].key)) roots.push_back(k);
   }
   roots.push_back(keyed.size());
 
@@ -301,7 +285,7 @@ MapSurfaces FindSurfaces(const std::vector<MapReturn>& returns) {
   }
   result.patches.push_back(static_cast<std::uint32_t>(keyed.size()));
   result.order.reserve(keyed.size());
-  for (const KeyedReturn& k : keyed) result.order.push_back(k.index);
+  for (const KeyedIndex& k : keyed) result.order.push_back(k.index);
   return result;
 }
 

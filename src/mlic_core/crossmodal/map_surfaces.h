@@ -1,9 +1,10 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 
-#include "mlic_core/crossmodal/intensity_map.h"
+#include "mlic_core/crossmodal/map_returns.h"
 
 namespace mlic {
 
@@ -25,6 +26,14 @@ struct SurfacePlane {
   double count = 0.0;                                // of its points
   double spacing = 4.0;                              // m, between them; 0: of one line of a scan
   std::uint32_t begin = 0, end = 0;                  // over MapSurfaces::order
+};
+
+// Points that lie near each other: [begin, end) of the map's points, all within radius of the center. Their
+// order is random, so that the first k of them are an even choice.
+struct MapCell {
+  Eigen::Vector3f center;
+  float radius = 0.0f;  // m
+  std::uint32_t begin = 0, end = 0;
 };
 
 // Returns sorted into an octree (root 4 m, leaves 0.125 m) and what it says of each.

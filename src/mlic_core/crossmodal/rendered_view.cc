@@ -1,6 +1,6 @@
-#include <cmath>
+#include "mlic_core/crossmodal/rendered_view.h"
 
-#include "mlic_core/crossmodal/renderer.h"
+#include <cmath>
 
 namespace mlic {
 

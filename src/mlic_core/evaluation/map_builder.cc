@@ -1,6 +1,7 @@
+#include "mlic_core/evaluation/map_builder.h"
+
 #include <algorithm>
 
-#include "mlic_core/evaluation/map_quality.h"
 #include "mlic_core/evaluation/pose_interpolation.h"
 
 namespace mlic {

@@ -9,14 +9,14 @@ namespace mlic {
 
 // The LiDAR plane residual (docs/method.md, section 3.2), taken along the beam, with Jacobians in one pass:
 //   r = (n . (R(t) (R_imu_lidar x + p_imu_lidar) + p(t) - c) - d) / cos,   t = t_point + time_offset,
-// cos: of the incidence, so r is by how much the measured range falls short of the plane. Along the plane's
-// normal the noise of the range would stand in the Jacobians too, and E[noise * Jacobian] != 0 tilts planes
-// and LiDARs (errors in variables: 0.01 deg at 2 cm of noise); the range that is predicted hangs on the
-// beam's direction alone. So the Jacobians are those at the point where the beam meets the plane.
-// c: the plane's anchor, a point well within its patch, about which its 3 parameters are taken; so no plane
-// is singular. Row layout: 4 rotation control points (right perturbations, 12), 4 position control points
-// (12), extrinsic rotation (left perturbation, 3), extrinsic translation (3), time offset (1), plane (tilt
-// about the two tangents and offset d, 3).
+// in metres, not whitened. cos: of the incidence, so r is by how much the measured range falls short of the
+// plane. Along the plane's normal the noise of the range would stand in the Jacobians too, and E[noise *
+// Jacobian] != 0 tilts planes and LiDARs (errors in variables: 0.01 deg at 2 cm of noise); the range that is
+// predicted hangs on the beam's direction alone. So the Jacobians are those at the point where the beam meets
+// the plane. c: the plane's anchor, a point well within its patch, about which its 3 parameters are taken; so
+// no plane is singular. Row layout: 4 rotation control points (right perturbations, 12), 4 position control
+// points (12), extrinsic rotation (left perturbation, 3), extrinsic translation (3), time offset (1), plane
+// (tilt about the two tangents and offset d, 3).
 struct PointToPlane {
   static constexpr int kRotation = 0;          // from: structural, places of columns
   static constexpr int kPosition = 12;         // from: structural, places of columns

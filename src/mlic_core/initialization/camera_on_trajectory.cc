@@ -4,9 +4,12 @@
 #include <cmath>
 #include <cstdio>
 
+#include "mlic_core/association/landmark_noise.h"
 #include "mlic_core/common/error.h"
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/initialization/camera_rotation.h"
+#include "mlic_core/problem/joint_solver.h"
+#include "mlic_core/problem/priors.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
 
 namespace mlic {
@@ -54,7 +57,7 @@ double ChangeInSigmas(const CalibrationState& before, const CalibrationState& af
   const Eigen::VectorXd limits = CalibrationLimits(after, layout);
   Eigen::MatrixXd known = InformationWithFixed(information, after, layout, held);
   known.diagonal() += 1e-6 * limits.cwiseAbs2().cwiseInverse();
-  const int cameras = 7 * layout.sensors;
+  const int cameras = layout.poses;
   const Eigen::MatrixXd scaled = limits.asDiagonal() * known * limits.asDiagonal();
   const Eigen::VectorXd sigmas = scaled.ldlt()
                                      .solve(Eigen::MatrixXd::Identity(scaled.rows(), scaled.cols()))

@@ -8,6 +8,7 @@
 #include "mlic_core/common/progress.h"
 #include "mlic_core/initialization/camera_rotation.h"
 #include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/state.h"
 
 namespace mlic {
 

@@ -5,8 +5,10 @@
 
 #include "mlic_core/common/progress.h"
 #include "mlic_core/imu/angular_rate_alignment.h"
+#include "mlic_core/imu/excitation.h"
 #include "mlic_core/lidar/odometry.h"
-#include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/state.h"
+#include "mlic_core/sensors/measurements.h"
 
 namespace mlic {
 

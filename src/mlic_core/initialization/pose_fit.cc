@@ -1,5 +1,8 @@
 #include "mlic_core/initialization/pose_fit.h"
 
+#include "mlic_core/common/error.h"
+#include "mlic_core/problem/joint_solver.h"
+
 namespace mlic {
 
 DriveState FitToPoses(const Drive& drive, const ImuSigma& imu_sigma, const std::vector<TimedPose>& poses,
@@ -17,7 +20,8 @@ DriveState FitToPoses(const Drive& drive, const ImuSigma& imu_sigma, const std::
   for (const TimedPose& pose : poses) {
     problem.poses.back().push_back({pose.time, pose.pose, sigma_rotation, sigma_translation});
   }
-  SolveJointProblem(problem, 6, CancellationToken(), &fit);
+  Check(SolveJointProblem(problem, 6, CancellationToken(), &fit).solved,
+        "the fit of the trajectory to poses has no solution");
   return fit.drives.front();
 }
 

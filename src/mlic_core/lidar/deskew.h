@@ -2,11 +2,17 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
+#include <optional>
 
 #include "mlic_core/geometry/rigid_transform.h"
-#include "mlic_core/lidar/odometry.h"
 
 namespace mlic {
+
+// Rotation of the LiDAR between two times of its own clock, R_lidar(from)_lidar(to); when given, it replaces
+// the constant-velocity assumption for rotation in de-skew and prediction. Nothing where the gyroscope did
+// not measure all the time between them: scans there go without.
+using RotationBetween = std::function<std::optional<Eigen::Quaterniond>(double from, double to)>;
 
 // Velocity of the LiDAR in its own frame at the middle of a scan, rad/s and m/s.
 struct Twist {

@@ -6,6 +6,7 @@
 
 #include "mlic_core/common/progress.h"
 #include "mlic_core/geometry/rigid_transform.h"
+#include "mlic_core/lidar/deskew.h"
 #include "mlic_core/sensors/measurements.h"
 
 namespace mlic {
@@ -20,11 +21,6 @@ struct OdometryPose {
   double residual_rms = 0.0;  // of the last registration, inliers, m
   double inlier_share = 0.0;  // matched share of the keypoints
 };
-
-// Rotation of the LiDAR between two times of its own clock, R_lidar(from)_lidar(to); when given, it replaces
-// the constant-velocity assumption for rotation in de-skew and prediction. Nothing where the gyroscope did
-// not measure all the time between them: scans there go without.
-using RotationBetween = std::function<std::optional<Eigen::Quaterniond>(double from, double to)>;
 
 struct OdometryResult {
   std::vector<OdometryPose> poses;  // one for each scan, in order; the first is the identity

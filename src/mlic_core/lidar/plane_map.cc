@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "mlic_core/common/parallel.h"
+#include "mlic_core/geometry/octree_key.h"
 
 namespace mlic {
 namespace {
@@ -21,15 +22,7 @@ constexpr double kGateSigmas = 3.0;        // from: derivation, 0.3 % of normal 
 // from: measured, kitti_0005 and cars: 1.5 leaves the yaw 0.6 deg off.
 constexpr double kThicknessSigmas = 3.0;
 
-// Root voxel (17 bits an axis), then 3 bits for each split: sorted keys make every voxel of every level
-// contiguous.
-struct KeyedSample {
-  std::uint64_t key;
-  std::uint32_t index;
-  bool operator<(const KeyedSample& other) const {
-    return key != other.key ? key < other.key : index < other.index;
-  }
-};
+using Voxels = Octree<17, kLevels>;
 
 // The axes of the grid, in rows: cubes that stand on a corner. Their faces lean by 35 deg from the vertical
 // at least and by 55 deg from the horizontal, so no floor or wall lies along one. A face along a wall would
@@ -49,24 +42,15 @@ const Eigen::Matrix3f& GridAxes() {
 std::uint64_t VoxelKey(const Eigen::Vector3f& position, double root) {
   const Eigen::Vector3f p = GridAxes() * position;
   const double leaf = root / (1 << kLevels);
-  std::uint64_t key = 0;
-  std::uint64_t cell[3];
-  for (int a = 0; a < 3; ++a) {
-    cell[a] =
-        static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(p[a] / leaf)) + (1 << 19)) & 0xFFFFF;
-    key = (key << 17) | (cell[a] >> kLevels);
-  }
-  for (int level = kLevels - 1; level >= 0; --level) {
-    for (int a = 0; a < 3; ++a) key = (key << 1) | ((cell[a] >> level) & 1);
-  }
-  return key;
+  const auto cell = [&](int axis) { return static_cast<std::int64_t>(std::floor(p[axis] / leaf)); };
+  return Voxels::KeyOf({cell(0), cell(1), cell(2)});
 }
 
 // One root voxel during one stretch of time.
 class RootVoxel {
  public:
   RootVoxel(const std::vector<MapSample>& samples, const std::vector<PlaneNoise>& noise,
-            const std::vector<KeyedSample>& keyed, std::vector<MapPlane>* planes)
+            const std::vector<KeyedIndex>& keyed, std::vector<MapPlane>* planes)
       : samples_(samples), noise_(noise), keyed_(keyed), planes_(planes) {}
 
   void Split() { Split(0, keyed_.size(), 0); }
@@ -76,15 +60,8 @@ class RootVoxel {
     if (end - begin < kFewestPoints) return;
     if (TryPlane(begin, end)) return;
     if (level == kLevels) return;
-    const int shift = 3 * (kLevels - 1 - level);
-    std::size_t child_begin = begin;
-    while (child_begin < end) {
-      const std::uint64_t child = keyed_[child_begin].key >> shift;
-      std::size_t child_end = child_begin + 1;
-      while (child_end < end && keyed_[child_end].key >> shift == child) ++child_end;
-      Split(child_begin, child_end, level + 1);
-      child_begin = child_end;
-    }
+    Voxels::ForEachChild(keyed_, begin, end, level,
+                         [&](std::size_t first, std::size_t last) { Split(first, last, level + 1); });
   }
 
   struct Fit {
@@ -184,25 +161,24 @@ class RootVoxel {
 
   const std::vector<MapSample>& samples_;
   const std::vector<PlaneNoise>& noise_;
-  const std::vector<KeyedSample>& keyed_;
+  const std::vector<KeyedIndex>& keyed_;
   std::vector<MapPlane>* planes_;
 };
 
 // The samples [begin, end) of one root voxel, cut into stretches of time from the first sample on; each keeps
 // their order.
-std::vector<std::vector<KeyedSample>> CutByTime(const std::vector<MapSample>& samples,
-                                                const KeyedSample* begin, const KeyedSample* end,
-                                                double longest) {
+std::vector<std::vector<KeyedIndex>> CutByTime(const std::vector<MapSample>& samples, const KeyedIndex* begin,
+                                               const KeyedIndex* end, double longest) {
   std::vector<double> times;
   times.reserve(end - begin);
-  for (const KeyedSample* k = begin; k != end; ++k) times.push_back(samples[k->index].time);
+  for (const KeyedIndex* k = begin; k != end; ++k) times.push_back(samples[k->index].time);
   std::sort(times.begin(), times.end());
   std::vector<double> starts;
   for (const double t : times) {
     if (starts.empty() || t > starts.back() + longest) starts.push_back(t);
   }
-  std::vector<std::vector<KeyedSample>> stretches(starts.size());
-  for (const KeyedSample* k = begin; k != end; ++k) {
+  std::vector<std::vector<KeyedIndex>> stretches(starts.size());
+  for (const KeyedIndex* k = begin; k != end; ++k) {
     const auto after = std::upper_bound(starts.begin(), starts.end(), samples[k->index].time);
     stretches[after - starts.begin() - 1].push_back(*k);
   }
@@ -213,7 +189,7 @@ std::vector<std::vector<KeyedSample>> CutByTime(const std::vector<MapSample>& sa
 
 std::vector<MapPlane> BuildPlaneMap(const std::vector<MapSample>& samples,
                                     const std::vector<PlaneNoise>& noise, const PlaneMapOptions& options) {
-  std::vector<KeyedSample> keyed(samples.size());
+  std::vector<KeyedIndex> keyed(samples.size());
   ParallelChunks(samples.size(), 64, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       keyed[i] = {VoxelKey(samples[i].position, options.root_voxel), static_cast<std::uint32_t>(i)};
@@ -222,12 +198,12 @@ std::vector<MapPlane> BuildPlaneMap(const std::vector<MapSample>& samples,
   tbb::parallel_sort(keyed.begin(), keyed.end());
   std::vector<std::size_t> roots;
   for (std::size_t k = 0; k < keyed.size(); ++k) {
-    if (k == 0 || keyed[k].key >> (3 * kLevels) != keyed[k - 1].key >> (3 * kLevels)) roots.push_back(k);
+    if (k == 0 || Voxels::RootOf(keyed[k].key) != Voxels::RootOf(keyed[k - 1].key)) roots.push_back(k);
   }
   roots.push_back(keyed.size());
   std::vector<std::vector<MapPlane>> found(roots.size() - 1);
   ParallelFor(found.size(), [&](std::size_t r) {
-    const KeyedSample* first = keyed.data();
+    const KeyedIndex* first = keyed.data();
     for (const auto& stretch : CutByTime(samples, first + roots[r], first + roots[r + 1], options.longest)) {
       RootVoxel(samples, noise, stretch, &found[r]).Split();
     }

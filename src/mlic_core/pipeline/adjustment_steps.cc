@@ -4,6 +4,8 @@
 #include <utility>
 
 #include "mlic_core/association/plane_association.h"
+#include "mlic_core/common/error.h"
+#include "mlic_core/problem/joint_solver.h"
 #include "mlic_core/summary/snapshot.h"
 
 namespace mlic {
@@ -81,6 +83,10 @@ void AssociateWithPlanes(const AdjustmentContext& context, const std::vector<boo
 SolveSummary SolveAdjustment(const CancellationToken& cancellation, Adjustment* adjustment) {
   JointProblem& problem = adjustment->problem;
   SolveSummary summary = SolveJointProblem(problem, kSolverIterations, cancellation, &adjustment->state);
+  if (!summary.solved || !IsFinite(adjustment->state)) {
+    throw InternalError(
+        "the joint adjustment's equations have no solution in numbers; please report this with the log");
+  }
   // Residuals to planes where the solve did not leave them would look like noise.
   for (std::size_t d = 0; d < problem.planes.size(); ++d) {
     problem.planes[d].planes = std::move(summary.planes[d]);

@@ -7,6 +7,7 @@
 #include "mlic_core/common/progress.h"
 #include "mlic_core/initialization/camera_on_trajectory.h"
 #include "mlic_core/initialization/lidar_imu.h"
+#include "mlic_core/problem/joint_solver.h"
 #include "mlic_core/result/observer.h"
 #include "mlic_core/uncertainty/adjustment.h"
 
@@ -39,7 +40,8 @@ void AddCameras(const Rig& rig, const CameraInitialization& cameras, const std::
 void AssociateWithPlanes(const AdjustmentContext& context, const std::vector<bool>& lidars,
                          std::size_t points_per_scan, Adjustment* adjustment);
 
-// Solves from the state as it is: state and landmarks move together.
+// Solves from the state as it is: state and landmarks move together. Throws InternalError where the equations
+// have no solution.
 SolveSummary SolveAdjustment(const CancellationToken& cancellation, Adjustment* adjustment);
 
 // Shows the state to the observer.

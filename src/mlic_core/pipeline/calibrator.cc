@@ -9,7 +9,7 @@
 #include "mlic_core/pipeline/joint_adjustment.h"
 #include "mlic_core/pipeline/lidar_adjustment.h"
 #include "mlic_core/pipeline/stage_clock.h"
-#include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/state.h"
 #include "mlic_core/summary/result_assembly.h"
 
 namespace mlic {
@@ -24,12 +24,12 @@ std::vector<DriveOdometry> OdometryStage(const StageContext& context) {
     const double done = share * static_cast<double>(odometry.size());
     const std::string name = "odometry_" + std::to_string(odometry.size() + 1);
     DriveOdometry of_drive;
-    if (context.store.Load(name, &of_drive)) {
+    if (context.Load(name, &of_drive)) {
       stage.TakeOver(stage.lines());
     } else {
       of_drive = RunDriveOdometry(rig, drive, context.cancellation,
                                   [&](double f) { stage.Progress(done + share * f); });
-      context.store.Save(name, of_drive);
+      context.Save(name, of_drive);
     }
     odometry.push_back(std::move(of_drive));
     for (std::size_t l = 0; l < rig.lidars.size(); ++l) {
@@ -50,13 +50,12 @@ Initialization InitializationStage(const StageContext& context, CameraInitializa
                                    const Make& make) {
   StageClock stage("initialisation", context);
   Initialization start;
-  if (context.store.Load("initialisation", &start) &&
-      (cameras == nullptr || context.store.Load("cameras", cameras))) {
+  if (context.Load("initialisation", &start) && (cameras == nullptr || context.Load("cameras", cameras))) {
     stage.TakeOver({});
   } else {
     start = make();
-    if (cameras != nullptr) context.store.Save("cameras", *cameras);
-    context.store.Save("initialisation", start);
+    if (cameras != nullptr) context.Save("cameras", *cameras);
+    context.Save("initialisation", start);
   }
   for (const std::string& note : start.notes) stage.Line(note);
   for (const std::string& problem : start.problems) stage.Line(problem);
@@ -72,15 +71,17 @@ AdjustmentContext ContextOf(const StageContext& context, StageClock* stage) {
 }
 
 // What an earlier run kept of the stage, or the adjustment as it is.
-Adjustment TakeOver(Adjustment adjustment, const std::string& name, StageStore& store, bool* found) {
+Adjustment TakeOver(const StageContext& context, const std::string& name, Adjustment adjustment,
+                    bool* found) {
   Adjustment kept = adjustment;
-  *found = store.Load(name, &kept);
+  *found = context.Load(name, &kept);
   return *found ? kept : adjustment;
 }
 
-void Keep(Adjustment adjustment, const StageClock& stage, const std::string& name, StageStore& store) {
+void Keep(const StageContext& context, const StageClock& stage, const std::string& name,
+          Adjustment adjustment) {
   adjustment.lines = stage.lines();
-  store.Save(name, adjustment);
+  context.Save(name, adjustment);
 }
 
 Adjustment LidarAdjustmentStage(const StageContext& context, Adjustment adjustment) {
@@ -88,12 +89,12 @@ Adjustment LidarAdjustmentStage(const StageContext& context, Adjustment adjustme
   StageClock stage("plane adjustment of each LiDAR", context);
   const AdjustmentContext of_stage = ContextOf(context, &stage);
   bool found;
-  adjustment = TakeOver(std::move(adjustment), kFile, context.store, &found);
+  adjustment = TakeOver(context, kFile, std::move(adjustment), &found);
   if (found) {
     stage.TakeOver(adjustment.lines);
   } else {
     adjustment = AdjustEachLidar(std::move(adjustment), of_stage);
-    Keep(adjustment, stage, kFile, context.store);
+    Keep(context, stage, kFile, adjustment);
   }
   RejectLostLidars(of_stage, &adjustment);
   return adjustment;
@@ -117,12 +118,12 @@ Adjustment JointAdjustmentStage(const StageContext& context, Landmarks landmarks
   StageClock stage(NameOf(landmarks), context);
   const AdjustmentContext of_stage = ContextOf(context, &stage);
   bool found;
-  adjustment = TakeOver(std::move(adjustment), FileOf(landmarks), context.store, &found);
+  adjustment = TakeOver(context, FileOf(landmarks), std::move(adjustment), &found);
   if (found) stage.TakeOver(adjustment.lines, " up to round " + std::to_string(adjustment.rounds.done));
   JointOptions options;
   options.landmarks = landmarks;
   options.until = last ? 0.1 : 1.0;
-  options.after_round = [&](const Adjustment& now) { Keep(now, stage, FileOf(landmarks), context.store); };
+  options.after_round = [&](const Adjustment& now) { Keep(context, stage, FileOf(landmarks), now); };
   adjustment = AdjustJointly(std::move(adjustment), of_stage, options);
   if (last) MeasureUncertainty(of_stage, &adjustment);
   return adjustment;
@@ -220,13 +221,7 @@ void CalibrateFromCameras(const StageContext& context) {
 }  // namespace
 
 CalibrationResult Calibrate(const Rig& rig, const Dataset& dataset, const CancellationToken& cancellation,
-                            CalibrationObserver& observer) {
-  NoStageStore no_store;
-  return Calibrate(rig, dataset, cancellation, observer, no_store);
-}
-
-CalibrationResult Calibrate(const Rig& rig, const Dataset& dataset, const CancellationToken& cancellation,
-                            CalibrationObserver& observer, StageStore& store,
+                            CalibrationObserver& observer, StageStore* store,
                             const CalibrationOptions& options) {
   CalibrationResult result;
   result.imu_frame_id = rig.imu.frame_id;

@@ -15,13 +15,10 @@ namespace mlic {
 
 // Dataset and rig in, result out: the whole pipeline of docs/method.md. Throws InputError for data that
 // cannot be used, Cancelled when the token is set; too little motion is not an error but a refused result.
+// Where a store is given, stages that it holds are taken over and those that are finished are put there. It
+// must belong to this rig and dataset. The result is that of a run without it, bit for bit.
 CalibrationResult Calibrate(const Rig& rig, const Dataset& dataset, const CancellationToken& cancellation,
-                            CalibrationObserver& observer);
-
-// The same, but stages that the store holds are taken over and those that are finished are put there. The
-// store must belong to this rig and dataset. The result is that of a run without it, bit for bit.
-CalibrationResult Calibrate(const Rig& rig, const Dataset& dataset, const CancellationToken& cancellation,
-                            CalibrationObserver& observer, StageStore& store,
+                            CalibrationObserver& observer, StageStore* store = nullptr,
                             const CalibrationOptions& options = {});
 
 }  // namespace mlic

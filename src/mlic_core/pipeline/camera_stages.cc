@@ -36,11 +36,11 @@ std::vector<T> ForEveryDrive(const StageContext& context, const std::string& nam
                              const Make& make) {
   std::vector<T> of_drives(context.dataset.drives.size());
   for (std::size_t d = 0; d < of_drives.size(); ++d) {
-    if (context.store.Load(OfDrive(name, d), &of_drives[d])) {
+    if (context.Load(OfDrive(name, d), &of_drives[d])) {
       stage->TakeOver(stage->lines());
     } else {
       of_drives[d] = make(d);
-      context.store.Save(OfDrive(name, d), of_drives[d]);
+      context.Save(OfDrive(name, d), of_drives[d]);
     }
   }
   return of_drives;
@@ -172,11 +172,11 @@ CameraInitialization CameraInitializationStage(const StageContext& context,
                                                const CalibrationState& state) {
   StageClock stage("camera initialisation", context);
   CameraInitialization cameras;
-  if (context.store.Load("cameras", &cameras)) {
+  if (context.Load("cameras", &cameras)) {
     stage.TakeOver({});
   } else {
     cameras = InitializeCameras(context.rig, start, tracks, state, context.cancellation);
-    context.store.Save("cameras", cameras);
+    context.Save("cameras", cameras);
   }
   for (const std::string& note : cameras.notes) stage.Line(note);
   for (const std::string& problem : cameras.problems) stage.Line(problem);
@@ -187,13 +187,13 @@ void SharedCameraStage(const StageContext& context, SharedPass pass, const std::
                        const std::vector<TrackSet>& shared_tracks, const CalibrationState& state,
                        CameraInitialization* found) {
   StageClock stage(Names(pass).cameras, context);
-  if (context.store.Load(Names(pass).cameras_file, found)) {
+  if (context.Load(Names(pass).cameras_file, found)) {
     stage.TakeOver({});
   } else {
     found->notes.clear();
     found->problems.clear();
     AdjustCamerasFurther(context.rig, start, shared_tracks, state, context.cancellation, found);
-    context.store.Save(Names(pass).cameras_file, *found);
+    context.Save(Names(pass).cameras_file, *found);
   }
   for (const std::string& note : found->notes) stage.Line(note);
   for (const std::string& problem : found->problems) stage.Line(problem);

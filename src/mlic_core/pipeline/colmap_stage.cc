@@ -85,12 +85,12 @@ void ColmapStage(const StageContext& context, const std::vector<TrackSet>& track
   StageClock stage("intrinsics by COLMAP", context);
   CameraInitialization result;
   bool installed = true;
-  if (context.store.Load(kName, &result)) {
+  if (context.Load(kName, &result)) {
     stage.TakeOver({});
   } else {
     result = IntrinsicsByColmap(context, tracks, *start, &installed, &stage);
     // Without COLMAP nothing is kept: it may be there when the run is taken up again.
-    if (installed) context.store.Save(kName, result);
+    if (installed) context.Save(kName, result);
   }
   for (const std::string& note : result.notes) stage.Line(note);
   if (!installed) context.result->warnings.push_back(result.notes.front());

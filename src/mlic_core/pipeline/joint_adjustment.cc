@@ -5,10 +5,13 @@
 #include <cstdio>
 
 #include "mlic_core/association/held_out_matches.h"
+#include "mlic_core/association/landmark_noise.h"
 #include "mlic_core/association/map_matches.h"
 #include "mlic_core/association/plane_association.h"
 #include "mlic_core/association/ring_corrections.h"
 #include "mlic_core/common/order_statistics.h"
+#include "mlic_core/problem/imu_terms.h"
+#include "mlic_core/problem/priors.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
 
 namespace mlic {
@@ -46,9 +49,9 @@ void MatchMap(const AdjustmentContext& context, Adjustment* adjustment) {
   std::vector<LandmarkSet>& landmarks = adjustment->problem.landmarks;
   MapMatchingOptions options;
   options.noise_scale = adjustment->map.noise;
+  const MatchedCameras matched{cameras.tracks, cameras.sigmas, cameras.found};
   MapMatches matches =
-      MatchCamerasToMap(context.dataset, cameras.tracks, adjustment->state, cameras.sigmas, cameras.found,
-                        options, context.monitor.progress, context.monitor.cancellation);
+      MatchCamerasToMap(context.dataset, adjustment->state, matched, options, context.monitor);
   for (std::size_t c = 0; c < context.rig.cameras.size(); ++c) {
     if (!cameras.found[c]) continue;
     char text[200];
@@ -241,10 +244,10 @@ void MeasureUncertainty(const AdjustmentContext& context, Adjustment* adjustment
     if (!found.empty()) line(context.rig.lidars[l].name + found);
   }
   if (adjustment->rounds.landmarks == Landmarks::kNone) return;
-  scale.cameras = MeasureCameraDoubt(
+  scale.cameras = MeasureCameraInflation(
       problem, state, adjustment->cameras.landmark_options,
       AnalyzeCalibration(problem, state, adjustment->last_solve.information).solved_covariance);
-  for (const std::string& text : DescribeDoubt(scale.cameras, context.rig, state)) line(text);
+  for (const std::string& text : DescribeInflation(scale.cameras, context.rig, state)) line(text);
 }
 
 }  // namespace mlic

@@ -20,8 +20,17 @@ struct StageContext {
   const CalibrationOptions& options;
   const CancellationToken& cancellation;
   CalibrationObserver& observer;
-  StageStore& store;
+  StageStore* store;  // null: nothing is kept
   CalibrationResult* result;
+
+  template <typename Stage>
+  bool Load(const std::string& name, Stage* stage) const {
+    return store != nullptr && store->Load(name, stage);
+  }
+  template <typename Stage>
+  void Save(const std::string& name, const Stage& stage) const {
+    if (store != nullptr) store->Save(name, stage);
+  }
 };
 
 // Times one stage and passes its progress and lines on.

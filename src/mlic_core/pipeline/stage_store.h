@@ -35,21 +35,4 @@ class StageStore {
   virtual void Save(const std::string& stage, const CameraInitialization& cameras) = 0;
 };
 
-// Keeps nothing.
-class NoStageStore : public StageStore {
- public:
-  bool Load(const std::string&, DriveOdometry*) override { return false; }
-  bool Load(const std::string&, Initialization*) override { return false; }
-  bool Load(const std::string&, Adjustment*) override { return false; }
-  bool Load(const std::string&, ImageFeatures*) override { return false; }
-  bool Load(const std::string&, TrackSet*) override { return false; }
-  bool Load(const std::string&, CameraInitialization*) override { return false; }
-  void Save(const std::string&, const DriveOdometry&) override {}
-  void Save(const std::string&, const Initialization&) override {}
-  void Save(const std::string&, const Adjustment&) override {}
-  void Save(const std::string&, const ImageFeatures&) override {}
-  void Save(const std::string&, const TrackSet&) override {}
-  void Save(const std::string&, const CameraInitialization&) override {}
-};
-
 }  // namespace mlic

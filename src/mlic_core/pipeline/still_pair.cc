@@ -187,17 +187,24 @@ SensorResult DescribeCamera(const CameraConfig& config, const CameraIntrinsics& 
   return camera;
 }
 
-CameraProjection MakeProjection(const std::string& name, const ScanPhoto& pair, const StillPair& still,
-                                const CameraIntrinsics& intrinsics, const RigidTransform& T_before,
-                                const RigidTransform& T_after, const CameraToMapResult* refined,
+// T_before, T_after: T_lidar_camera of the guess and as found.
+struct PairPoses {
+  const CameraIntrinsics& intrinsics;
+  RigidTransform T_before, T_after;
+};
+
+// refined: may be null; match_scale: of the photo that it matched, to the photo.
+CameraProjection MakeProjection(const std::string& name, const ScanPhoto& pair, const IntensityMap& map,
+                                const PairPoses& poses, const CameraToMapResult* refined,
                                 double match_scale) {
+  const auto& [intrinsics, T_before, T_after] = poses;
   CameraProjection out;
   out.camera = name;
   out.images = std::make_shared<OnePhoto>(pair.photo);
   out.before = ProjectScan(pair.returns, intrinsics, T_before.Inverse(), kMostPoints);
   out.after = ProjectScan(pair.returns, intrinsics, T_after.Inverse(), kMostPoints);
   const CameraIntrinsics small = ScaledIntrinsics(intrinsics, kPictureScale);
-  out.rendering = ViewRenderer(*still.map, small, RenderOptions()).Render(FixedPose(T_after)).intensity;
+  out.rendering = ViewRenderer(map, small, RenderOptions()).Render(FixedPose(T_after)).intensity;
   if (refined == nullptr) return out;
   for (const MapMatch& match : refined->matches[0]) {
     Eigen::Vector2d before, after;
@@ -290,9 +297,9 @@ PairRegistration RegisterPairs(const Rig& rig, const std::vector<ScanPhoto>& pai
   result.trusted = result.reasons.empty();
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const std::string name = camera.name + (i == 0 ? "" : "_" + std::to_string(i + 1));
-    result.projections.push_back(MakeProjection(name, pairs[i], stills[i], intrinsics, start.T_lidar_camera,
-                                                T_lidar_camera, out.matched ? &*refined : nullptr,
-                                                found.last_scale));
+    result.projections.push_back(MakeProjection(name, pairs[i], *stills[i].map,
+                                                {intrinsics, start.T_lidar_camera, T_lidar_camera},
+                                                out.matched ? &*refined : nullptr, found.last_scale));
   }
   if (result.trusted) {
     result.pairs.push_back({base.name, camera.name, T_lidar_camera, camera.sigma});

@@ -2,8 +2,9 @@
 
 #include <cmath>
 
+#include "mlic_core/factors/gauge.h"
 #include "mlic_core/factors/imu_residual.h"
-#include "mlic_core/geometry/so3.h"
+#include "mlic_core/factors/pose.h"
 
 namespace mlic {
 
@@ -16,13 +17,8 @@ double ImuSigmaOf(const ImuSigma& sigma, int component) {
 // Robust against shocks only: beyond 4 sigma.
 double ImuComponentCost(double whitened, double* weight) { return RobustCost(0.5 * whitened, weight) * 4.0; }
 
-// Whitened: rotation, then translation.
-Eigen::Matrix<double, 6, 1> PoseResidual(const PoseObservation& pose, const Eigen::Matrix3d& rotation,
-                                         const Eigen::Vector3d& position) {
-  Eigen::Matrix<double, 6, 1> r;
-  r.head<3>() = Log(pose.T_map_imu.rotation.conjugate() * Eigen::Quaterniond(rotation)) / pose.sigma_rotation;
-  r.tail<3>() = (position - pose.T_map_imu.translation) / pose.sigma_translation;
-  return r;
+PoseResidual ResidualOf(const PoseObservation& pose) {
+  return {pose.T_map_imu, pose.sigma_rotation, pose.sigma_translation};
 }
 
 // The loss of the whole pose, so that a lost scan has little say.
@@ -91,16 +87,8 @@ void AddPoses(const LinearizationPoint& at, std::size_t d, Accumulator* sum) {
     if (!trajectory.Contains(pose.time)) continue;
     const SplineBasis rb(trajectory.rotation.knots(), pose.time);
     const SplineBasis pb(trajectory.position.knots(), pose.time);
-    So3Spline::Jacobians J;
-    const So3Spline::Value value = trajectory.rotation.Evaluate(rb, false, &J);
-    Eigen::Matrix<double, 6, 1> r = PoseResidual(pose, value.rotation, trajectory.position.Position(pb));
-    const Eigen::Matrix3d inverse = RightJacobianInverse(r.head<3>() * pose.sigma_rotation);
-    const Eigen::Vector4d weights = SplineBasis::Weights(pb.lambda);
-    Eigen::Matrix<double, 24, 6> rows = Eigen::Matrix<double, 24, 6>::Zero();
-    for (int j = 0; j < 4; ++j) {
-      rows.block<3, 3>(3 * j, 0) = (inverse * J.rotation[j]).transpose() / pose.sigma_rotation;
-      rows.block<3, 3>(12 + 3 * j, 3) = (weights[j] / pose.sigma_translation) * Eigen::Matrix3d::Identity();
-    }
+    PoseResidual::Jacobian rows;
+    Eigen::Matrix<double, 6, 1> r = ResidualOf(pose).Evaluate(trajectory, rb, pb, &rows);
     double weight;
     sum->cost += WholePoseCost(r, &weight);
     rows *= std::sqrt(weight);
@@ -114,8 +102,9 @@ double PoseCost(const LinearizationPoint& at, std::size_t d) {
   double cost = 0.0, weight;
   for (const PoseObservation& pose : at.problem.poses[d]) {
     if (!trajectory.Contains(pose.time)) continue;
-    const RigidTransform T = trajectory.Pose(pose.time);
-    cost += WholePoseCost(PoseResidual(pose, T.rotation.toRotationMatrix(), T.translation), &weight);
+    const SplineBasis rb(trajectory.rotation.knots(), pose.time);
+    const SplineBasis pb(trajectory.position.knots(), pose.time);
+    cost += WholePoseCost(ResidualOf(pose).Evaluate(trajectory, rb, pb), &weight);
   }
   return cost;
 }
@@ -125,15 +114,7 @@ void AddGauge(const LinearizationPoint& at, std::size_t d, Accumulator* sum) {
   const double t = trajectory.Start();
   const SplineBasis rb(trajectory.rotation.knots(), t);
   const SplineBasis pb(trajectory.position.knots(), t);
-  So3Spline::Jacobians J;
-  const So3Spline::Value value = trajectory.rotation.Evaluate(rb, false, &J);
-  const Eigen::Vector4d weights = SplineBasis::Weights(pb.lambda);
-  constexpr double kScale = 1e4;  // from: guard, 0.1 mm and 6e-3 deg: far below any sigma of the map
-  Eigen::Matrix<double, 24, 4> rows = Eigen::Matrix<double, 24, 4>::Zero();
-  for (int j = 0; j < 4; ++j) {
-    rows.block<3, 3>(12 + 3 * j, 0) = weights[j] * kScale * Eigen::Matrix3d::Identity();
-    rows.block<3, 1>(3 * j, 3) = kScale * (value.rotation * J.rotation[j]).row(2).transpose();
-  }
+  const GaugeResidual::Jacobian rows = GaugeResidual::JacobianAtZero(trajectory, rb, pb);
   AddRows(KnotColumns(at.layout, d, rb.first, pb.first), {}, rows, Eigen::Vector4d::Zero().eval(), sum);
   // Control points near the ends of a span have next to no data; a little keeps them from wandering.
   sum->band.row(0).array() += 1e-6;

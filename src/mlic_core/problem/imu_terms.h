@@ -22,8 +22,15 @@ void AddPoses(const LinearizationPoint& at, std::size_t drive, Accumulator* sum)
 // What AddPoses adds to the cost.
 double PoseCost(const LinearizationPoint& at, std::size_t drive);
 
-// The map's position and yaw are free: they are held where they are, at the start (4 rows with zero
-// residual), with a sigma so small that it holds and so large that it does not spoil the conditioning.
+// Fixes the map's position and yaw where they are, at the start of the drive (factors/gauge.h).
 void AddGauge(const LinearizationPoint& at, std::size_t drive, Accumulator* sum);
+
+// IMU residuals of one drive, six for each sample within the trajectory (rad/s, m/s^2), with the samples'
+// times.
+struct ImuResiduals {
+  std::vector<double> times;
+  std::vector<Eigen::Matrix<double, 6, 1>> values;
+};
+ImuResiduals EvaluateImuResiduals(const Dataset& dataset, const CalibrationState& state, std::size_t drive);
 
 }  // namespace mlic

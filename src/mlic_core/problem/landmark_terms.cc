@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "mlic_core/common/parallel.h"
+#include "mlic_core/factors/lidar_point.h"
 #include "mlic_core/factors/reprojection.h"
 
 namespace mlic {
@@ -97,49 +98,18 @@ void AddToKnots(const CameraColumns& c, const KnotColumns& columns, const Square
   }
 }
 
-// The three whitened residuals of a point against its LiDAR's measurement, across the beam and along it:
-//   r = A (R_imu_lidar^T (R(t)^T (P - p(t)) - p_imu_lidar) - x)
-// with A the axes of the beam by their sigmas. rows: as those of a camera, the LiDAR's pose and offset in the
-// place of the camera's; may be null.
+// The trajectory's splines at one time.
+struct Bases {
+  Bases(const SplitSpline& trajectory, double time)
+      : rotation(trajectory.rotation.knots(), time), position(trajectory.position.knots(), time) {}
+  SplineBasis rotation, position;
+};
+
+// The row of a LiDAR's measurement, its pose and offset in the place of the camera's.
 using LidarRows = Eigen::Matrix<double, kColumns, 3>;
-Eigen::Vector3d EvaluateLidarPoint(const LidarPointObservation& observation, const SensorCalibration& lidar,
-                                   const SplitSpline& trajectory, const Eigen::Vector3d& P, double t,
-                                   LidarRows* rows) {
-  const SplineBasis rb(trajectory.rotation.knots(), t);
-  const SplineBasis pb(trajectory.position.knots(), t);
-  const Eigen::Vector3d from_imu = P - trajectory.position.Position(pb);
-  So3Spline::Jacobians J;
-  const So3Spline::Value rotation = trajectory.rotation.Evaluate(rb, false, &J);
-  const Eigen::Vector3d y = rotation.rotation.transpose() * from_imu;
-  const Eigen::Vector3d z = y - lidar.T_imu_sensor.translation;
-  const Eigen::Matrix3d R_imu_lidar = lidar.T_imu_sensor.rotation.toRotationMatrix();
-  const Eigen::Vector3d beam = observation.position.normalized();
-  Eigen::Matrix3d axes;
-  axes.col(0) = beam.unitOrthogonal() / observation.sigma_across;
-  axes.col(1) = beam.cross(beam.unitOrthogonal()) / observation.sigma_across;
-  axes.col(2) = beam / observation.sigma_along;
-  const Eigen::Vector3d residual = axes.transpose() * (R_imu_lidar.transpose() * z - observation.position);
-  if (rows == nullptr) return residual;
-  const Eigen::Vector3d y_dot =
-      y.cross(rotation.angular_velocity) - rotation.rotation.transpose() * trajectory.position.Velocity(pb);
-  const Eigen::Vector4d weights = SplineBasis::Weights(pb.lambda);
-  rows->setZero();
-  for (int k = 0; k < 3; ++k) {
-    const Eigen::Vector3d by_y = R_imu_lidar * axes.col(k);
-    const Eigen::Vector3d by_P = rotation.rotation * by_y;
-    const Eigen::Vector3d by_rotation = by_y.cross(y);
-    auto out = rows->col(k);
-    for (int j = 0; j < 4; ++j) {
-      out.segment<3>(Reprojection::kRotation + 3 * j) = J.rotation[j].transpose() * by_rotation;
-      out.segment<3>(Reprojection::kPosition + 3 * j) = -weights[j] * by_P;
-    }
-    out.segment<3>(kExtrinsic) = by_y.cross(z);
-    out.segment<3>(kExtrinsic + 3) = -by_y;
-    out[Reprojection::kTimeOffset] = by_y.dot(y_dot);
-    out.segment<3>(kPoint) = by_P;
-    out[kResidual] = residual[k];
-  }
-  return residual;
+
+LidarPointResidual ResidualOf(const LidarPointObservation& observation) {
+  return {observation.position, observation.sigma_along, observation.sigma_across};
 }
 
 void AddLidarPoint(const LinearizationPoint& at, std::size_t d, std::size_t p, const Eigen::Matrix3d& J_chart,
@@ -150,16 +120,21 @@ void AddLidarPoint(const LinearizationPoint& at, std::size_t d, std::size_t p, c
   const SplitSpline& trajectory = at.state.drives[d].trajectory;
   const double t = observation.time + lidar.time_offset;
   if (!trajectory.Contains(t)) return;
-  LidarRows rows;
-  sum->cost +=
-      EvaluateLidarPoint(observation, lidar, trajectory, set.points[p].position, t, &rows).squaredNorm();
-  rows.middleRows<3>(kPoint) = J_chart * rows.middleRows<3>(kPoint).eval();
+  const Bases bases(trajectory, t);
+  LidarPointResidual::Jacobian J;
+  const Eigen::Vector3d residual =
+      ResidualOf(observation)
+          .Evaluate(trajectory, bases.rotation, bases.position, lidar, set.points[p].position, &J);
+  sum->cost += residual.squaredNorm();
+  LidarRows rows = LidarRows::Zero();
+  rows.topRows<LidarPointResidual::kPoint>() = J.topRows<LidarPointResidual::kPoint>();
+  rows.middleRows<3>(kPoint) = J_chart * J.middleRows<3>(LidarPointResidual::kPoint);
+  rows.row(kResidual) = residual.transpose();
   const Square H = rows * rows.transpose();
   const CameraColumns columns = CameraColumns::OfLidar(observation.lidar);
   if (!at.problem.fix_trajectory) {
-    const SplineBasis rb(trajectory.rotation.knots(), t);
-    const SplineBasis pb(trajectory.position.knots(), t);
-    AddToKnots(columns, KnotColumns(at.layout, d, rb.first, pb.first), H, slots, landmark, sum);
+    AddToKnots(columns, KnotColumns(at.layout, d, bases.rotation.first, bases.position.first), H, slots,
+               landmark, sum);
   }
   AddToCalibration(columns, H, landmark, sum);
 }
@@ -175,7 +150,7 @@ std::vector<Reprojection::Camera> Cameras(const CalibrationState& state) {
 
 // One observation of a landmark by a camera of the state, with its time on the IMU's clock.
 struct CameraObservation {
-  CameraObservation(const LandmarkObservation& o, const CalibrationState& state) : camera(o.camera) {
+  CameraObservation(const LandmarkObservation& o, const CalibrationState& state) : given(o) {
     const CameraCalibration& calibration = state.cameras[o.camera];
     factor = Reprojection::Of(o.pixel, calibration.intrinsics);
     time = factor.Time(o.time, calibration.sensor.time_offset, calibration.readout);
@@ -183,82 +158,89 @@ struct CameraObservation {
   // False where the camera cannot see the point: then the residual (px) stays as it is.
   bool Evaluate(const SplitSpline& trajectory, const std::vector<Reprojection::Camera>& cameras,
                 const Eigen::Vector3d& point, Eigen::Vector2d* residual) const {
-    return factor.Evaluate(trajectory, SplineBasis(trajectory.rotation.knots(), time),
-                           SplineBasis(trajectory.position.knots(), time), cameras[camera], point, residual);
+    const Bases bases(trajectory, time);
+    return factor.Evaluate(trajectory, bases.rotation, bases.position, cameras[given.camera], point,
+                           residual);
   }
-  int camera;
+  const LandmarkObservation& given;
   Reprojection factor;
   double time;
 };
 
-// The rows of one observation by its sigma and the robust loss's weight, whose cost is added. False where the
-// camera cannot see the point.
-bool WhitenedRows(const LandmarkObservation& o, const CameraObservation& observation,
-                  const SplitSpline& trajectory, const SplineBasis& rotation_basis,
-                  const SplineBasis& position_basis, const Reprojection::Camera& camera,
-                  const Eigen::Vector3d& point, const Eigen::Matrix3d& J_chart, Rows* rows, double* cost) {
-  Eigen::Vector2d residual;
-  Reprojection::Jacobian J;
-  double weight;
-  if (!observation.factor.Evaluate(trajectory, rotation_basis, position_basis, camera, point, &residual,
-                                   &J)) {
-    *cost += RobustCost(kLostSigmas, &weight);
-    return false;
-  }
-  const Eigen::Matrix2d shape = o.shape.cast<double>();
-  residual = shape * residual;
-  *cost += RobustCost(residual.norm() / o.sigma, &weight);
-  rows->topRows<kIntrinsics>() = J.topRows<kIntrinsics>();
-  rows->middleRows<kMostCameraParameters>(kIntrinsics) = J.bottomRows<kMostCameraParameters>();
-  rows->middleRows<3>(kPoint) = J_chart * J.middleRows<3>(Reprojection::kPoint);
-  *rows *= shape.transpose();
-  rows->row(kResidual) = residual.transpose();
-  *rows *= std::sqrt(weight) / o.sigma;
-  return true;
-}
+// The whitened rows of the cameras' observations of one drive's landmarks, one observation after the other.
+class ObservationRows {
+ public:
+  ObservationRows(const LinearizationPoint& at, std::size_t drive)
+      : at_(at),
+        set_(at.problem.landmarks[drive]),
+        trajectory_(at.state.drives[drive].trajectory),
+        cameras_(Cameras(at.state)) {}
 
-// use(observation, observation, rotation basis, position basis) for each of a landmark's observations that
-// the trajectory reaches and the camera can see, with its whitened rows; all costs are added.
-template <typename Use>
-void ForEachObservation(const LinearizationPoint& at, std::size_t d, std::size_t p,
-                        const std::vector<Reprojection::Camera>& cameras, const Eigen::Matrix3d& J_chart,
-                        Rows* rows, double* cost, const Use& use) {
-  const LandmarkSet& set = at.problem.landmarks[d];
-  const SplitSpline& trajectory = at.state.drives[d].trajectory;
-  for (std::size_t k = set.begin[p]; k < set.begin[p + 1]; ++k) {
-    const LandmarkObservation& o = set.observations[k];
-    const CameraObservation observation(o, at.state);
-    if (!trajectory.Contains(observation.time)) continue;
-    const SplineBasis rb(trajectory.rotation.knots(), observation.time);
-    const SplineBasis pb(trajectory.position.knots(), observation.time);
-    if (WhitenedRows(o, observation, trajectory, rb, pb, cameras[o.camera], set.points[p].position, J_chart,
-                     rows, cost)) {
-      use(o, observation, rb, pb);
+  // use(observation, bases, rows) for each observation of landmark p that the trajectory reaches and the
+  // camera can see; all costs are added.
+  template <typename Use>
+  void ForEach(std::size_t p, const Eigen::Matrix3d& J_chart, double* cost, const Use& use) {
+    for (std::size_t k = set_.begin[p]; k < set_.begin[p + 1]; ++k) {
+      const CameraObservation observation(set_.observations[k], at_.state);
+      if (!trajectory_.Contains(observation.time)) continue;
+      const Bases bases(trajectory_, observation.time);
+      if (Fill(observation, bases, set_.points[p].position, J_chart, cost)) use(observation, bases, rows_);
     }
   }
-}
+
+ private:
+  // The rows of one observation by its sigma and the robust loss's weight, whose cost is added. False where
+  // the camera cannot see the point.
+  bool Fill(const CameraObservation& observation, const Bases& bases, const Eigen::Vector3d& point,
+            const Eigen::Matrix3d& J_chart, double* cost) {
+    const LandmarkObservation& o = observation.given;
+    Eigen::Vector2d residual;
+    Reprojection::Jacobian J;
+    double weight;
+    if (!observation.factor.Evaluate(trajectory_, bases.rotation, bases.position, cameras_[o.camera], point,
+                                     &residual, &J)) {
+      *cost += RobustCost(kLostSigmas, &weight);
+      return false;
+    }
+    const Eigen::Matrix2d shape = o.shape.cast<double>();
+    residual = shape * residual;
+    *cost += RobustCost(residual.norm() / o.sigma, &weight);
+    rows_.topRows<kIntrinsics>() = J.topRows<kIntrinsics>();
+    rows_.middleRows<kMostCameraParameters>(kIntrinsics) = J.bottomRows<kMostCameraParameters>();
+    rows_.middleRows<3>(kPoint) = J_chart * J.middleRows<3>(Reprojection::kPoint);
+    rows_ *= shape.transpose();
+    rows_.row(kResidual) = residual.transpose();
+    rows_ *= std::sqrt(weight) / o.sigma;
+    return true;
+  }
+
+  const LinearizationPoint& at_;
+  const LandmarkSet& set_;
+  const SplitSpline& trajectory_;
+  std::vector<Reprojection::Camera> cameras_;
+  Rows rows_;
+};
 
 }  // namespace
 
 void AddLandmarks(const LinearizationPoint& at, std::size_t d, std::size_t begin, std::size_t end,
                   LandmarkCoupling* couplings, Accumulator* sum) {
   const LandmarkSet& set = at.problem.landmarks[d];
-  const std::vector<Reprojection::Camera> cameras = Cameras(at.state);
   const bool with_knots = !at.problem.fix_trajectory;
+  ObservationRows observations(at, d);
   CouplingSlots slots(at.layout.knots);
-  Rows rows;
   Square H;
   for (std::size_t p = begin; p < end; ++p) {
     LandmarkCoupling& landmark = couplings[p];
     landmark.calibration = Eigen::MatrixXd::Zero(at.layout.calibration, 3);
     const PointChart chart(set.points[p]);
     const Eigen::Matrix3d J_chart = chart.Jacobian().transpose();
-    const auto add = [&](const LandmarkObservation& o, const CameraObservation&, const SplineBasis& rb,
-                         const SplineBasis& pb) {
-      const CameraColumns columns(at.layout, at.state, o.camera);
+    const auto add = [&](const CameraObservation& observation, const Bases& bases, const Rows& rows) {
+      const CameraColumns columns(at.layout, at.state, observation.given.camera);
       if (with_knots) {
         H.noalias() = rows * rows.transpose();
-        AddToKnots(columns, KnotColumns(at.layout, d, rb.first, pb.first), H, &slots, &landmark, sum);
+        AddToKnots(columns, KnotColumns(at.layout, d, bases.rotation.first, bases.position.first), H, &slots,
+                   &landmark, sum);
       } else {
         constexpr int kRest = kColumns - kExtrinsic;  // from: structural, places of columns
         H.bottomRightCorner<kRest, kRest>().noalias() =
@@ -266,7 +248,7 @@ void AddLandmarks(const LinearizationPoint& at, std::size_t d, std::size_t begin
       }
       AddToCalibration(columns, H, &landmark, sum);
     };
-    ForEachObservation(at, d, p, cameras, J_chart, &rows, &sum->cost, add);
+    observations.ForEach(p, J_chart, &sum->cost, add);
     if (set.IsOnMap(p)) AddLidarPoint(at, d, p, J_chart, &slots, &landmark, sum);
     slots.Release(landmark);
   }
@@ -275,14 +257,16 @@ void AddLandmarks(const LinearizationPoint& at, std::size_t d, std::size_t begin
 std::vector<ReprojectionRows> RowsOfLandmark(const LinearizationPoint& at, std::size_t d, std::size_t p) {
   const Eigen::Matrix3d J_chart = PointChart(at.problem.landmarks[d].points[p]).Jacobian().transpose();
   std::vector<ReprojectionRows> observations;
-  Rows rows;
   double cost = 0.0;
-  const auto add = [&](const LandmarkObservation& o, const CameraObservation& observation,
-                       const SplineBasis& rb, const SplineBasis& pb) {
-    const CameraColumns camera(at.layout, at.state, o.camera);
-    ReprojectionRows out{&o, observation.time,           {},
-                         {}, rows.middleRows<3>(kPoint), rows.row(kResidual).transpose()};
-    const KnotColumns knots(at.layout, d, rb.first, pb.first);
+  const auto add = [&](const CameraObservation& observation, const Bases& bases, const Rows& rows) {
+    const CameraColumns camera(at.layout, at.state, observation.given.camera);
+    ReprojectionRows out{&observation.given,
+                         observation.time,
+                         {},
+                         {},
+                         rows.middleRows<3>(kPoint),
+                         rows.row(kResidual).transpose()};
+    const KnotColumns knots(at.layout, d, bases.rotation.first, bases.position.first);
     for (int i = 0; i < kExtrinsic; ++i) out.columns.push_back(knots[i / 3] + i % 3);
     for (int i = 0; i < 7; ++i) out.columns.push_back(at.layout.knots + camera.pose + i);
     for (int i = 0; i < camera.count; ++i) out.columns.push_back(at.layout.knots + camera.inner + i);
@@ -290,7 +274,7 @@ std::vector<ReprojectionRows> RowsOfLandmark(const LinearizationPoint& at, std::
     out.jacobian << rows.topRows<kExtrinsic + 7>(), rows.middleRows(camera.from, camera.count);
     observations.push_back(std::move(out));
   };
-  ForEachObservation(at, d, p, Cameras(at.state), J_chart, &rows, &cost, add);
+  ObservationRows(at, d).ForEach(p, J_chart, &cost, add);
   return observations;
 }
 
@@ -314,8 +298,10 @@ double LandmarkCost(const LinearizationPoint& at, std::size_t d, std::size_t beg
     const SensorCalibration& lidar = at.state.lidars[observation.lidar];
     const double t = observation.time + lidar.time_offset;
     if (!trajectory.Contains(t)) continue;
-    cost +=
-        EvaluateLidarPoint(observation, lidar, trajectory, set.points[p].position, t, nullptr).squaredNorm();
+    const Bases bases(trajectory, t);
+    cost += ResidualOf(observation)
+                .Evaluate(trajectory, bases.rotation, bases.position, lidar, set.points[p].position)
+                .squaredNorm();
   }
   return cost;
 }

@@ -31,4 +31,9 @@ double LandmarkCost(const LinearizationPoint& at, std::size_t drive, std::size_t
 // distance.
 void MovePoint(const Eigen::Vector3d& step, PointLandmark* point);
 
+// Reprojection errors in pixels of all observations of one drive's landmarks, in their order; not a number
+// where the point cannot be projected.
+std::vector<Eigen::Vector2d> LandmarkResiduals(const LandmarkSet& landmarks, const CalibrationState& state,
+                                               std::size_t drive);
+
 }  // namespace mlic

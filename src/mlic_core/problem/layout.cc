@@ -55,9 +55,8 @@ Layout::Layout(const CalibrationState& state, bool with_imu_matrices) {
     bandwidth = std::max(bandwidth, Bandwidth(drive.trajectory, indices));
     drives.push_back(std::move(indices));
   }
-  first_camera = Lidar(state.lidars.size());
-  sensors = static_cast<int>(state.lidars.size() + state.cameras.size());
-  calibration = 7 * sensors;
+  order = state.Sensors();
+  calibration = poses = Sensor(order.size());
   for (const CameraCalibration& camera : state.cameras) {
     readout.push_back(camera.rolling_shutter ? calibration++ : -1);
     intrinsics.push_back(calibration);

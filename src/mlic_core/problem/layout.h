@@ -12,6 +12,8 @@ namespace mlic {
 // only) and intrinsics (as many as its model has); the IMU's matrices (15, if estimated); for each drive
 // gyroscope and accelerometer bias (6).
 struct Layout {
+  static constexpr int kOfSensor = 7;  // scalars of one sensor's pose and offset; from: structural
+
   struct DriveKnots {
     std::vector<int> rotation;  // first index of each control point
     std::vector<int> position;
@@ -20,15 +22,17 @@ struct Layout {
   int knots = 0;        // scalars
   int bandwidth = 0;    // below the diagonal, scalars
   int calibration = 0;  // scalars
-  int sensors = 0;      // LiDARs and cameras
+  int poses = 0;        // scalars of the sensors' poses and offsets, which come first in the calibration
   int matrices = -1;    // index within the calibration, -1: not estimated
   int biases = 0;       // index within the calibration of the first drive's
 
   Layout(const CalibrationState& state, bool with_imu_matrices);
 
   int Total() const { return knots + calibration; }
-  static int Lidar(std::size_t lidar) { return 7 * static_cast<int>(lidar); }
-  int Camera(std::size_t camera) const { return first_camera + 7 * static_cast<int>(camera); }
+  // Where the pose and offset of the sensor at a place of the SensorOrder begin.
+  static int Sensor(std::size_t place) { return kOfSensor * static_cast<int>(place); }
+  static int Lidar(std::size_t lidar) { return Sensor(lidar); }  // LiDARs come first
+  int Camera(std::size_t camera) const { return Sensor(order.PlaceOf(CameraId(camera))); }
   int Readout(std::size_t camera) const { return readout[camera]; }  // -1: a global shutter
   int Intrinsics(std::size_t camera) const { return intrinsics[camera]; }
   int Bias(std::size_t drive) const { return biases + 6 * static_cast<int>(drive); }
@@ -36,7 +40,7 @@ struct Layout {
   // The state moved by `delta` (Total()).
   void Update(const Eigen::VectorXd& delta, CalibrationState* state) const;
 
-  int first_camera = 0;         // index within the calibration
+  SensorOrder order;
   std::vector<int> readout;     // of each camera
   std::vector<int> intrinsics;  // of each camera's first parameter
 };

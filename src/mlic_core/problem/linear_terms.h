@@ -7,7 +7,8 @@
 
 #include "mlic_core/problem/joint_problem.h"
 #include "mlic_core/problem/layout.h"
-#include "mlic_core/solver/normal_equations.h"
+#include "mlic_core/problem/state.h"
+#include "mlic_core/solver/accumulator.h"
 
 namespace mlic {
 

@@ -59,6 +59,12 @@ class PlaneTerms::RowBuffer {
   int count_ = 0;
 };
 
+// Rows that touch the same control points and LiDAR. lidar -1: none yet.
+struct PlaneTerms::Segment {
+  std::size_t drive;
+  int rotation_first = -1, position_first = -1, lidar = -1;
+};
+
 PlaneTerms::PlaneTerms(const LinearizationPoint& at) : at_(at), extrinsics_(Extrinsics(at.state)) {}
 
 void PlaneTerms::Add(std::size_t d, std::size_t begin, std::size_t end, LandmarkCoupling* couplings,
@@ -71,18 +77,17 @@ void PlaneTerms::Add(std::size_t d, std::size_t begin, std::size_t end, Landmark
     LandmarkCoupling& landmark = couplings[p];
     landmark.calibration = Eigen::MatrixXd::Zero(at_.layout.calibration, 3);
     const PointToPlane factor = PlaneFactor(association.planes[p]);
-    int rotation_first = -1, position_first = -1, lidar = -1;
+    Segment segment{d};
     for (std::size_t k = association.begin[p]; k < association.begin[p + 1]; ++k) {
       const PlaneObservation& o = association.observations[k];
       const double t = o.time + at_.state.lidars[o.lidar].time_offset;
       if (!trajectory.Contains(t)) continue;
       const SplineBasis rb(trajectory.rotation.knots(), t);
       const SplineBasis pb(trajectory.position.knots(), t);
-      if (rb.first != rotation_first || pb.first != position_first || o.lidar != lidar) {
-        if (lidar >= 0) Flush(d, rotation_first, position_first, lidar, &buffer, &slots, &landmark, sum);
-        rotation_first = rb.first;
-        position_first = pb.first;
-        lidar = o.lidar;
+      if (rb.first != segment.rotation_first || pb.first != segment.position_first ||
+          o.lidar != segment.lidar) {
+        if (segment.lidar >= 0) Flush(segment, &buffer, &slots, &landmark, sum);
+        segment = {d, rb.first, pb.first, o.lidar};
       }
       const double residual =
           factor.Evaluate(trajectory, rb, pb, extrinsics_[o.lidar], o.position.cast<double>(), buffer.Next());
@@ -90,7 +95,7 @@ void PlaneTerms::Add(std::size_t d, std::size_t begin, std::size_t end, Landmark
       sum->cost += RobustCost(residual / o.sigma, &weight);
       buffer.Commit(residual, std::sqrt(weight) / o.sigma);
     }
-    if (lidar >= 0) Flush(d, rotation_first, position_first, lidar, &buffer, &slots, &landmark, sum);
+    if (segment.lidar >= 0) Flush(segment, &buffer, &slots, &landmark, sum);
     slots.Release(landmark);
   }
 }
@@ -115,12 +120,12 @@ double PlaneTerms::Cost(std::size_t d, std::size_t begin, std::size_t end) const
   return cost;
 }
 
-void PlaneTerms::Flush(std::size_t d, int rotation_first, int position_first, int lidar, RowBuffer* buffer,
-                       CouplingSlots* slots, LandmarkCoupling* landmark, Accumulator* sum) const {
+void PlaneTerms::Flush(const Segment& segment, RowBuffer* buffer, CouplingSlots* slots,
+                       LandmarkCoupling* landmark, Accumulator* sum) const {
   using P = PointToPlane;
   constexpr int kResidual = P::kColumns;  // from: structural
   const auto& H = buffer->Finish();
-  const int at = Layout::Lidar(lidar);
+  const int at = Layout::Lidar(segment.lidar);
   sum->corner.block<7, 7>(at, at) += H.block<7, 7>(P::kExtrinsic, P::kExtrinsic);
   sum->gradient_calibration.segment<7>(at) += H.block<7, 1>(P::kExtrinsic, kResidual);
   landmark->own += H.block<3, 3>(P::kPlane, P::kPlane);
@@ -129,8 +134,8 @@ void PlaneTerms::Flush(std::size_t d, int rotation_first, int position_first, in
   if (!at_.problem.fix_trajectory) {
     int columns[8];
     for (int j = 0; j < 4; ++j) {
-      columns[j] = at_.layout.drives[d].rotation[rotation_first + j];
-      columns[4 + j] = at_.layout.drives[d].position[position_first + j];
+      columns[j] = at_.layout.drives[segment.drive].rotation[segment.rotation_first + j];
+      columns[4 + j] = at_.layout.drives[segment.drive].position[segment.position_first + j];
     }
     for (int a = 0; a < 8; ++a) {
       sum->gradient_knots.segment<3>(sum->Local(columns[a])) += H.block<3, 1>(3 * a, kResidual);

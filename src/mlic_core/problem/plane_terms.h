@@ -21,8 +21,9 @@ class PlaneTerms {
 
  private:
   class RowBuffer;
-  void Flush(std::size_t drive, int rotation_first, int position_first, int lidar, RowBuffer* buffer,
-             CouplingSlots* slots, LandmarkCoupling* landmark, Accumulator* sum) const;
+  struct Segment;
+  void Flush(const Segment& segment, RowBuffer* buffer, CouplingSlots* slots, LandmarkCoupling* landmark,
+             Accumulator* sum) const;
 
   LinearizationPoint at_;
   std::vector<PointToPlane::Extrinsic> extrinsics_;
@@ -30,5 +31,9 @@ class PlaneTerms {
 
 // The plane moved by a step in its three parameters.
 void MovePlane(const Eigen::Vector3d& step, MapPlane* plane);
+
+// Signed distances in metres of all observations of one drive to their planes, in their order.
+std::vector<float> PlaneResiduals(const PlaneAssociation& association, const CalibrationState& state,
+                                  std::size_t drive);
 
 }  // namespace mlic

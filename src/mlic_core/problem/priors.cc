@@ -1,7 +1,8 @@
+#include "mlic_core/problem/priors.h"
+
 #include <cmath>
 
 #include "mlic_core/geometry/so3.h"
-#include "mlic_core/problem/joint_problem.h"
 
 namespace mlic {
 namespace {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "mlic_core/sensors/rig.h"
+#include "mlic_core/sensors/sensor_id.h"
 #include "mlic_core/trajectory/split_spline.h"
 
 namespace mlic {
@@ -38,11 +39,19 @@ struct CalibrationState {
   Eigen::Matrix3d accelerometer_matrix = Eigen::Matrix3d::Identity();
   std::vector<DriveState> drives;
 
+  SensorOrder Sensors() const { return {lidars.size(), cameras.size()}; }
+  const SensorCalibration& Sensor(SensorId id) const {
+    return id.IsLidar() ? lidars[id.index] : cameras[id.index].sensor;
+  }
+
   ImuCalibration Imu(std::size_t drive) const {
     return {drives[drive].gyroscope_bias, drives[drive].accelerometer_bias, gyroscope_matrix,
             accelerometer_matrix};
   }
 };
+
+// Every number of it is one: no pose, offset, intrinsic, bias or control point is infinite or not a number.
+bool IsFinite(const CalibrationState& state);
 
 const Eigen::Vector3d kGravity(0.0, 0.0, -9.81);
 

@@ -3,7 +3,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/observations.h"
+#include "mlic_core/problem/state.h"
 
 namespace mlic {
 

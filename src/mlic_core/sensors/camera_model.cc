@@ -4,7 +4,9 @@
 #include <cmath>
 
 #include "mlic_core/common/error.h"
-#include "mlic_core/sensors/projection_models.h"
+#include "mlic_core/sensors/double_sphere_model.h"
+#include "mlic_core/sensors/equidistant_model.h"
+#include "mlic_core/sensors/pinhole_model.h"
 
 namespace mlic {
 namespace {

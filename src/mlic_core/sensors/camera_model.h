@@ -4,10 +4,9 @@
 #include <string>
 #include <vector>
 
-namespace mlic {
+#include "mlic_core/sensors/camera_intrinsics.h"
 
-// Projection models with ROS' names (sensor_msgs/CameraInfo's distortion_model, and double_sphere).
-enum class CameraModel { kPlumbBob, kRationalPolynomial, kEquidistant, kDoubleSphere };
+namespace mlic {
 
 // Number of parameters: fx fy cx cy, then the distortion in ROS' order
 //   plumb_bob            k1 k2 p1 p2 k3                      (9)
@@ -18,19 +17,6 @@ int ParameterCount(CameraModel model);
 
 // Names of the parameters in their order.
 std::vector<std::string> ParameterNames(CameraModel model);
-
-constexpr int kMostCameraParameters = 12;  // from: structural, fx fy cx cy and 8 of rational_polynomial
-
-// Intrinsics of one camera. Pixels; a pixel's centre is at integer coordinates.
-struct CameraIntrinsics {
-  CameraModel model = CameraModel::kPlumbBob;
-  int width = 0;
-  int height = 0;
-  std::vector<double> parameters;
-};
-
-using CameraPointJacobian = Eigen::Matrix<double, 2, 3>;
-using CameraParameterJacobian = Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kMostCameraParameters>;
 
 // The pixel of a point in the camera's optical frame (z forward, x right, y down); any distance, so bearings
 // too. False where the model does not hold: behind a pinhole, beyond the monotonic part of its distortion,

@@ -1,6 +1,6 @@
-#include <cmath>
+#include "mlic_core/sensors/double_sphere_model.h"
 
-#include "mlic_core/sensors/projection_models.h"
+#include <cmath>
 
 namespace mlic {
 

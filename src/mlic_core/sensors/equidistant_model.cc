@@ -1,7 +1,8 @@
+#include "mlic_core/sensors/equidistant_model.h"
+
 #include <cmath>
 
 #include "mlic_core/sensors/positive_polynomial.h"
-#include "mlic_core/sensors/projection_models.h"
 
 namespace mlic {
 namespace {

@@ -1,8 +1,9 @@
+#include "mlic_core/sensors/pinhole_model.h"
+
 #include <Eigen/LU>
 #include <cmath>
 
 #include "mlic_core/sensors/positive_polynomial.h"
-#include "mlic_core/sensors/projection_models.h"
 
 namespace mlic {
 namespace {

@@ -33,10 +33,19 @@ class BlasOnOneThread {
   int before_;
 };
 
-// c = keep * c + factor * a * b^T; a: rows x inner, b: columns x inner.
-inline void MultiplyTransposed(int rows, int columns, int inner, double factor, const double* a, int a_stride,
-                               const double* b, int b_stride, double keep, double* c, int c_stride) {
-  dgemm_("N", "T", &rows, &columns, &inner, &factor, a, &a_stride, b, &b_stride, &keep, c, &c_stride);
+// The upper left rows x columns of a column-major matrix whose columns lie `stride` apart.
+template <typename T>
+struct BlasView {
+  T* data;
+  int rows, columns, stride;
+};
+
+// c -= a * b^T.
+inline void SubtractTransposedProduct(const BlasView<const double>& a, const BlasView<const double>& b,
+                                      const BlasView<double>& c) {
+  constexpr double kFactor = -1.0, kKeep = 1.0;  // from: structural
+  dgemm_("N", "T", &c.rows, &c.columns, &a.columns, &kFactor, a.data, &a.stride, b.data, &b.stride, &kKeep,
+         c.data, &c.stride);
 }
 
 }  // namespace mlic

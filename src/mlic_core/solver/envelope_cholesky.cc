@@ -47,12 +47,13 @@ void EnvelopeMatrix::UpdateTile(std::size_t k, std::size_t tile) {
   const Panel& to = panels_[tile];
   const int skipped = static_cast<int>(tile - k) * kTile;
   const double* rows = values_.data() + from.begin + skipped;
-  MultiplyTransposed(from.height - skipped, to.width, from.width, -1.0, rows, from.height, rows, from.height,
-                     1.0, values_.data() + to.begin, to.height);
+  const BlasView<const double> of_tile{rows, to.width, from.width, from.height};
+  SubtractTransposedProduct({rows, from.height - skipped, from.width, from.height}, of_tile,
+                            {values_.data() + to.begin, from.height - skipped, to.width, to.height});
   const int border_rows = static_cast<int>(border.rows());
   if (border_rows == 0) return;
-  MultiplyTransposed(border_rows, to.width, from.width, -1.0, &border(0, k * kTile), border_rows, rows,
-                     from.height, 1.0, &border(0, tile * kTile), border_rows);
+  SubtractTransposedProduct({&border(0, k * kTile), border_rows, from.width, border_rows}, of_tile,
+                            {&border(0, tile * kTile), border_rows, to.width, border_rows});
 }
 
 bool EnvelopeMatrix::Factor() {

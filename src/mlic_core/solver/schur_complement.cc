@@ -107,8 +107,9 @@ void SubtractProduct(const TileRows& a, const TileRows& b, double* target, int s
     left.middleCols<3>(3 * s) = a.rows.middleCols<3>(3 * shared[s].first);
     right.middleCols<3>(3 * s) = b.rows.middleCols<3>(3 * shared[s].second);
   }
-  MultiplyTransposed(height, width, static_cast<int>(left.cols()), -1.0, left.data(), height, right.data(),
-                     width, 1.0, target, stride);
+  const int inner = static_cast<int>(left.cols());
+  SubtractTransposedProduct({left.data(), height, inner, height}, {right.data(), width, inner, width},
+                            {target, height, width, stride});
 }
 
 }  // namespace
@@ -145,8 +146,10 @@ void EliminateLandmarks(const std::vector<LandmarkCoupling>& landmarks, Envelope
       for (std::size_t k = 0; k < b.landmarks.size(); ++k) {
         FillBorderRows(landmarks[b.landmarks[k]], roots[b.landmarks[k]], of_border.middleCols<3>(3 * k));
       }
-      MultiplyTransposed(border, A->Width(column), static_cast<int>(of_border.cols()), -1.0, of_border.data(),
-                         border, b.rows.data(), A->Width(column), 1.0, &A->border(0, column * kTile), border);
+      const int inner = static_cast<int>(of_border.cols()), width = A->Width(column);
+      SubtractTransposedProduct({of_border.data(), border, inner, border},
+                                {b.rows.data(), width, inner, width},
+                                {&A->border(0, column * kTile), border, width, border});
     });
     for (int column = begin; column < end; ++column) of_tiles[column] = {};
   }

@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "mlic_core/solver/accumulator.h"
 #include "mlic_core/solver/envelope_cholesky.h"
-#include "mlic_core/solver/normal_equations.h"
 
 namespace mlic {
 

@@ -5,6 +5,8 @@
 #include <map>
 #include <set>
 
+#include "mlic_core/problem/landmark_terms.h"
+
 namespace mlic {
 namespace {
 

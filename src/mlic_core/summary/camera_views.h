@@ -2,9 +2,11 @@
 
 #include <vector>
 
-#include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/observations.h"
+#include "mlic_core/problem/state.h"
 #include "mlic_core/result/observer.h"
 #include "mlic_core/result/result.h"
+#include "mlic_core/sensors/measurements.h"
 
 namespace mlic {
 

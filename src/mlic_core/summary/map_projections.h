@@ -2,8 +2,10 @@
 
 #include <vector>
 
-#include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/observations.h"
+#include "mlic_core/problem/state.h"
 #include "mlic_core/result/result.h"
+#include "mlic_core/sensors/measurements.h"
 
 namespace mlic {
 

@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mlic_core/problem/imu_terms.h"
+#include "mlic_core/problem/landmark_terms.h"
+#include "mlic_core/problem/plane_terms.h"
+
 namespace mlic {
 namespace {
 

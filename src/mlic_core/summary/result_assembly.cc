@@ -5,7 +5,9 @@
 #include <cmath>
 #include <cstdio>
 
+#include "mlic_core/common/error.h"
 #include "mlic_core/initialization/guess_check.h"
+#include "mlic_core/problem/layout.h"
 #include "mlic_core/problem/observability_limits.h"
 #include "mlic_core/summary/camera_views.h"
 #include "mlic_core/summary/map_projections.h"
@@ -76,7 +78,8 @@ std::vector<SensorResult> InitialSensors(const Rig& rig, const CalibrationState&
     result.name = sensors[s].name;
     result.frame_id = sensors[s].frame_id;
     result.calibration = sensors[s].calibration;
-    if (s >= initial.lidars.size()) AddIntrinsics(initial.cameras[s - initial.lidars.size()], {}, &result);
+    const SensorId id = initial.Sensors().At(s);
+    if (!id.IsLidar()) AddIntrinsics(initial.cameras[id.index], {}, &result);
     result.readout_sigma.reset();
     results.push_back(result);
   }
@@ -84,8 +87,13 @@ std::vector<SensorResult> InitialSensors(const Rig& rig, const CalibrationState&
 }
 
 // Reasons for refusal of one sensor; none when its result may be trusted.
-std::vector<std::string> Judge(const Sensor& config, const ObservabilityAnalysis::Sensor& sensor) {
+std::vector<std::string> Judge(const Sensor& config, const ObservabilityAnalysis::Sensor& sensor,
+                               const PoseSigma& sigma) {
   std::vector<std::string> reasons;
+  if (!sigma.rotation.allFinite() || !sigma.translation.allFinite() || !std::isfinite(sigma.time_offset)) {
+    return {config.name +
+            ": its sigmas are not numbers, as the solve came out singular; turn about more axes"};
+  }
   const auto all = [](const std::array<bool, 3>& axes) { return axes[0] && axes[1] && axes[2]; };
   if (!all(sensor.rotation)) {
     reasons.push_back(config.name +
@@ -125,15 +133,15 @@ void WarnOfUnmatched(const Rig& rig, const Adjustment& adjustment, CalibrationRe
 
 // Points without times got theirs from the azimuth, so that their scans' offset to the stamps is known to
 // where in the turn the driver cuts: good to some degrees.
-void DoubtTimesFromAzimuth(const Dataset& dataset, ObservabilityAnalysis* analysis) {
-  constexpr double kDoubt = 0.02;  // of a turn, 7 deg; from: derivation
+void InflateTimesFromAzimuth(const Dataset& dataset, ObservabilityAnalysis* analysis) {
+  constexpr double kAzimuthSigma = 0.02;  // of a turn, 7 deg; from: derivation
   for (std::size_t l = 0; l < dataset.drives[0].lidars.size(); ++l) {
     const LidarRecording& lidar = dataset.drives[0].lidars[l];
     if (!lidar.point_times_from_azimuth) continue;
-    const int at = 7 * static_cast<int>(l) + 6;
-    const double doubt = kDoubt * lidar.scan_period;
-    analysis->covariance(at, at) += doubt * doubt;
-    analysis->data_covariance(at, at) += doubt * doubt;
+    const int at = Layout::Lidar(l) + 6;
+    const double sigma = kAzimuthSigma * lidar.scan_period;
+    analysis->covariance(at, at) += sigma * sigma;
+    analysis->data_covariance(at, at) += sigma * sigma;
     analysis->sigmas[l].time_offset = std::sqrt(analysis->covariance(at, at));
   }
 }
@@ -202,10 +210,7 @@ std::vector<PairResult> MakePairs(const std::vector<Sensor>& sensors, const std:
     for (std::size_t b = a + 1; b < sensors.size(); ++b) {
       if (lost[a] || lost[b]) continue;
       const auto sigmas = [&](const Eigen::MatrixXd& from) {
-        Eigen::Matrix<double, 14, 14> both;
-        both << from.block<7, 7>(7 * a, 7 * a), from.block<7, 7>(7 * a, 7 * b),
-            from.block<7, 7>(7 * b, 7 * a), from.block<7, 7>(7 * b, 7 * b);
-        return MakePair(sensors[a].calibration, sensors[b].calibration, both);
+        return MakePair(sensors[a].calibration, sensors[b].calibration, JointCovariance(from, a, b));
       };
       const PoseSigma from_data = sigmas(analysis.data_covariance).sigma;
       const bool pair_shown = from_data.translation.maxCoeff() < kTranslationLimit &&
@@ -230,23 +235,24 @@ void FinishRefused(CalibrationResult* result) {
 void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& adjustment,
                     CalibrationResult* result) {
   const CalibrationState& state = adjustment.state;
+  Check(IsFinite(state), "the calibration holds what is not a number; please report this with the log");
   ObservabilityAnalysis analysis = Analyze(adjustment, dataset);
-  DoubtTimesFromAzimuth(dataset, &analysis);
+  InflateTimesFromAzimuth(dataset, &analysis);
   const std::vector<Sensor> sensors = AllSensors(rig, state);
-  const std::size_t lidars = state.lidars.size();
+  const SensorOrder order = state.Sensors();
   const std::vector<bool>& found = adjustment.cameras.found;
   std::vector<bool> shown, lost;
   for (std::size_t s = 0; s < sensors.size(); ++s) {
-    const bool is_lidar = s < lidars;
-    lost.push_back(is_lidar ? adjustment.rejected_lidars[s] || DoesNotFit(adjustment, s)
-                            : !found[s - lidars]);
+    const SensorId id = order.At(s);
+    lost.push_back(id.IsLidar() ? adjustment.rejected_lidars[id.index] || DoesNotFit(adjustment, id.index)
+                                : !found[id.index]);
     std::vector<std::string> reasons;
-    if (is_lidar && lost[s]) reasons = {WhyRejected(rig.lidars[s])};
-    if (!lost[s] && !sensors[s].fixed) reasons = Judge(sensors[s], analysis.sensors[s]);
+    if (id.IsLidar() && lost[s]) reasons = {WhyRejected(rig.lidars[id.index])};
+    if (!lost[s] && !sensors[s].fixed) reasons = Judge(sensors[s], analysis.sensors[s], analysis.sigmas[s]);
     shown.push_back(!lost[s] && reasons.empty());
     result->reasons.insert(result->reasons.end(), reasons.begin(), reasons.end());
   }
-  if (lidars > 0 && adjustment.problem.planes[0].planes.size() < 20) {
+  if (!state.lidars.empty() && adjustment.problem.planes[0].planes.size() < 20) {
     result->reasons.push_back("the map has hardly any planes; record near buildings or in a furnished hall");
   }
   if (adjustment.rounds.unsettled > 0.5) {
@@ -264,11 +270,12 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
   for (std::size_t s = 0; s < sensors.size(); ++s) {
     if (!shown[s]) continue;
     result->sensors.push_back(MakeSensor(sensors[s], analysis, s));
-    if (s < lidars) {
-      WarnOfGuess(rig.lidars[s], result->sensors.back().calibration, &result->warnings);
+    const SensorId id = order.At(s);
+    if (id.IsLidar()) {
+      WarnOfGuess(rig.lidars[id.index], result->sensors.back().calibration, &result->warnings);
       continue;
     }
-    const std::size_t c = s - lidars;
+    const std::size_t c = id.index;
     WarnOfGuess(rig.cameras[c], result->sensors.back().calibration, &result->warnings);
     AddIntrinsics(state.cameras[c], analysis.cameras[c], &result->sensors.back());
     const std::vector<HeldOutMatches>& held_out = adjustment.map.held_out_errors;

@@ -4,8 +4,14 @@
 #include <cmath>
 
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/problem/joint_solver.h"
 
 namespace mlic {
+namespace {
+
+constexpr double kUnknownChange = 1e9;  // from: guard, far beyond any that counts as settled
+
+}  // namespace
 
 double VarianceScale(const Adjustment& adjustment, const Dataset& dataset) {
   const SolveSummary& solve = adjustment.last_solve;
@@ -26,21 +32,22 @@ ObservabilityAnalysis Analyze(const Adjustment& adjustment, const Dataset& datas
 }
 
 double ChangeInSigmas(const Adjustment& adjustment, const Dataset& dataset, const CalibrationState& before) {
-  if (adjustment.last_solve.information.size() == 0) return 1e9;
+  if (adjustment.last_solve.information.size() == 0) return kUnknownChange;
   const CalibrationState& state = adjustment.state;
   const ObservabilityAnalysis analysis = Analyze(adjustment, dataset);
   double largest = 0.0;
   const auto compare = [&](const SensorCalibration& a, const SensorCalibration& b, const PoseSigma& sigma) {
     const Eigen::Vector3d rotation = Log(b.T_imu_sensor.rotation * a.T_imu_sensor.rotation.conjugate());
     const Eigen::Vector3d translation = b.T_imu_sensor.translation - a.T_imu_sensor.translation;
-    largest = std::max(largest, rotation.cwiseQuotient(sigma.rotation).cwiseAbs().maxCoeff());
-    largest = std::max(largest, translation.cwiseQuotient(sigma.translation).cwiseAbs().maxCoeff());
-    largest = std::max(largest, std::abs(b.time_offset - a.time_offset) / sigma.time_offset);
+    Eigen::Matrix<double, 7, 1> changes;
+    changes << rotation.cwiseQuotient(sigma.rotation), translation.cwiseQuotient(sigma.translation),
+        (b.time_offset - a.time_offset) / sigma.time_offset;
+    const double change = changes.allFinite() ? changes.cwiseAbs().maxCoeff() : kUnknownChange;
+    largest = std::max(largest, change);
   };
-  const std::size_t lidars = state.lidars.size();
-  for (std::size_t l = 0; l < lidars; ++l) compare(before.lidars[l], state.lidars[l], analysis.sigmas[l]);
-  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
-    compare(before.cameras[c].sensor, state.cameras[c].sensor, analysis.sigmas[lidars + c]);
+  const SensorOrder order = state.Sensors();
+  for (std::size_t s = 0; s < order.size(); ++s) {
+    compare(before.Sensor(order.At(s)), state.Sensor(order.At(s)), analysis.sigmas[s]);
   }
   return largest;
 }

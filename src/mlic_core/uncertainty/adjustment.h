@@ -8,6 +8,8 @@
 #include "mlic_core/camera/tracks/tracks.h"
 #include "mlic_core/lidar/plane_map.h"
 #include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/joint_solver.h"
+#include "mlic_core/problem/state.h"
 #include "mlic_core/result/result.h"
 #include "mlic_core/uncertainty/camera_covariance.h"
 #include "mlic_core/uncertainty/observability.h"
@@ -49,7 +51,7 @@ struct JointRounds {
 // By what the last solve's information is too good, measured once the calibration is settled.
 struct CovarianceScale {
   double correlation = 1.0;  // of variances, for errors that points share
-  CameraDoubt cameras;
+  CameraInflation cameras;
   std::vector<StampErrors> stamps;  // of each LiDAR, then of each camera; empty before
 };
 
@@ -83,7 +85,8 @@ Eigen::MatrixXd ScaledInformation(const Adjustment& adjustment, const Dataset& d
 // by camera_covariance.h.
 ObservabilityAnalysis Analyze(const Adjustment& adjustment, const Dataset& dataset);
 
-// Largest change of a sensor since `before`, in sigmas of the last solve; very large where there was none.
+// Largest change of a sensor since `before`, in sigmas of the last solve; very large where there was none or
+// a sigma is not a number.
 double ChangeInSigmas(const Adjustment& adjustment, const Dataset& dataset, const CalibrationState& before);
 
 }  // namespace mlic

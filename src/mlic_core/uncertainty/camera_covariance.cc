@@ -6,10 +6,12 @@
 #include <cstdio>
 #include <numeric>
 
+#include "mlic_core/association/landmark_noise.h"
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/problem/landmark_terms.h"
 #include "mlic_core/problem/linearizer.h"
 #include "mlic_core/problem/time_windows.h"
+#include "mlic_core/solver/normal_equations.h"
 
 namespace mlic {
 namespace {
@@ -204,8 +206,8 @@ std::vector<std::vector<int>> Parts(const JointProblem& problem, const Calibrati
 
 }  // namespace
 
-CameraDoubt MeasureCameraDoubt(const JointProblem& given, const CalibrationState& state,
-                               const LandmarkOptions& made_with, const Eigen::MatrixXd& covariance) {
+CameraInflation MeasureCameraInflation(const JointProblem& given, const CalibrationState& state,
+                                       const LandmarkOptions& made_with, const Eigen::MatrixXd& covariance) {
   JointProblem problem = given;
   std::vector<std::vector<std::vector<std::size_t>>> parts(problem.landmarks.size());
   std::size_t count = 0;
@@ -242,7 +244,7 @@ CameraDoubt MeasureCameraDoubt(const JointProblem& given, const CalibrationState
   };
   const Eigen::VectorXd of_stretches = 0.5 * (beyond(all.stretches) + beyond(all.later_stretches));
   const Eigen::VectorXd of_cells = beyond(all.cells);
-  CameraDoubt doubt{all.information, all.self_weighing, Eigen::VectorXd::Ones(layout.calibration)};
+  CameraInflation inflation{all.information, all.self_weighing, Eigen::VectorXd::Ones(layout.calibration)};
   for (const std::vector<int>& part : Parts(problem, state, layout)) {
     double landmarks = 0.0, stretches = 0.0, cells = 0.0;
     for (const int i : part) {
@@ -253,26 +255,27 @@ CameraDoubt MeasureCameraDoubt(const JointProblem& given, const CalibrationState
       cells += share * of_cells[i];
     }
     const double ratio = landmarks + std::max(0.0, stretches) + std::max(0.0, cells);
-    for (const int i : part) doubt.growth[i] = std::sqrt(std::max(1.0, ratio));
+    for (const int i : part) inflation.growth[i] = std::sqrt(std::max(1.0, ratio));
   }
-  return doubt;
+  return inflation;
 }
 
-Eigen::MatrixXd VarianceOfDoubt(const Eigen::MatrixXd& covariance, const CameraDoubt& doubt, double scale) {
-  if (doubt.IsEmpty()) return Eigen::MatrixXd::Zero(covariance.rows(), covariance.cols());
+Eigen::MatrixXd VarianceOfInflation(const Eigen::MatrixXd& covariance, const CameraInflation& inflation,
+                                    double scale) {
+  if (inflation.IsEmpty()) return Eigen::MatrixXd::Zero(covariance.rows(), covariance.cols());
   // (H - B)^-1 H (H - B)^-1 - H^-1 up to the second order in B: never negative, whatever B is.
-  const Eigen::MatrixXd once = covariance * doubt.self_weighing / scale * covariance;
-  const Eigen::MatrixXd twice = once * doubt.self_weighing / scale * covariance;
-  const Eigen::MatrixXd of_tracks = covariance * doubt.information / scale * covariance;
-  const Eigen::MatrixXd grown = doubt.growth.asDiagonal() * of_tracks * doubt.growth.asDiagonal();
+  const Eigen::MatrixXd once = covariance * inflation.self_weighing / scale * covariance;
+  const Eigen::MatrixXd twice = once * inflation.self_weighing / scale * covariance;
+  const Eigen::MatrixXd of_tracks = covariance * inflation.information / scale * covariance;
+  const Eigen::MatrixXd grown = inflation.growth.asDiagonal() * of_tracks * inflation.growth.asDiagonal();
   const Eigen::MatrixXd variance = 2.0 * once + 3.0 * twice + (grown - of_tracks);
   return 0.5 * (variance + variance.transpose());
 }
 
-std::vector<std::string> DescribeDoubt(const CameraDoubt& doubt, const Rig& rig,
-                                       const CalibrationState& state) {
+std::vector<std::string> DescribeInflation(const CameraInflation& inflation, const Rig& rig,
+                                           const CalibrationState& state) {
   std::vector<std::string> lines;
-  if (doubt.IsEmpty()) return lines;
+  if (inflation.IsEmpty()) return lines;
   const Layout layout(state, false);  // cameras come before the matrices
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
     const int pose = layout.Camera(c), lens = layout.Intrinsics(c);
@@ -282,8 +285,8 @@ std::vector<std::string> DescribeDoubt(const CameraDoubt& doubt, const Rig& rig,
         text, sizeof(text),
         ": observations share errors: their part in the sigmas of rotation, translation, offset and lens "
         "grows by a factor of %.2f, %.2f, %.2f, %.2f",
-        doubt.growth[pose], doubt.growth[pose + 3], doubt.growth[pose + 6],
-        doubt.growth.segment(lens, count).maxCoeff());
+        inflation.growth[pose], inflation.growth[pose + 3], inflation.growth[pose + 6],
+        inflation.growth.segment(lens, count).maxCoeff());
     lines.push_back(rig.cameras[c].name + text);
   }
   return lines;

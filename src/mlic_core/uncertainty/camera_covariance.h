@@ -6,6 +6,7 @@
 
 #include "mlic_core/association/point_landmarks.h"
 #include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/state.h"
 
 namespace mlic {
 
@@ -13,21 +14,19 @@ namespace mlic {
 // observations themselves. Two things are missing in it:
 //
 // - Landmarks are weighed by how well their own observations agree (LandmarkOptions::noise_of_each). An error
-// of
-//   the calibration makes observations disagree, and so takes weight from the very landmarks that would show
-//   it. The loss (v + f) log(1 + s / v) of a landmark's squared residuals s (v: kPriorFreedom, f:
+//   of the calibration makes observations disagree, and so takes weight from the very landmarks that would
+//   show it. The loss (v + f) log(1 + s / v) of a landmark's squared residuals s (v: kPriorFreedom, f:
 //   LandmarkFreedom) curves by 2 / (v + f) g g^T less than its weights say, g being the landmark's gradient:
 //   three observations lose half of their information, ten a tenth.
 // - Observations share errors: those of one landmark, those of the same seconds (trajectory, light, the
-// surfaces
-//   that happen to be in view), and those of one part of the image (lens, what patches look like there). Each
-//   is measured by the scatter of the gradients' sums over such groups (Liang and Zeger, Biometrika 1986),
-//   made larger by what the calibration follows of each group (Bell and McCaffrey, Survey Methodology 2002);
-//   what each way has beyond single observations adds up (Cameron, Gelbach and Miller, Journal of Business
-//   and Economic Statistics 2011). Groups are fewer than parameters, so that no matrix is made of it: a
-//   camera's rotation, translation, time offset and lens get one factor each, the mean over their parameters,
-//   and never less than one.
-struct CameraDoubt {
+//   surfaces that happen to be in view), and those of one part of the image (lens, what patches look like
+//   there). Each is measured by the scatter of the gradients' sums over such groups (Liang and Zeger,
+//   Biometrika 1986), made larger by what the calibration follows of each group (Bell and McCaffrey, Survey
+//   Methodology 2002); what each way has beyond single observations adds up (Cameron, Gelbach and Miller,
+//   Journal of Business and Economic Statistics 2011). Groups are fewer than parameters, so that no matrix is
+//   made of it: a camera's rotation, translation, time offset and lens get one factor each, the mean over
+//   their parameters, and never less than one.
+struct CameraInflation {
   Eigen::MatrixXd information;    // of the calibration (Layout): what observations of tracks add to it
   Eigen::MatrixXd self_weighing;  // what the first point takes of it
   Eigen::VectorXd growth;         // by the second, of each parameter's sigma as far as it is tracks'
@@ -39,15 +38,16 @@ struct CameraDoubt {
 // what they have in common is in their noise). made_with: the options of the points of tracks, with a noise
 // for each camera. covariance: of the calibration, all that the solve held taken as known. Empty without
 // observations of tracks.
-CameraDoubt MeasureCameraDoubt(const JointProblem& problem, const CalibrationState& state,
-                               const LandmarkOptions& made_with, const Eigen::MatrixXd& covariance);
+CameraInflation MeasureCameraInflation(const JointProblem& problem, const CalibrationState& state,
+                                       const LandmarkOptions& made_with, const Eigen::MatrixXd& covariance);
 
-// What the doubt adds to a covariance that was made as above. scale: of its variances, against those of the
-// solve.
-Eigen::MatrixXd VarianceOfDoubt(const Eigen::MatrixXd& covariance, const CameraDoubt& doubt, double scale);
+// What the inflation adds to a covariance that was made as above. scale: of its variances, against those of
+// the solve.
+Eigen::MatrixXd VarianceOfInflation(const Eigen::MatrixXd& covariance, const CameraInflation& inflation,
+                                    double scale);
 
 // A line on each camera that it concerns.
-std::vector<std::string> DescribeDoubt(const CameraDoubt& doubt, const Rig& rig,
-                                       const CalibrationState& state);
+std::vector<std::string> DescribeInflation(const CameraInflation& inflation, const Rig& rig,
+                                           const CalibrationState& state);
 
 }  // namespace mlic

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "mlic_core/common/order_statistics.h"
+#include "mlic_core/problem/imu_terms.h"
 
 namespace mlic {
 namespace {

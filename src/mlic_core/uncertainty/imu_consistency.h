@@ -3,7 +3,9 @@
 #include <cstddef>
 #include <vector>
 
-#include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/imu/excitation.h"
+#include "mlic_core/problem/state.h"
+#include "mlic_core/sensors/measurements.h"
 
 namespace mlic {
 

@@ -15,7 +15,7 @@ constexpr double kPatternError = 0.01;     // from: measured
 constexpr double kUsualTangential = 1e-3;  // size of the tangential terms of lenses
 constexpr int kTangential[] = {6, 7};      // their places; from: structural
 // from: measured, kitti_0005 is above, simulated drives at 1e-4.
-constexpr double kDoubtfulRatio = 5e-4;  // sigma of fy / fx
+constexpr double kUncertainRatio = 5e-4;  // sigma of fy / fx
 
 bool IsTangential(CameraModel model, int parameter) {
   return (model == CameraModel::kPlumbBob || model == CameraModel::kRationalPolynomial) &&
@@ -92,10 +92,10 @@ int NextFixed(const CameraIntrinsics& intrinsics, const std::vector<CameraParame
 }
 
 // covariance: of the camera's intrinsics.
-bool DoubtsRatio(const CameraIntrinsics& intrinsics, const Eigen::MatrixXd& covariance,
-                 const std::vector<bool>& held) {
+bool IsRatioUncertain(const CameraIntrinsics& intrinsics, const Eigen::MatrixXd& covariance,
+                      const std::vector<bool>& held) {
   const double variance = covariance(0, 0) - 2.0 * covariance(0, 1) + covariance(1, 1);
-  return !held[0] && !held[1] && std::sqrt(variance) > kDoubtfulRatio * intrinsics.parameters[0];
+  return !held[0] && !held[1] && std::sqrt(variance) > kUncertainRatio * intrinsics.parameters[0];
 }
 
 // Where all that is held stands in the vector of calibration parameters.
@@ -128,10 +128,11 @@ std::vector<double> ImageDisplacements(const CameraIntrinsics& intrinsics) {
 
 Eigen::VectorXd CalibrationLimits(const CalibrationState& state, const Layout& layout) {
   Eigen::VectorXd limits = Eigen::VectorXd::Ones(layout.calibration);
-  for (int s = 0; s < layout.sensors; ++s) {
-    limits.segment<3>(7 * s).setConstant(kRotationLimit);
-    limits.segment<3>(7 * s + 3).setConstant(kTranslationLimit);
-    limits[7 * s + 6] = kTimeLimit;
+  for (std::size_t s = 0; s < layout.order.size(); ++s) {
+    const int at = Layout::Sensor(s);
+    limits.segment<3>(at).setConstant(kRotationLimit);
+    limits.segment<3>(at + 3).setConstant(kTranslationLimit);
+    limits[at + 6] = kTimeLimit;
   }
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
     if (layout.Readout(c) >= 0) limits[layout.Readout(c)] = kTimeLimit;
@@ -155,32 +156,32 @@ Eigen::MatrixXd InformationWithFixed(const Eigen::MatrixXd& information, const C
   return result;
 }
 
-Eigen::MatrixXd WithDoubtOfTangentialTerms(const Eigen::MatrixXd& information, const CalibrationState& state,
-                                           const Layout& layout,
-                                           const std::vector<FixedCameraParameters>& held,
-                                           const Eigen::MatrixXd& known) {
-  std::vector<int> doubtful;
+Eigen::MatrixXd WithVarianceOfTangentialTerms(const Eigen::MatrixXd& information,
+                                              const CalibrationState& state, const Layout& layout,
+                                              const std::vector<FixedCameraParameters>& held,
+                                              const Eigen::MatrixXd& known) {
+  std::vector<int> considered;
   for (std::size_t c = 0; c < held.size(); ++c) {
     for (std::size_t i = 0; i < held[c].intrinsics.size(); ++i) {
       if (held[c].intrinsics[i] && IsTangential(state.cameras[c].intrinsics.model, static_cast<int>(i))) {
-        doubtful.push_back(layout.Intrinsics(c) + static_cast<int>(i));
+        considered.push_back(layout.Intrinsics(c) + static_cast<int>(i));
       }
     }
   }
-  if (doubtful.empty()) return known;
-  Eigen::MatrixXd coupling(information.rows(), doubtful.size());
-  for (std::size_t k = 0; k < doubtful.size(); ++k) coupling.col(k) = information.col(doubtful[k]);
+  if (considered.empty()) return known;
+  Eigen::MatrixXd coupling(information.rows(), considered.size());
+  for (std::size_t k = 0; k < considered.size(); ++k) coupling.col(k) = information.col(considered[k]);
   for (const int at : HeldPlaces(layout, held)) coupling.row(at).setZero();
   Eigen::MatrixXd own =
       coupling.transpose() * InverseInLimits(known, CalibrationLimits(state, layout)) * coupling;
   own.diagonal().array() += 1.0 / (kUsualTangential * kUsualTangential);
   Eigen::MatrixXd result = known;
-  for (std::size_t k = 0; k < doubtful.size(); ++k) {
-    result.col(doubtful[k]) = coupling.col(k);
-    result.row(doubtful[k]) = coupling.col(k).transpose();
+  for (std::size_t k = 0; k < considered.size(); ++k) {
+    result.col(considered[k]) = coupling.col(k);
+    result.row(considered[k]) = coupling.col(k).transpose();
   }
-  for (std::size_t k = 0; k < doubtful.size(); ++k) {
-    for (std::size_t l = 0; l < doubtful.size(); ++l) result(doubtful[k], doubtful[l]) = own(k, l);
+  for (std::size_t k = 0; k < considered.size(); ++k) {
+    for (std::size_t l = 0; l < considered.size(); ++l) result(considered[k], considered[l]) = own(k, l);
   }
   return result;
 }
@@ -216,7 +217,7 @@ std::vector<FixedCameraParameters> HoldUndeterminedIntrinsics(
     for (std::size_t c = 0; c < held.size(); ++c) {
       const int at = layout.Intrinsics(c), count = static_cast<int>(held[c].intrinsics.size());
       const Eigen::MatrixXd own = covariance.block(at, at, count, count);
-      held[c].square_pixels = DoubtsRatio(state.cameras[c].intrinsics, own, held[c].intrinsics);
+      held[c].square_pixels = IsRatioUncertain(state.cameras[c].intrinsics, own, held[c].intrinsics);
       const int next = NextFixed(state.cameras[c].intrinsics, jacobians[c], own, held[c].intrinsics,
                                  sensitivity[c], limit);
       if (next < 0) continue;

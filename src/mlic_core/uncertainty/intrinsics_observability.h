@@ -4,6 +4,8 @@
 #include <vector>
 
 #include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/layout.h"
+#include "mlic_core/problem/state.h"
 
 namespace mlic {
 
@@ -39,13 +41,13 @@ Eigen::MatrixXd InformationWithFixed(const Eigen::MatrixXd& information, const C
                                      const Layout& layout, const std::vector<FixedCameraParameters>& held);
 
 // What InformationWithFixed gave (`known`, priors may have been added) with tangential terms that are held
-// doubted by their usual size, 1e-3: the covariance of all else then is A^-1 + A^-1 B Q B^T A^-1, as of
-// parameters that are considered but not estimated (Schmidt), with A the information of what is estimated, B
-// how `information` couples it to the doubted and Q their variance.
-Eigen::MatrixXd WithDoubtOfTangentialTerms(const Eigen::MatrixXd& information, const CalibrationState& state,
-                                           const Layout& layout,
-                                           const std::vector<FixedCameraParameters>& held,
-                                           const Eigen::MatrixXd& known);
+// given a variance of their usual size, 1e-3: the covariance of all else then is A^-1 + A^-1 B Q B^T A^-1, as
+// of parameters that are considered but not estimated (Schmidt), with A the information of what is estimated,
+// B how `information` couples it to them and Q their variance.
+Eigen::MatrixXd WithVarianceOfTangentialTerms(const Eigen::MatrixXd& information,
+                                              const CalibrationState& state, const Layout& layout,
+                                              const std::vector<FixedCameraParameters>& held,
+                                              const Eigen::MatrixXd& known);
 
 // Steps of all calibration parameters that count as large (rotation, translation, offset: the limits of
 // observability; intrinsics: 1 px in the mean over the image; others: 1): scales for inverting information.

@@ -3,9 +3,13 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <vector>
 
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/problem/layout.h"
 #include "mlic_core/problem/observability_limits.h"
+#include "mlic_core/problem/priors.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
 
 namespace mlic {
@@ -33,44 +37,58 @@ void Judge(const Eigen::Matrix3d& data_covariance, const Eigen::Matrix3d& covari
   }
 }
 
-// Of all sensors and of the calibration's other parameters; held: sensors that were given and do not move;
-// solved: the information with all that the solve held taken as known.
-ObservabilityAnalysis AnalyzeSensors(const Eigen::MatrixXd& information, const Eigen::MatrixXd& solved,
-                                     const Eigen::MatrixXd& guess_information,
-                                     const std::vector<std::optional<ExtrinsicGuess>>& guesses,
-                                     const std::vector<bool>& held, const Eigen::VectorXd& limits,
-                                     const CameraDoubt& doubt, double scale) {
-  const std::size_t sensors = guesses.size();
+struct SensorGuess {
+  std::optional<ExtrinsicGuess> guess;
+  bool fixed = false;  // given, and does not move
+};
+
+// What the covariances of all sensors are made of.
+struct SensorInformation {
+  Eigen::MatrixXd data;              // information of the calibration (Layout) without the guesses
+  Eigen::MatrixXd solved;            // the same with all that the solve held taken as known
+  Eigen::MatrixXd guess;             // what the guesses add
+  std::vector<SensorGuess> sensors;  // of each LiDAR, then of each camera
+  Eigen::VectorXd limits;            // steps that count as large
+};
+
+// Of all sensors and of the calibration's other parameters.
+ObservabilityAnalysis AnalyzeSensors(const SensorInformation& given, const CameraInflation& inflation,
+                                     double scale) {
+  const Eigen::VectorXd& limits = given.limits;
+  const std::size_t sensors = given.sensors.size();
   // Sensors that are given are known: to a thousandth of the limits.
-  const auto with_held = [&](Eigen::MatrixXd data) {
+  const auto with_fixed = [&](Eigen::MatrixXd data) {
     for (std::size_t l = 0; l < sensors; ++l) {
-      if (!held[l]) continue;
-      for (int i = 0; i < 7; ++i) data(7 * l + i, 7 * l + i) += 1e6 / (limits[7 * l + i] * limits[7 * l + i]);
+      if (!given.sensors[l].fixed) continue;
+      for (int i = Layout::Sensor(l); i < Layout::Sensor(l + 1); ++i)
+        data(i, i) += 1e6 / (limits[i] * limits[i]);
     }
     return data;
   };
   ObservabilityAnalysis analysis;
-  analysis.solved_covariance = InverseInLimits(with_held(solved) + guess_information, limits);
-  const Eigen::MatrixXd all_covariance = InverseInLimits(with_held(information) + guess_information, limits) +
-                                         VarianceOfDoubt(analysis.solved_covariance, doubt, scale);
+  analysis.solved_covariance = InverseInLimits(with_fixed(given.solved) + given.guess, limits);
+  const Eigen::MatrixXd all_covariance = InverseInLimits(with_fixed(given.data) + given.guess, limits) +
+                                         VarianceOfInflation(analysis.solved_covariance, inflation, scale);
   const Eigen::MatrixXd data_covariance =
-      InverseInLimits(with_held(information), limits) +
-      VarianceOfDoubt(InverseInLimits(with_held(solved), limits), doubt, scale);
-  analysis.data_covariance = data_covariance.topLeftCorner(7 * sensors, 7 * sensors);
-  analysis.covariance = all_covariance.topLeftCorner(7 * sensors, 7 * sensors);
+      InverseInLimits(with_fixed(given.data), limits) +
+      VarianceOfInflation(InverseInLimits(with_fixed(given.solved), limits), inflation, scale);
+  const int poses = Layout::Sensor(sensors);
+  analysis.data_covariance = data_covariance.topLeftCorner(poses, poses);
+  analysis.covariance = all_covariance.topLeftCorner(poses, poses);
   analysis.inner_sigmas =
-      all_covariance.diagonal().tail(all_covariance.rows() - 7 * sensors).cwiseMax(0.0).cwiseSqrt();
+      all_covariance.diagonal().tail(all_covariance.rows() - poses).cwiseMax(0.0).cwiseSqrt();
   for (std::size_t l = 0; l < sensors; ++l) {
-    const int at = 7 * static_cast<int>(l);
+    const int at = Layout::Sensor(l);
     const auto& all = analysis.covariance;
     const auto& shown = analysis.data_covariance;
+    const std::optional<ExtrinsicGuess>& guess = given.sensors[l].guess;
     ObservabilityAnalysis::Sensor sensor;
     using Quantity = UnobservableDirection::Quantity;
     Judge(shown.block<3, 3>(at + 3, at + 3), all.block<3, 3>(at + 3, at + 3), kTranslationLimit,
-          guesses[l] ? &guesses[l]->sigma_translation : nullptr, Quantity::kTranslation, &sensor.translation,
+          guess ? &guess->sigma_translation : nullptr, Quantity::kTranslation, &sensor.translation,
           &sensor.directions);
     Judge(shown.block<3, 3>(at, at), all.block<3, 3>(at, at), kRotationLimit,
-          guesses[l] ? &guesses[l]->sigma_rotation : nullptr, Quantity::kRotation, &sensor.rotation,
+          guess ? &guess->sigma_rotation : nullptr, Quantity::kRotation, &sensor.rotation,
           &sensor.directions);
     PoseSigma sigma;
     sigma.rotation = all.diagonal().segment<3>(at).cwiseSqrt();
@@ -89,7 +107,7 @@ ObservabilityAnalysis AnalyzeSensors(const Eigen::MatrixXd& information, const E
 }  // namespace
 
 ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const CalibrationState& state,
-                                         const Eigen::MatrixXd& information, const CameraDoubt& doubt,
+                                         const Eigen::MatrixXd& information, const CameraInflation& inflation,
                                          double scale) {
   const Layout layout(state, problem.estimate_imu_matrices);
   Eigen::MatrixXd prior;
@@ -97,24 +115,27 @@ ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const Cali
   CalibrationPrior(problem, state, layout, &prior, &gradient);
   // Priors of biases, matrices and readouts are knowledge about devices and belong to the data; guesses do
   // not.
-  const int poses = 7 * layout.sensors;
+  const int poses = layout.poses;
   Eigen::MatrixXd guess = Eigen::MatrixXd::Zero(prior.rows(), prior.cols());
   guess.topLeftCorner(poses, poses) = prior.topLeftCorner(poses, poses);
-  std::vector<std::optional<ExtrinsicGuess>> guesses = problem.guesses;
-  guesses.resize(state.lidars.size());
-  guesses.insert(guesses.end(), problem.camera_guesses.begin(), problem.camera_guesses.end());
-  guesses.resize(layout.sensors);
-  std::vector<bool> held = problem.lidar_fixed;
-  held.resize(state.lidars.size(), false);
-  for (const FixedCameraParameters& camera : problem.camera_fixed) {
-    held.push_back(camera.rotation && camera.translation && camera.time_offset);
+  SensorInformation given;
+  for (std::size_t l = 0; l < state.lidars.size(); ++l) {
+    given.sensors.push_back({l < problem.guesses.size() ? problem.guesses[l] : std::nullopt,
+                             l < problem.lidar_fixed.size() && problem.lidar_fixed[l]});
   }
-  held.resize(layout.sensors, false);
+  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
+    const bool has_fixed = c < problem.camera_fixed.size();
+    const FixedCameraParameters fixed = has_fixed ? problem.camera_fixed[c] : FixedCameraParameters();
+    given.sensors.push_back({c < problem.camera_guesses.size() ? problem.camera_guesses[c] : std::nullopt,
+                             fixed.rotation && fixed.translation && fixed.time_offset});
+  }
   const Eigen::MatrixXd known =
       InformationWithFixed(information, state, layout, problem.camera_fixed) + (prior - guess);
-  ObservabilityAnalysis analysis =
-      AnalyzeSensors(WithDoubtOfTangentialTerms(information, state, layout, problem.camera_fixed, known),
-                     known, guess, guesses, held, CalibrationLimits(state, layout), doubt, scale);
+  given.data = WithVarianceOfTangentialTerms(information, state, layout, problem.camera_fixed, known);
+  given.solved = known;
+  given.guess = guess;
+  given.limits = CalibrationLimits(state, layout);
+  ObservabilityAnalysis analysis = AnalyzeSensors(given, inflation, scale);
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
     ObservabilityAnalysis::Intrinsics camera;
     const std::size_t count = state.cameras[c].intrinsics.parameters.size();
@@ -152,15 +173,22 @@ PairResult MakePair(const SensorCalibration& a, const SensorCalibration& b,
   return pair;
 }
 
+Eigen::Matrix<double, 14, 14> JointCovariance(const Eigen::MatrixXd& covariance, std::size_t a,
+                                              std::size_t b) {
+  const int at_a = Layout::Sensor(a), at_b = Layout::Sensor(b);
+  Eigen::Matrix<double, 14, 14> both;
+  both << covariance.block<7, 7>(at_a, at_a), covariance.block<7, 7>(at_a, at_b),
+      covariance.block<7, 7>(at_b, at_a), covariance.block<7, 7>(at_b, at_b);
+  return both;
+}
+
 std::vector<PoseSigma> SigmasAgainstLidar(const ObservabilityAnalysis& analysis,
                                           const CalibrationState& state, std::size_t lidar) {
-  const int lidars = static_cast<int>(state.lidars.size()), from = 7 * static_cast<int>(lidar);
+  const SensorOrder order = state.Sensors();
   std::vector<PoseSigma> sigmas;
-  for (int c = 0; c < static_cast<int>(state.cameras.size()); ++c) {
-    const int to = 7 * (lidars + c);
-    Eigen::Matrix<double, 14, 14> both;
-    both << analysis.covariance.block<7, 7>(from, from), analysis.covariance.block<7, 7>(from, to),
-        analysis.covariance.block<7, 7>(to, from), analysis.covariance.block<7, 7>(to, to);
+  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
+    const auto both =
+        JointCovariance(analysis.covariance, order.PlaceOf(LidarId(lidar)), order.PlaceOf(CameraId(c)));
     sigmas.push_back(MakePair(state.lidars[lidar], state.cameras[c].sensor, both).sigma);
   }
   return sigmas;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/state.h"
 #include "mlic_core/result/result.h"
 #include "mlic_core/sensors/rig.h"
 #include "mlic_core/uncertainty/camera_covariance.h"
@@ -19,12 +20,12 @@ struct ObservabilityAnalysis {
     bool time_offset = true;
     std::vector<UnobservableDirection> directions;
   };
-  std::vector<Sensor> sensors;
+  std::vector<Sensor> sensors;      // in the SensorOrder, as all that follow
   std::vector<PoseSigma> sigmas;    // with the guesses
   Eigen::MatrixXd covariance;       // 7 for each LiDAR and camera as in Layout, with the guesses
   Eigen::MatrixXd data_covariance;  // without
   Eigen::VectorXd inner_sigmas;     // of the calibration's other parameters, in the order of Layout
-  // Of all parameters (Layout), with the guesses, all that was held taken as known and without the doubt.
+  // Of all parameters (Layout), with the guesses, all that was held taken as known and without the inflation.
   Eigen::MatrixXd solved_covariance;
 
   struct Intrinsics {
@@ -37,11 +38,16 @@ struct ObservabilityAnalysis {
 
 // information: of the last solve of a joint problem with LiDARs and cameras, the residuals' scatter and
 // correlation taken out. A direction is not shown when its sigma without the guesses exceeds the limits of
-// observability_limits.h or the guess's own sigma. doubt: by which covariances grow, of variances that are
-// `scale` times those of the solve.
+// observability_limits.h or the guess's own sigma. inflation: by which covariances grow, of variances that
+// are `scale` times those of the solve.
 ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const CalibrationState& state,
-                                         const Eigen::MatrixXd& information, const CameraDoubt& doubt = {},
-                                         double scale = 1.0);
+                                         const Eigen::MatrixXd& information,
+                                         const CameraInflation& inflation = {}, double scale = 1.0);
+
+// Of the poses and offsets of the sensors at two places, out of ObservabilityAnalysis::covariance or
+// data_covariance.
+Eigen::Matrix<double, 14, 14> JointCovariance(const Eigen::MatrixXd& covariance, std::size_t a,
+                                              std::size_t b);
 
 // Relative pose of two sensors with its sigma from their joint covariance (14 x 14: a, b).
 PairResult MakePair(const SensorCalibration& a, const SensorCalibration& b,

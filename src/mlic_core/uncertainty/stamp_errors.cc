@@ -6,6 +6,8 @@
 #include <map>
 
 #include "mlic_core/common/order_statistics.h"
+#include "mlic_core/problem/landmark_terms.h"
+#include "mlic_core/problem/plane_terms.h"
 
 namespace mlic {
 namespace {
@@ -68,7 +70,7 @@ void AddLandmarks(const JointProblem& problem, const CalibrationState& state, st
     if (!at[k].allFinite() || !derivative.allFinite()) continue;
     const Eigen::Matrix2d shape = o.shape.cast<double>();
     const Eigen::Vector2d residual = shape * at[k], slope = shape * derivative;
-    ScanSum& sum = (*sums)[state.lidars.size() + o.camera][o.time];
+    ScanSum& sum = (*sums)[state.Sensors().PlaceOf(CameraId(o.camera))][o.time];
     for (int a = 0; a < 2; ++a) sum.Add(residual[a], slope[a], o.sigma);
   }
 }
@@ -122,7 +124,7 @@ StampErrors Judge(const std::vector<ScanSums>& drives) {
 }  // namespace
 
 std::vector<StampErrors> MeasureStampErrors(const JointProblem& problem, const CalibrationState& state) {
-  const std::size_t sensors = state.lidars.size() + state.cameras.size();
+  const std::size_t sensors = state.Sensors().size();
   std::vector<std::vector<ScanSums>> of_sensors(sensors);
   for (std::size_t d = 0; d < state.drives.size(); ++d) {
     std::vector<ScanSums> sums(sensors);

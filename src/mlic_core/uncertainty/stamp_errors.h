@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/state.h"
 
 namespace mlic {
 

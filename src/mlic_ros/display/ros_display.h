@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "mlic/Status.h"
-#include "mlic_ros/programs/calibration_job.h"
+#include "mlic_ros/display/job_observer.h"
 
 namespace mlic {
 

@@ -89,7 +89,7 @@ JobOutcome Run(const JobOptions& options, const Rig& rig_file, const Cancellatio
 
   CalibrationOptions calibration = options.calibration;
   calibration.colmap_directory = options.output / "stages" / "colmap";
-  CalibrationResult result = Calibrate(rig, dataset, cancellation, log, stages, calibration);
+  CalibrationResult result = Calibrate(rig, dataset, cancellation, log, &stages, calibration);
   result.stages.insert(result.stages.begin(), loading);
   result.warnings.insert(result.warnings.begin(), report.warnings.begin(), report.warnings.end());
   LogTimes(result.stages, &log);

@@ -9,6 +9,7 @@
 #include "mlic_core/common/error.h"
 #include "mlic_core/evaluation/epipolar_error.h"
 #include "mlic_core/evaluation/intrinsics_error.h"
+#include "mlic_core/evaluation/map_builder.h"
 #include "mlic_core/evaluation/map_evaluation.h"
 #include "mlic_core/evaluation/trajectory_error.h"
 #include "mlic_core/evaluation/truth_comparison.h"

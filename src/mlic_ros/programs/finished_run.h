@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "mlic_ros/programs/calibration_job.h"
+#include "mlic_ros/programs/job.h"
 
 namespace mlic {
 

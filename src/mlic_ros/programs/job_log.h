@@ -8,7 +8,7 @@
 #include <mutex>
 #include <string>
 
-#include "mlic_ros/programs/calibration_job.h"
+#include "mlic_ros/display/job_observer.h"
 
 namespace mlic {
 

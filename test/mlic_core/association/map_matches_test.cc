@@ -8,6 +8,8 @@
 
 #include "mlic_core/association/held_out_matches.h"
 #include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/joint_solver.h"
+#include "mlic_core/problem/state.h"
 #include "support/synthetic_tracks.h"
 #include "support/true_spline.h"
 

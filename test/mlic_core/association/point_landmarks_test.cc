@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mlic_core/association/landmark_noise.h"
 #include "support/synthetic_tracks.h"
 #include "support/true_spline.h"
 

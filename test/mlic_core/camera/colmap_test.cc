@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <thread>
 
+#include "mlic_core/camera/colmap/colmap_camera.h"
 #include "mlic_core/camera/colmap/colmap_database.h"
 #include "mlic_core/camera/colmap/colmap_process.h"
 #include "mlic_core/common/error.h"

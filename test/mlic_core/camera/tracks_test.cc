@@ -8,6 +8,7 @@
 
 #include "mlic_core/camera/tracks/image_pairs.h"
 #include "mlic_core/camera/tracks/keyframes.h"
+#include "mlic_core/camera/tracks/static_mask.h"
 #include "mlic_core/camera/tracks/tracks_from_images.h"
 #include "support/synthetic_images.h"
 

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "mlic_core/common/random.h"
+#include "mlic_core/evaluation/map_builder.h"
 #include "mlic_core/evaluation/map_evaluation.h"
 #include "mlic_core/evaluation/map_quality.h"
 #include "mlic_core/geometry/so3.h"

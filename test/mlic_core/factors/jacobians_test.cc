@@ -1,9 +1,13 @@
 #include <gtest/gtest.h>
 
 #include "mlic_core/common/random.h"
+#include "mlic_core/factors/gauge.h"
 #include "mlic_core/factors/imu_residual.h"
+#include "mlic_core/factors/lidar_point.h"
 #include "mlic_core/factors/point_to_plane.h"
+#include "mlic_core/factors/pose.h"
 #include "mlic_core/problem/layout.h"
+#include "support/jacobian_check.h"
 
 namespace mlic {
 namespace {
@@ -35,6 +39,17 @@ CalibrationState RandomState(std::uint64_t seed) {
   state.gyroscope_matrix += 0.01 * Eigen::Matrix3d::Random();
   return state;
 }
+
+// The state with one unknown (Layout) moved.
+CalibrationState Moved(const CalibrationState& state, const Layout& layout, int column, double step) {
+  CalibrationState moved = state;
+  Eigen::VectorXd delta = Eigen::VectorXd::Zero(layout.Total());
+  delta[column] = step;
+  layout.Update(delta, &moved);
+  return moved;
+}
+
+Eigen::Matrix<double, 1, 1> One(double value) { return Eigen::Matrix<double, 1, 1>(value); }
 
 constexpr double kTime = 0.43;
 
@@ -94,31 +109,23 @@ TEST(PointToPlane, JacobianAgreesWithNumericOne) {
   PointResidual(state, plane, x, row);
   std::vector<int> columns = KnotColumns(layout, state, kTime + state.lidars[0].time_offset);
   for (int i = 0; i < 7; ++i) columns.push_back(layout.knots + i);
-  const double h = 1e-6;
-  for (std::size_t c = 0; c < columns.size(); ++c) {
-    double value[2];
-    for (int side = 0; side < 2; ++side) {
-      CalibrationState moved = state;
-      Eigen::VectorXd delta = Eigen::VectorXd::Zero(layout.Total());
-      delta[columns[c]] = side == 0 ? -h : h;
-      layout.Update(delta, &moved);
-      value[side] = PointResidual(moved, plane, x, nullptr);
-    }
-    EXPECT_NEAR((value[1] - value[0]) / (2.0 * h), row[c], 1e-6 * (1.0 + std::abs(row[c]))) << "column " << c;
-  }
-  for (int i = 0; i < 3; ++i) {
-    double value[2];
-    for (int side = 0; side < 2; ++side) {
-      const double step = side == 0 ? -h : h;
-      PointToPlane moved = plane;
-      if (i == 0) moved.normal = (plane.normal + step * plane.tangent_u).normalized();
-      if (i == 1) moved.normal = (plane.normal + step * plane.tangent_v).normalized();
-      if (i == 2) moved.offset += step;
-      value[side] = PointResidual(state, moved, x, nullptr);
-    }
-    const double expected = row[PointToPlane::kPlane + i];
-    EXPECT_NEAR((value[1] - value[0]) / (2.0 * h), expected, 1e-6 * (1.0 + std::abs(expected)));
-  }
+  const Eigen::Map<const Eigen::VectorXd> J(row, PointToPlane::kColumns);
+  constexpr JacobianTolerance kTolerance{1e-6, 1e-6, 1.0};
+  ExpectNumericJacobian(
+      J, PointToPlane::kColumns,
+      [&](int column, double step) {
+        PointToPlane moved = plane;
+        if (column == PointToPlane::kPlane)
+          moved.normal = (plane.normal + step * plane.tangent_u).normalized();
+        if (column == PointToPlane::kPlane + 1) {
+          moved.normal = (plane.normal + step * plane.tangent_v).normalized();
+        }
+        if (column == PointToPlane::kPlane + 2) moved.offset += step;
+        const CalibrationState at =
+            column < PointToPlane::kPlane ? Moved(state, layout, columns[column], step) : state;
+        return One(PointResidual(at, moved, x, nullptr));
+      },
+      kTolerance);
 }
 
 // Noise of the range must not pull: the gradient's mean at the truth is zero (errors in variables).
@@ -163,19 +170,82 @@ TEST(ImuResidual, JacobianAgreesWithNumericOne) {
   std::vector<int> columns = KnotColumns(layout, state, kTime);
   for (int i = 0; i < 6; ++i) columns.push_back(layout.knots + layout.Bias(0) + i);
   for (int i = 0; i < 15; ++i) columns.push_back(layout.knots + layout.matrices + i);
-  const double h = 1e-6;
-  for (std::size_t c = 0; c < columns.size(); ++c) {
-    Eigen::Matrix<double, 6, 1> value[2];
-    for (int side = 0; side < 2; ++side) {
-      CalibrationState moved = state;
-      Eigen::VectorXd delta = Eigen::VectorXd::Zero(layout.Total());
-      delta[columns[c]] = side == 0 ? -h : h;
-      layout.Update(delta, &moved);
-      value[side] = evaluate(moved, nullptr);
+  ExpectNumericJacobian(J, ImuResidual::kColumns, [&](int column, double step) {
+    return evaluate(Moved(state, layout, columns[column], step), nullptr);
+  });
+}
+
+TEST(LidarPointResidual, JacobianAgreesWithNumericOne) {
+  const CalibrationState state = RandomState(7);
+  const Layout layout(state, false);
+  const LidarPointResidual factor{{3.0, -2.0, 5.0}, 0.02, 0.1};
+  const Eigen::Vector3d P(4.0, 1.0, -2.0);
+  const auto evaluate = [&](const CalibrationState& at, const Eigen::Vector3d& point,
+                            LidarPointResidual::Jacobian* J) {
+    const double t = kTime + at.lidars[0].time_offset;
+    return factor.Evaluate(at.drives[0].trajectory, RotationBasis(at, t), PositionBasis(at, t), at.lidars[0],
+                           point, J);
+  };
+  LidarPointResidual::Jacobian J;
+  evaluate(state, P, &J);
+  std::vector<int> columns = KnotColumns(layout, state, kTime + state.lidars[0].time_offset);
+  for (int i = 0; i < 7; ++i) columns.push_back(layout.knots + i);
+  ExpectNumericJacobian(J, LidarPointResidual::kColumns, [&](int column, double step) {
+    if (column < LidarPointResidual::kPoint) {
+      return evaluate(Moved(state, layout, columns[column], step), P, nullptr);
     }
-    const Eigen::Matrix<double, 6, 1> numeric = (value[1] - value[0]) / (2.0 * h);
-    EXPECT_LT((numeric - J.row(c).transpose()).norm(), 1e-5 * (1.0 + numeric.norm())) << "column " << c;
-  }
+    const Eigen::Vector3d unit = Eigen::Vector3d::Unit(column - LidarPointResidual::kPoint);
+    return evaluate(state, P + step * unit, nullptr);
+  });
+}
+
+// The point where it was measured has no residual, a tenth of a metre farther along the beam five sigmas.
+TEST(LidarPointResidual, IsWhitenedAcrossAndAlongTheBeam) {
+  const CalibrationState state = RandomState(8);
+  const LidarPointResidual factor{{3.0, -2.0, 5.0}, 0.02, 0.1};
+  const double t = kTime + state.lidars[0].time_offset;
+  const SplitSpline& trajectory = state.drives[0].trajectory;
+  const RigidTransform T_map_lidar = trajectory.Pose(t) * state.lidars[0].T_imu_sensor;
+  const auto evaluate = [&](const Eigen::Vector3d& in_lidar) {
+    return factor.Evaluate(trajectory, RotationBasis(state, t), PositionBasis(state, t), state.lidars[0],
+                           T_map_lidar * in_lidar);
+  };
+  EXPECT_LT(evaluate(factor.position).norm(), 1e-9);
+  const Eigen::Vector3d beam = factor.position.normalized();
+  EXPECT_LT((evaluate(factor.position + 0.1 * beam) - Eigen::Vector3d(0.0, 0.0, 5.0)).norm(), 1e-9);
+  EXPECT_NEAR(evaluate(factor.position + 0.1 * beam.unitOrthogonal()).norm(), 1.0, 1e-9);
+}
+
+TEST(PoseResidual, JacobianAgreesWithNumericOne) {
+  const CalibrationState state = RandomState(9);
+  const Layout layout(state, false);
+  const PoseResidual factor{{ExpQuaternion({0.3, -1.2, 0.5}), Eigen::Vector3d(1.0, 2.0, -0.5)}, 0.01, 0.03};
+  const auto evaluate = [&](const CalibrationState& at, PoseResidual::Jacobian* J) {
+    return factor.Evaluate(at.drives[0].trajectory, RotationBasis(at, kTime), PositionBasis(at, kTime), J);
+  };
+  PoseResidual::Jacobian J;
+  evaluate(state, &J);
+  const std::vector<int> columns = KnotColumns(layout, state, kTime);
+  ExpectNumericJacobian(J, PoseResidual::kColumns, [&](int column, double step) {
+    return evaluate(Moved(state, layout, columns[column], step), nullptr);
+  });
+}
+
+TEST(GaugeResidual, JacobianAgreesWithNumericOneWhereItIsZero) {
+  const CalibrationState state = RandomState(10);
+  const Layout layout(state, false);
+  const RigidTransform T = state.drives[0].trajectory.Pose(kTime);
+  const GaugeResidual factor{T.rotation.toRotationMatrix(), T.translation};
+  const auto evaluate = [&](const CalibrationState& at) {
+    return factor.Evaluate(at.drives[0].trajectory, RotationBasis(at, kTime), PositionBasis(at, kTime));
+  };
+  EXPECT_LT(evaluate(state).norm(), 1e-9 * GaugeResidual::kScale);
+  const GaugeResidual::Jacobian J = GaugeResidual::JacobianAtZero(
+      state.drives[0].trajectory, RotationBasis(state, kTime), PositionBasis(state, kTime));
+  const std::vector<int> columns = KnotColumns(layout, state, kTime);
+  ExpectNumericJacobian(J, GaugeResidual::kColumns, [&](int column, double step) {
+    return evaluate(Moved(state, layout, columns[column], step));
+  });
 }
 
 }  // namespace

@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
 
 #include "mlic_core/common/random.h"
 #include "mlic_core/geometry/so3.h"
+#include "support/jacobian_check.h"
 
 namespace mlic {
 namespace {
@@ -124,18 +126,18 @@ TEST(Reprojection, JacobianAgreesWithNumericOne) {
       Reprojection::Jacobian jacobian;
       ASSERT_TRUE(unknowns.Evaluate(&residual, &jacobian));
       const int columns = Reprojection::kIntrinsics + ParameterCount(model);
-      for (int c = 0; c < columns; ++c) {
-        const double h = 1e-6;
-        Eigen::Vector2d value[2];
-        for (int side = 0; side < 2; ++side) {
-          Unknowns moved = unknowns;
-          moved.Move(c, side == 0 ? -h : h);
-          ASSERT_TRUE(moved.Evaluate(&value[side]));
-        }
-        const Eigen::Vector2d numeric = (value[1] - value[0]) / (2.0 * h);
-        EXPECT_LT((numeric - jacobian.row(c).transpose()).norm(), 1e-5 * (10.0 + numeric.norm()))
-            << "model " << static_cast<int>(model) << " seed " << seed << " column " << c;
-      }
+      SCOPED_TRACE("model " + std::to_string(static_cast<int>(model)) + " seed " + std::to_string(seed));
+      constexpr JacobianTolerance kTolerance{1e-6, 1e-5, 10.0};
+      ExpectNumericJacobian(
+          jacobian, columns,
+          [&](int column, double step) {
+            Unknowns moved = unknowns;
+            moved.Move(column, step);
+            Eigen::Vector2d value(NAN, NAN);
+            EXPECT_TRUE(moved.Evaluate(&value));
+            return value;
+          },
+          kTolerance);
       for (int c = columns; c < Reprojection::kColumns; ++c) EXPECT_EQ(jacobian.row(c).norm(), 0.0);
     }
   }

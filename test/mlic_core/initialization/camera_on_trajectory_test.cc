@@ -223,7 +223,7 @@ TEST(CameraInitialization, TakesPixelsForSquareWhereTheRatioIsNotTold) {
 }
 
 // Against the covariance of parameters that are considered: A^-1 + A^-1 B Q B^T A^-1.
-TEST(CameraInitialization, DoubtsTangentialTermsThatItHolds) {
+TEST(CameraInitialization, GivesTangentialTermsThatItHoldsAVariance) {
   CalibrationState state;
   state.cameras = {Camera(PlumbBob(), {-90.0, 0.0, 0.0}, {0.0, 0.5, 0.2}, 0.01)};
   const Layout layout(state, false);
@@ -243,7 +243,7 @@ TEST(CameraInitialization, DoubtsTangentialTermsThatItHolds) {
   coupling.middleRows<2>(p1).setZero();
   Eigen::MatrixXd expected = inverse + 1e-6 * inverse * coupling * coupling.transpose() * inverse;
   const Eigen::MatrixXd covariance =
-      InverseInLimits(WithDoubtOfTangentialTerms(information, state, layout, held, known), limits);
+      InverseInLimits(WithVarianceOfTangentialTerms(information, state, layout, held, known), limits);
   EXPECT_NEAR(std::sqrt(covariance(p1, p1)), 1e-3, 1e-6);
   for (int i = 0; i < count; ++i) {
     if (i == p1 || i == p1 + 1) continue;

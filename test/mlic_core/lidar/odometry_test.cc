@@ -8,6 +8,8 @@
 #include "mlic_core/lidar/deskew.h"
 #include "mlic_core/lidar/scan_filter.h"
 #include "mlic_core/lidar/voxel_hash_map.h"
+#include "mlic_sim/hall.h"
+#include "mlic_sim/image_stage.h"
 #include "mlic_sim/lidar_scanner.h"
 #include "mlic_sim/simulation.h"
 #include "support/source_directory.h"

@@ -173,7 +173,7 @@ TEST(CameraEndToEnd, ARunThatWasKilledGoesOnToTheSameBytes) {
     Interruption interruption(stage, round, &token);
     std::string yaml;
     try {
-      yaml = YamlOf(Calibrate(Drive().rig, Drive().dataset, token, interruption, files));
+      yaml = YamlOf(Calibrate(Drive().rig, Drive().dataset, token, interruption, &files));
     } catch (const Cancelled&) {
     }
     return Outcome{yaml, interruption.Steps("image features"), interruption.Steps("tracks across cameras")};

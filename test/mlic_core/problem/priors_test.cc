@@ -1,8 +1,12 @@
+#include "mlic_core/problem/priors.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/layout.h"
+#include "mlic_core/problem/state.h"
 
 namespace mlic {
 namespace {

@@ -9,6 +9,8 @@
 #include <cstdio>
 #include <functional>
 
+#include "mlic_core/problem/joint_solver.h"
+#include "mlic_core/problem/layout.h"
 #include "mlic_core/uncertainty/observability.h"
 #include "support/synthetic_tracks.h"
 #include "support/true_spline.h"
@@ -77,10 +79,10 @@ Case MakeCase(std::uint64_t seed, int points, const CommonError& common) {
   return c;
 }
 
-// Intrinsics' errors in their sigmas, as claimed and with the doubt, after rounds of landmarks and solve.
+// Intrinsics' errors in their sigmas, as claimed and with the inflation, after rounds of landmarks and solve.
 struct Outcome {
-  CameraDoubt doubt;
-  Eigen::VectorXd claimed, doubted;
+  CameraInflation inflation;
+  Eigen::VectorXd claimed, inflated;
   Layout layout;
 };
 
@@ -106,44 +108,44 @@ Outcome Calibrate(const Case& c, bool noise_of_each) {
     }
   }
   const ObservabilityAnalysis plain = AnalyzeCalibration(problem, state, summary.information);
-  CameraDoubt doubt = MeasureCameraDoubt(problem, state, options, plain.solved_covariance);
-  const ObservabilityAnalysis doubted = AnalyzeCalibration(problem, state, summary.information, doubt);
+  CameraInflation inflation = MeasureCameraInflation(problem, state, options, plain.solved_covariance);
+  const ObservabilityAnalysis inflated = AnalyzeCalibration(problem, state, summary.information, inflation);
   const std::vector<double>&found = state.cameras[0].intrinsics.parameters,
         &truth = c.state.cameras[0].intrinsics.parameters;
   Eigen::VectorXd a(found.size()), b(found.size());
   for (std::size_t i = 0; i < found.size(); ++i) {
     a[i] = (found[i] - truth[i]) / plain.cameras[0].sigmas[i];
-    b[i] = (found[i] - truth[i]) / doubted.cameras[0].sigmas[i];
+    b[i] = (found[i] - truth[i]) / inflated.cameras[0].sigmas[i];
   }
-  return {doubt, a, b, Layout(state, false)};
+  return {inflation, a, b, Layout(state, false)};
 }
 
 Eigen::Vector2d None(double, const Eigen::Vector2d&) { return Eigen::Vector2d::Zero(); }
 
 // Claimed sigmas are too small by a fifth (60 seeds: 1.40 and 0.80).
-TEST(CameraDoubt, LandmarksWeighedByTheirOwnObservationsSayLessThanTheirWeights) {
+TEST(CameraInflation, LandmarksWeighedByTheirOwnObservationsSayLessThanTheirWeights) {
   constexpr int kSeeds = 16;
-  double claimed = 0.0, doubted = 0.0;
+  double claimed = 0.0, inflated = 0.0;
   for (int seed = 1; seed <= kSeeds; ++seed) {
     const Outcome outcome = Calibrate(MakeCase(seed, 1500, None), true);
     claimed += outcome.claimed.squaredNorm() / (kSeeds * outcome.claimed.size());
-    doubted += outcome.doubted.squaredNorm() / (kSeeds * outcome.doubted.size());
+    inflated += outcome.inflated.squaredNorm() / (kSeeds * outcome.inflated.size());
   }
-  std::printf("mean square of errors in claimed sigmas %.2f, with the doubt %.2f\n", claimed, doubted);
-  EXPECT_LT(doubted, 0.8 * claimed);
-  EXPECT_GT(doubted, 0.5);
-  EXPECT_LT(doubted, 1.2);
+  std::printf("mean square of errors in claimed sigmas %.2f, with the inflation %.2f\n", claimed, inflated);
+  EXPECT_LT(inflated, 0.8 * claimed);
+  EXPECT_GT(inflated, 0.5);
+  EXPECT_LT(inflated, 1.2);
 }
 
-TEST(CameraDoubt, IsSmallWhereErrorsAreWhite) {
+TEST(CameraInflation, IsSmallWhereErrorsAreWhite) {
   const Outcome outcome = Calibrate(MakeCase(3, 3000, None), false);
-  EXPECT_EQ(outcome.doubt.self_weighing.squaredNorm(), 0.0);
-  EXPECT_GE(outcome.doubt.growth.minCoeff(), 1.0);
-  EXPECT_LT(outcome.doubt.growth.maxCoeff(), 1.4);
+  EXPECT_EQ(outcome.inflation.self_weighing.squaredNorm(), 0.0);
+  EXPECT_GE(outcome.inflation.growth.minCoeff(), 1.0);
+  EXPECT_LT(outcome.inflation.growth.maxCoeff(), 1.4);
 }
 
 // The image grows and shrinks from stretch to stretch, as if the focal length did.
-TEST(CameraDoubt, SeesErrorsThatObservationsOfTheSameSecondsShare) {
+TEST(CameraInflation, SeesErrorsThatObservationsOfTheSameSecondsShare) {
   const auto breathing = [](double time, const Eigen::Vector2d& pixel) -> Eigen::Vector2d {
     Random random(static_cast<std::uint64_t>(time / 3.0) + 7);
     return 3e-3 * random.Normal() * (pixel - Eigen::Vector2d(371.0, 244.0));
@@ -151,8 +153,8 @@ TEST(CameraDoubt, SeesErrorsThatObservationsOfTheSameSecondsShare) {
   const Outcome white = Calibrate(MakeCase(3, 3000, None), false);
   const Outcome outcome = Calibrate(MakeCase(3, 3000, breathing), false);
   const int lens = outcome.layout.Intrinsics(0);
-  EXPECT_GT(outcome.doubt.growth[lens], 1.3 * white.doubt.growth[lens]);
-  EXPECT_LT(std::abs(outcome.doubted[0]), 0.7 * std::abs(outcome.claimed[0]));
+  EXPECT_GT(outcome.inflation.growth[lens], 1.3 * white.inflation.growth[lens]);
+  EXPECT_LT(std::abs(outcome.inflated[0]), 0.7 * std::abs(outcome.claimed[0]));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "mlic_core/common/random.h"
+#include "mlic_core/problem/imu_terms.h"
 #include "support/true_spline.h"
 
 namespace mlic {

@@ -4,6 +4,7 @@
 
 #include "mlic_core/association/plane_association.h"
 #include "mlic_core/common/random.h"
+#include "mlic_sim/image_stage.h"
 #include "support/simulated_input.h"
 #include "support/true_spline.h"
 

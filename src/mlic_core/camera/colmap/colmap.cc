@@ -9,6 +9,7 @@
 #include <set>
 #include <utility>
 
+#include "mlic_core/camera/colmap/colmap_camera.h"
 #include "mlic_core/camera/colmap/colmap_database.h"
 #include "mlic_core/camera/colmap/colmap_model.h"
 #include "mlic_core/camera/colmap/colmap_process.h"

@@ -1,9 +1,10 @@
+#include "mlic_core/camera/colmap/colmap_camera.h"
+
 // The part of colmap_database.h that is about camera models.
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
-#include "mlic_core/camera/colmap/colmap_database.h"
 #include "mlic_core/common/error.h"
 
 namespace mlic {

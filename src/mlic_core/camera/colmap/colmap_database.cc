@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "mlic_core/camera/colmap/colmap_camera.h"
 #include "mlic_core/common/error.h"
 
 namespace mlic {

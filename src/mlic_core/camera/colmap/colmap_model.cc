@@ -6,6 +6,7 @@
 #include <map>
 #include <string>
 
+#include "mlic_core/camera/colmap/colmap_camera.h"
 #include "mlic_core/camera/colmap/colmap_database.h"
 #include "mlic_core/common/error.h"
 

@@ -1,17 +1,10 @@
 #include "mlic_core/camera/learned/learned_network.h"
 
-#include "mlic_core/camera/learned/learned_runtimes.h"
+#include "mlic_core/camera/learned/learned_onnx.h"
+#include "mlic_core/camera/learned/learned_torch.h"
 #include "mlic_core/common/error.h"
 
 namespace mlic {
-
-std::string PortNames(const std::vector<NetworkPort>& ports) {
-  std::string text;
-  for (const NetworkPort& port : ports) text += (text.empty() ? "" : ", ") + port.names.front();
-  return text;
-}
-
-std::string FirstLine(const std::string& message) { return message.substr(0, message.find('\n')); }
 
 std::vector<NetworkRuntime> NetworkRuntimes() {
   std::vector<NetworkRuntime> runtimes;

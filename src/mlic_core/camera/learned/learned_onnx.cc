@@ -1,10 +1,11 @@
+#include "mlic_core/camera/learned/learned_onnx.h"
+
 #include <onnxruntime_cxx_api.h>
 
 #include <algorithm>
 #include <iostream>
 #include <sstream>
 
-#include "mlic_core/camera/learned/learned_runtimes.h"
 #include "mlic_core/common/error.h"
 
 namespace mlic {

@@ -1,3 +1,5 @@
+#include "mlic_core/camera/learned/learned_torch.h"
+
 #include <ATen/Parallel.h>
 #include <torch/csrc/jit/runtime/graph_executor.h>
 #include <torch/script.h>
@@ -5,7 +7,6 @@
 #include <algorithm>
 #include <mutex>
 
-#include "mlic_core/camera/learned/learned_runtimes.h"
 #include "mlic_core/common/error.h"
 
 extern "C" {

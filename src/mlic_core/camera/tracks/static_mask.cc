@@ -1,8 +1,9 @@
+#include "mlic_core/camera/tracks/static_mask.h"
+
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
 #include "mlic_core/camera/features/image_quality.h"
-#include "mlic_core/camera/tracks/keyframes.h"
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/parallel.h"
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "mlic_core/camera/features/image_quality.h"
+#include "mlic_core/camera/tracks/static_mask.h"
 #include "mlic_core/camera/two_view/two_view.h"
 #include "mlic_core/common/error.h"
 #include "mlic_core/common/parallel.h"

@@ -10,6 +10,7 @@
 #include "mlic_core/camera/tracks/image_pairs.h"
 #include "mlic_core/camera/tracks/keyframes.h"
 #include "mlic_core/camera/tracks/refinement.h"
+#include "mlic_core/camera/tracks/static_mask.h"
 #include "mlic_core/camera/tracks/tracks.h"
 #include "mlic_core/common/progress.h"
 #include "mlic_core/sensors/camera_model.h"

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "mlic_core/initialization/camera_imu/positions.h"
+#include "mlic_core/initialization/camera_imu/known_rotations.h"
 
 namespace mlic {
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "mlic_core/imu/excitation.h"
 #include "mlic_core/initialization/camera_imu/positions.h"
 #include "mlic_core/initialization/knot_spacing.h"
 #include "mlic_core/problem/state.h"

@@ -3,7 +3,6 @@
 #include <vector>
 
 #include "mlic_core/lidar/odometry.h"
-#include "mlic_core/pipeline/stage_store.h"
 #include "mlic_core/result/result.h"
 #include "mlic_core/sensors/measurements.h"
 
@@ -14,22 +13,10 @@ namespace mlic {
 std::vector<char> ToBytes(const Dataset& dataset);
 std::vector<char> ToBytes(const std::vector<OdometryResult>& odometry);
 std::vector<char> ToBytes(const CalibrationResult& result);
-std::vector<char> ToBytes(const DriveOdometry& odometry);
-std::vector<char> ToBytes(const Initialization& start);
-std::vector<char> ToBytes(const Adjustment& adjustment);  // as StageStore keeps it
-std::vector<char> ToBytes(const ImageFeatures& features);
-std::vector<char> ToBytes(const TrackSet& tracks);
-std::vector<char> ToBytes(const CameraInitialization& cameras);  // without landmarks and information
 
 // False, with the object unspecified, when the bytes are not exactly one such object.
 bool FromBytes(const std::vector<char>& bytes, Dataset* dataset);
 bool FromBytes(const std::vector<char>& bytes, std::vector<OdometryResult>* odometry);
 bool FromBytes(const std::vector<char>& bytes, CalibrationResult* result);
-bool FromBytes(const std::vector<char>& bytes, DriveOdometry* odometry);
-bool FromBytes(const std::vector<char>& bytes, Initialization* start);
-bool FromBytes(const std::vector<char>& bytes, Adjustment* adjustment);
-bool FromBytes(const std::vector<char>& bytes, ImageFeatures* features);
-bool FromBytes(const std::vector<char>& bytes, TrackSet* tracks);
-bool FromBytes(const std::vector<char>& bytes, CameraInitialization* cameras);
 
 }  // namespace mlic

@@ -1,9 +1,9 @@
-// Stages of the calibration as bytes. A field that is added to the state, or to what a stage hands on, is
-// added here too: test/mlic_core/pipeline/stage_resume_test.cc compares a resumed run with an uninterrupted
-// one bit for bit.
-#include "mlic_core/io/checkpoint/archive_types.h"
-#include "mlic_core/io/checkpoint/serialize.h"
+#include "mlic_core/io/checkpoint/serialize_stages.h"
 
+#include "mlic_core/io/checkpoint/archive_types.h"
+
+// A field that is added to the state, or to what a stage hands on, is added here too:
+// test/mlic_core/pipeline/stage_resume_test.cc compares a resumed run with an uninterrupted one bit for bit.
 namespace mlic {
 
 template <>

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "mlic_core/common/error.h"
-#include "mlic_core/io/checkpoint/serialize.h"
+#include "mlic_core/io/checkpoint/serialize_stages.h"
 
 namespace mlic {
 

@@ -3,6 +3,7 @@
 #include "mlic_core/io/report/report_cameras.h"
 #include "mlic_core/io/report/report_figures.h"
 #include "mlic_core/io/report/report_tables.h"
+#include "mlic_core/io/report/report_top_view.h"
 #include "mlic_core/io/report/report_verdict.h"
 #include "mlic_core/io/result/export_frames.h"
 #include "mlic_core/io/text_file.h"

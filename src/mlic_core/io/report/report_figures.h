@@ -18,8 +18,4 @@ std::string HistogramFigure(const ResidualSummary& residual, const std::string& 
 // Root mean square over the drive in units of the assumed sigma.
 std::string OverTimeFigure(const ResidualSummary& residual, const std::string& color);
 
-// The first drive from above: points coloured by LiDAR, the path, start and end, a scale; empty without a
-// trajectory and a map.
-std::string TopViewFigure(const CalibrationResult& result);
-
 }  // namespace mlic

@@ -1,3 +1,5 @@
+#include "mlic_core/io/report/report_top_view.h"
+
 #include <algorithm>
 #include <cmath>
 

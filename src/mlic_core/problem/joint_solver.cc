@@ -1,13 +1,21 @@
-#include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/joint_solver.h"
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 
+#include "mlic_core/common/error.h"
+#include "mlic_core/problem/layout.h"
 #include "mlic_core/problem/linearizer.h"
+#include "mlic_core/problem/priors.h"
 #include "mlic_core/problem/time_windows.h"
+#include "mlic_core/solver/normal_equations.h"
 
 namespace mlic {
 namespace {
 
+// By how much of it priors may rightly raise the data's cost; more than that is a step too far.
+constexpr double kAllowedIncrease = 1e-3;  // from: guard
 // A step that lowers the cost by less than this share of it is the last one.
 constexpr double kNegligibleDecrease = 1e-4;
 
@@ -66,7 +74,8 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
   const Layout layout(*state, problem.estimate_imu_matrices);
   std::vector<bool> free_calibration(layout.calibration, true);
   for (std::size_t i = 0; i < problem.lidar_fixed.size(); ++i) {
-    if (problem.lidar_fixed[i]) std::fill_n(free_calibration.begin() + Layout::Lidar(i), 7, false);
+    if (problem.lidar_fixed[i])
+      std::fill_n(free_calibration.begin() + Layout::Lidar(i), Layout::kOfSensor, false);
   }
   if (problem.fix_trajectory) {
     std::fill(free_calibration.begin() + (layout.matrices >= 0 ? layout.matrices : layout.biases),
@@ -86,6 +95,7 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
   Eigen::MatrixXd prior;
   Eigen::VectorXd prior_gradient;
   Accumulator sum = linearize(*state);
+  Check(std::isfinite(sum.cost), "the joint problem's cost is not a number where its solve starts");
   summary.first_cost = summary.last_cost = sum.cost;
   double damping = 0.0;
   for (int iteration = 0; iteration < iterations; ++iteration) {
@@ -98,6 +108,7 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
       damping = std::max(1e-6, 10.0 * damping);
       continue;
     }
+    summary.solved = true;
     // Damping holds the trajectory, which would look like information.
     if (damping == 0.0) summary.information = solution.information;
     CalibrationState moved = *state;
@@ -105,28 +116,27 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
     layout.Update(solution.delta, &moved);
     if (problem.fix_trajectory) moved.drives = state->drives;
     MoveLandmarks(couplings, solution.delta, &problem);
-    const double step = solution.delta.segment(layout.knots, 7 * layout.sensors).cwiseAbs().maxCoeff();
+    const double step = solution.delta.segment(layout.knots, layout.poses).cwiseAbs().maxCoeff();
     const bool settled = damping == 0.0 && solution.predicted_decrease < kNegligibleDecrease * sum.cost;
-    if (settled || iteration + 1 == iterations) {
-      summary.last_cost = Cost({problem, moved, layout});
-      summary.last_step = step;
-      *state = std::move(moved);
-      break;
-    }
-    Accumulator next = linearize(moved);
-    if (next.cost > sum.cost * (1.0 + 1e-3) + 1e-9) {
-      // Priors may rightly raise the data's cost a little; more than that is a step too far.
+    const bool last = settled || iteration + 1 == iterations;
+    std::optional<Accumulator> next;
+    if (!last) next = linearize(moved);
+    const double cost = last ? Cost({problem, moved, layout}) : next->cost;
+    // False also where the cost is not a number.
+    const bool accepted = cost <= sum.cost * (1.0 + kAllowedIncrease) + 1e-9;
+    if (!accepted) {
       RestoreGeometry(before, &problem);
       damping = std::max(1e-4, 10.0 * damping);
-      sum = linearize(*state);
+      if (!last) sum = linearize(*state);
       continue;
     }
+    *state = std::move(moved);
+    summary.last_cost = cost;
+    summary.last_step = step;
+    if (last) break;
     damping *= 0.1;
     if (damping < 1e-6) damping = 0.0;
-    *state = std::move(moved);
-    summary.last_cost = next.cost;
-    summary.last_step = step;
-    sum = std::move(next);
+    sum = std::move(*next);
   }
   for (PlaneAssociation& association : problem.planes)
     summary.planes.push_back(std::move(association.planes));

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+#include "mlic_core/common/progress.h"
+#include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/state.h"
+
+namespace mlic {
+
+struct SolveSummary {
+  bool solved = false;  // some iteration's equations had a solution; else the state is as it was given
+  int iterations = 0;
+  double first_cost = 0.0;
+  double last_cost = 0.0;
+  std::size_t observations = 0;  // of points to planes
+  std::size_t landmark_observations = 0;
+  double last_step = 0.0;       // largest step of the calibration in the last iteration: m, rad
+  Eigen::MatrixXd information;  // of the calibration, from the data alone, at the last linearisation
+  // As the solve moved them, for each drive.
+  std::vector<std::vector<MapPlane>> planes;
+  std::vector<std::vector<PointLandmark>> points;
+};
+
+// Gauss-Newton with Marquardt damping on steps that do not lower the cost: at most so many iterations, and no
+// more once a step lowers the cost by next to nothing. A step that raises the cost, or after which it is not
+// a number, is taken back, the last one too. Throws InternalError where the cost is not a number at the
+// start. The result does not depend on the number of threads but for the rounding of the dense factorisation.
+SolveSummary SolveJointProblem(const JointProblem& problem, int iterations,
+                               const CancellationToken& cancellation, CalibrationState* state);
+
+}  // namespace mlic

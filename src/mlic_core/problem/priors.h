@@ -1,0 +1,14 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/layout.h"
+
+namespace mlic {
+
+// The prior's information and gradient at the state, calibration parameters only.
+void CalibrationPrior(const JointProblem& problem, const CalibrationState& state, const Layout& layout,
+                      Eigen::MatrixXd* information, Eigen::VectorXd* gradient);
+
+}  // namespace mlic

@@ -1,0 +1,40 @@
+#include "mlic_core/problem/state.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mlic {
+namespace {
+
+bool IsFinite(const SensorCalibration& sensor) {
+  return sensor.T_imu_sensor.rotation.coeffs().allFinite() && sensor.T_imu_sensor.translation.allFinite() &&
+         std::isfinite(sensor.time_offset);
+}
+
+bool IsFinite(const CameraCalibration& camera) {
+  const std::vector<double>& parameters = camera.intrinsics.parameters;
+  return IsFinite(camera.sensor) && std::isfinite(camera.readout) &&
+         std::all_of(parameters.begin(), parameters.end(), [](double value) { return std::isfinite(value); });
+}
+
+bool IsFinite(const DriveState& drive) {
+  const auto& rotations = drive.trajectory.rotation.control_points();
+  const auto& positions = drive.trajectory.position.control_points();
+  return drive.gyroscope_bias.allFinite() && drive.accelerometer_bias.allFinite() &&
+         std::all_of(rotations.begin(), rotations.end(),
+                     [](const Eigen::Quaterniond& rotation) { return rotation.coeffs().allFinite(); }) &&
+         std::all_of(positions.begin(), positions.end(),
+                     [](const Eigen::Vector3d& position) { return position.allFinite(); });
+}
+
+}  // namespace
+
+bool IsFinite(const CalibrationState& state) {
+  const auto finite = [](const auto& part) { return IsFinite(part); };
+  return state.gyroscope_matrix.allFinite() && state.accelerometer_matrix.allFinite() &&
+         std::all_of(state.lidars.begin(), state.lidars.end(), finite) &&
+         std::all_of(state.cameras.begin(), state.cameras.end(), finite) &&
+         std::all_of(state.drives.begin(), state.drives.end(), finite);
+}
+
+}  // namespace mlic

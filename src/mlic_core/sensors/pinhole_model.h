@@ -1,0 +1,18 @@
+#pragma once
+
+#include "mlic_core/sensors/camera_intrinsics.h"
+
+namespace mlic {
+
+// The model behind Project and Unproject (camera_model.h), with their contracts; `parameters` in the order of
+// CameraModel.
+
+// x' = x N/D + tangential terms on the normalised plane, N = 1 + k1 s + k2 s^2 + k3 s^3,
+// D = 1 + k4 s + k5 s^2 + k6 s^3, s = x^2 + y^2; plumb_bob has D = 1. As in OpenCV's calib3d.
+bool ProjectPinhole(const double* parameters, bool rational, const Eigen::Vector3d& point,
+                    Eigen::Vector2d* pixel, CameraPointJacobian* J_point,
+                    CameraParameterJacobian* J_parameters);
+bool UnprojectPinhole(const double* parameters, bool rational, const Eigen::Vector2d& pixel,
+                      Eigen::Vector3d* bearing);
+
+}  // namespace mlic
