@@ -63,7 +63,7 @@ struct ImageView {
 };
 
 // False where the message is cut off; the header is there if it could be read.
-bool Parse(const RawCloud& message, ImageView& view) {
+bool Parse(const SerializedMessage& message, ImageView& view) {
   try {
     ros::serialization::IStream stream(const_cast<std::uint8_t*>(message.bytes.data()),
                                        static_cast<std::uint32_t>(message.bytes.size()));
@@ -178,7 +178,7 @@ cv::Mat DecodeCompressed(const ImageView& view) {
 
 bool IsImageType(const std::string& type) { return type == kImage || type == kCompressedImage; }
 
-ImageHeader ReadImageHeader(const RawCloud& message) {
+ImageHeader ReadImageHeader(const SerializedMessage& message) {
   ImageView view;
   ImageHeader header;
   header.record_time = message.record_time;
@@ -198,7 +198,7 @@ ImageHeader ReadImageHeader(const RawCloud& message) {
   return header;
 }
 
-cv::Mat DecodeImage(const RawCloud& message, const std::string& where) {
+cv::Mat DecodeImage(const SerializedMessage& message, const std::string& where) {
   const ImageHeader header = ReadImageHeader(message);
   if (!header.error.empty()) throw InputError(where + ": " + header.error);
   ImageView view;
@@ -213,22 +213,6 @@ cv::Mat DecodeImage(const RawCloud& message, const std::string& where) {
                       (image.depth() == CV_8U || image.depth() == CV_16U);
   if (!usable) throw InputError(where + ": a " + header.encoding + " image is damaged or of an unknown kind");
   return image;
-}
-
-int SignificantBits(const cv::Mat& image) {
-  if (image.depth() != CV_16U) return 8;
-  double largest = 0.0;
-  cv::minMaxLoc(image.reshape(1), nullptr, &largest);
-  int bits = 8;
-  while (bits < 16 && largest >= static_cast<double>(1 << bits)) bits += 2;
-  return bits;
-}
-
-cv::Mat ToEightBits(const cv::Mat& image, int bits) {
-  if (image.depth() == CV_8U) return image;
-  cv::Mat scaled;
-  image.convertTo(scaled, CV_8U, 1.0 / static_cast<double>(1 << (bits - 8)));
-  return scaled;
 }
 
 }  // namespace mlic
