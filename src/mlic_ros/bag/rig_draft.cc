@@ -90,7 +90,7 @@ ImuConfig DraftImu(const BagSet& bags, std::vector<std::string>& notes) {
   return imu;
 }
 
-// From /tf_static, with the default sigmas.
+// From /tf_static and the fixed joints of /tf, with the default sigmas.
 std::optional<ExtrinsicGuess> DraftGuess(const StaticTransforms& transforms, const std::string& imu,
                                          const std::string& sensor, std::vector<std::string>& notes) {
   // Drivers that all write one frame say nothing of where their sensors are.
@@ -98,7 +98,8 @@ std::optional<ExtrinsicGuess> DraftGuess(const StaticTransforms& transforms, con
   const auto pose = transforms.Find(imu, sensor);
   if (!pose) {
     if (!transforms.empty())
-      notes.push_back("/tf_static does not link " + sensor + " to " + imu + ": no guess");
+      notes.push_back("/tf_static and the fixed joints of /tf do not link " + sensor + " to " + imu +
+                      ": no guess");
     return std::nullopt;
   }
   ExtrinsicGuess guess;
