@@ -4,6 +4,7 @@
 #include <rosbag/bag.h>
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/PointCloud2.h>
+#include <sensor_msgs/PointField.h>
 
 #include <algorithm>
 #include <cmath>
@@ -17,7 +18,6 @@
 #include "mlic_core/common/error.h"
 #include "mlic_core/common/time.h"
 #include "mlic_ros/bag/livox_message.h"
-#include "mlic_ros/bag/point_field.h"
 
 namespace ros::message_traits {
 
@@ -42,6 +42,16 @@ struct Definition<mlic::LivoxMessage> {
 }  // namespace ros::message_traits
 
 namespace mlic {
+
+// A field of one value in a PointCloud2; type: one of sensor_msgs::PointField's.
+inline sensor_msgs::PointField MakeField(const std::string& name, std::uint32_t offset, std::uint8_t type) {
+  sensor_msgs::PointField field;
+  field.name = name;
+  field.offset = offset;
+  field.datatype = type;
+  field.count = 1;
+  return field;
+}
 
 constexpr TimeNs kBagStart = 1'700'000'000'000'000'000;
 constexpr double kScanPeriod = 0.1;
