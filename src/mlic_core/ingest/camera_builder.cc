@@ -11,7 +11,8 @@
 namespace mlic {
 namespace {
 
-constexpr double kMostBadImages = 0.2;  // share of a topic's images
+constexpr double kMostBadImages =
+    0.2;  // share of a topic's images; from: guard, a driver at fault spoils nearly all
 
 struct ImageProblems {
   std::size_t no_stamp = 0, other_size = 0, undecodable = 0;

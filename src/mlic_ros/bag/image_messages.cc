@@ -9,7 +9,7 @@
 namespace mlic {
 
 ImageFormat ProbeCamera(const BagSet& bags, const std::string& topic, const BagSet::Interval& interval) {
-  constexpr std::size_t kProbeMessages = 10;
+  constexpr std::size_t kProbeMessages = 10;  // from: guard, a topic's first messages
   std::string problem = "topic " + topic + ": no images in the chosen time";
   for (const SerializedMessage& message : ReadFirst(bags, topic, interval, kProbeMessages)) {
     try {

@@ -7,7 +7,7 @@
 namespace mlic {
 namespace {
 
-constexpr std::size_t kProbeMessages = 10;
+constexpr std::size_t kProbeMessages = 10;  // from: guard, a topic's first messages
 
 }  // namespace
 

@@ -4,7 +4,7 @@
 namespace mlic {
 
 LivoxMessage ReadLivoxMessage(const SerializedMessage& bytes, const std::string& topic) {
-  constexpr std::uint32_t kPointBytes = 19;  // of a serialised point
+  constexpr std::uint32_t kPointBytes = 19;  // from: standard; of a serialised point
   try {
     // The stream only reads, but its interface takes a pointer to non-const.
     ros::serialization::IStream stream(const_cast<std::uint8_t*>(bytes.bytes.data()),

@@ -12,8 +12,8 @@ namespace {
 
 using sensor_msgs::PointField;
 
-constexpr std::size_t kLeastFieldBytes =
-    13;  // of a serialised PointField: length of name, offset, type, count
+// Of a serialised PointField: length of name, offset, type, count; from: standard.
+constexpr std::size_t kLeastFieldBytes = 13;
 
 PointCloudView Parse(const SerializedMessage& message) {
   // The stream only reads, but its interface takes a pointer to non-const.

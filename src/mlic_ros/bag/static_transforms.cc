@@ -13,7 +13,7 @@ namespace {
 
 using geometry_msgs::TransformStamped;
 
-// m and rad; what publishers that compute a fixed joint anew each time differ by is rounding.
+// m and rad, from: guard; what publishers that compute a fixed joint anew each time differ by is rounding.
 constexpr double kFixed = 1e-6;
 
 // tf of old wrote frames with a leading slash, which tf2 refuses.

@@ -18,7 +18,7 @@ std::string Encode(const cv::Mat& picture, const std::string& extension, const s
 }  // namespace
 
 std::string EmbedPng(const cv::Mat& picture) {
-  constexpr int kSmallest = 9;  // zlib's level; a second for the largest picture of a report
+  constexpr int kSmallest = 9;  // from: standard, zlib's highest level
   return "data:image/png;base64," + Encode(picture, ".png",
                                            {cv::IMWRITE_PNG_COMPRESSION, kSmallest, cv::IMWRITE_PNG_STRATEGY,
                                             cv::IMWRITE_PNG_STRATEGY_DEFAULT});
