@@ -25,7 +25,7 @@ required=(
   # toolchain
   g++ cmake ninja-build git ca-certificates
   # ROS 1: build (the .msg files are in ros-*-msgs)
-  catkin libroscpp-dev librosbag-dev libtf2-ros-dev libtf2-msgs-dev
+  catkin libroscpp-dev librosbag-dev libtf2-dev libtf2-ros-dev libtf2-msgs-dev libcv-bridge-dev libpcl-conversions-dev
   ros-message-generation ros-message-runtime ros-std-msgs ros-geometry-msgs ros-sensor-msgs ros-nav-msgs
   ros-visualization-msgs ros-tf2-msgs ros-actionlib-msgs
   libstd-msgs-dev libgeometry-msgs-dev libsensor-msgs-dev libnav-msgs-dev libvisualization-msgs-dev
@@ -36,14 +36,15 @@ required=(
   # mathematics, files, command line
   libeigen3-dev libceres-dev libopenblas-dev libtbb-dev libboost-dev libyaml-cpp-dev libcli11-dev libspdlog-dev
   robin-map-dev libembree-dev
-  # images, structure from motion
-  libopencv-dev colmap libsqlite3-dev
+  # images, point clouds, structure from motion
+  libopencv-dev libpcl-dev colmap libsqlite3-dev
   # tests
   libgtest-dev
 )
 # Each is left out with a line of explanation where a suite lacks it.
 declare -A optional=(
   [ccache]="repeated builds take longer"
+  [catkin-lint]="the check of package.xml by catkin_lint is skipped"
   [catkin-tools]="no 'catkin build'; catkin_make and plain cmake work"
   [clang-format-14]="the formatting check is skipped"
   [libbenchmark-dev]="no benchmarks"

@@ -4,6 +4,7 @@
 #include <rosbag/bag.h>
 #include <sensor_msgs/Imu.h>
 #include <sensor_msgs/PointCloud2.h>
+#include <sensor_msgs/PointField.h>
 
 #include <algorithm>
 #include <cmath>
@@ -17,7 +18,6 @@
 #include "mlic_core/common/error.h"
 #include "mlic_core/common/time.h"
 #include "mlic_ros/bag/livox_message.h"
-#include "mlic_ros/bag/point_field.h"
 
 namespace ros::message_traits {
 
@@ -43,6 +43,16 @@ struct Definition<mlic::LivoxMessage> {
 
 namespace mlic {
 
+// A field of one value in a PointCloud2; type: one of sensor_msgs::PointField's.
+inline sensor_msgs::PointField MakeField(const std::string& name, std::uint32_t offset, std::uint8_t type) {
+  sensor_msgs::PointField field;
+  field.name = name;
+  field.offset = offset;
+  field.datatype = type;
+  field.count = 1;
+  return field;
+}
+
 constexpr TimeNs kBagStart = 1'700'000'000'000'000'000;
 constexpr double kScanPeriod = 0.1;
 constexpr int kColumns = 360, kRings = 4;
@@ -63,7 +73,6 @@ enum class Layout {
   kOtherClock,           // f64 `timestamp` since the sensor was switched on
   kZeroTimes,            // f32 `time`, never set
   kNoTimes,
-  kTicks,  // f32 `time` in tens of nanoseconds: a unit nobody knows
 };
 
 // What to write; the hooks change or drop single messages.
@@ -72,8 +81,6 @@ struct TestBag {
   TimeNs start = kBagStart;
   double seconds = 3.0;
   Layout layout = Layout::kSeconds;
-  double horizontal_view = 2.0 * M_PI;
-  double lidar_clock_ahead = 0.0;  // s, of stamps
   bool with_imu = true, with_lidar = true, livox = false;
   std::function<bool(int index, sensor_msgs::Imu&)> on_imu;            // false: left out
   std::function<bool(int index, sensor_msgs::PointCloud2&)> on_cloud;  // false: left out
@@ -121,7 +128,7 @@ inline sensor_msgs::PointCloud2 MakeTestCloud(const TestBag& bag, TimeNs start) 
   for (int i = 0; i < kColumns * kRings; ++i) {
     const int column = i / kRings, ring = i % kRings;
     const std::size_t at = static_cast<std::size_t>(i) * cloud.point_step;
-    const Eigen::Vector3f p = TestPoint(column, ring, bag.horizontal_view);
+    const Eigen::Vector3f p = TestPoint(column, ring, 2.0 * M_PI);
     for (int axis = 0; axis < 3; ++axis) Put<float>(cloud.data, at + 4 * axis, p[axis]);
     Put<float>(cloud.data, at + 12, static_cast<float>(column));
     Put<std::uint16_t>(cloud.data, at + 16, static_cast<std::uint16_t>(ring));
@@ -145,9 +152,6 @@ inline sensor_msgs::PointCloud2 MakeTestCloud(const TestBag& bag, TimeNs start) 
         break;
       case Layout::kOtherClock:
         Put<double>(cloud.data, at + 24, seconds - 1.69e9);
-        break;
-      case Layout::kTicks:
-        Put<float>(cloud.data, at + 24, static_cast<float>(t * 1e8));
         break;
       case Layout::kZeroTimes:
       case Layout::kNoTimes:
@@ -185,13 +189,12 @@ inline void WriteTestBag(const TestBag& recipe) {
   }
   for (int i = 0; recipe.with_lidar && i < static_cast<int>(recipe.seconds / kScanPeriod); ++i) {
     const TimeNs start = recipe.start + TimeNs{i} * 100'000'000;
-    const TimeNs clock = TimeFrom(start, recipe.lidar_clock_ahead);
     const ros::Time record = RosTimeAt(TimeFrom(start, kScanPeriod));
     if (recipe.livox) {
-      bag.write("/points", record, MakeTestLivox(clock));
+      bag.write("/points", record, MakeTestLivox(start));
       continue;
     }
-    sensor_msgs::PointCloud2 cloud = MakeTestCloud(recipe, clock);
+    sensor_msgs::PointCloud2 cloud = MakeTestCloud(recipe, start);
     if (!recipe.on_cloud || recipe.on_cloud(i, cloud)) bag.write("/points", record, cloud);
   }
   if (recipe.write_more) recipe.write_more(bag);

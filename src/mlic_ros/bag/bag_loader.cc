@@ -9,14 +9,17 @@
 
 #include "mlic_core/common/error.h"
 #include "mlic_core/common/parallel.h"
+#include "mlic_core/ingest/drive_builder.h"
 #include "mlic_ros/bag/bag_set.h"
-#include "mlic_ros/bag/drive_builder.h"
+#include "mlic_ros/bag/cloud_decoder.h"
+#include "mlic_ros/bag/image_messages.h"
+#include "mlic_ros/bag/image_reader.h"
+#include "mlic_ros/bag/lidar_messages.h"
 #include "mlic_ros/bag/message_reader.h"
 
 namespace mlic {
 namespace {
 
-constexpr std::size_t kProbeMessages = 10;  // from: guard, a topic's first messages
 constexpr const char* kImuType = "sensor_msgs/Imu";
 
 // A kind of sensor and the messages that it may have.
@@ -95,9 +98,10 @@ class Collector {
   Collector(const std::vector<BagSet::Interval>& drives, const std::string& imu_topic,
             const std::vector<LidarFormat>& formats, std::size_t cameras)
       : intervals_(drives), imu_topic_(imu_topic), formats_(formats), drives_(drives.size()) {
-    for (DriveMessages& drive : drives_) {
-      drive.lidars.resize(formats.size());
-      drive.cameras.resize(cameras);
+    for (Drive& drive : drives_) {
+      drive.messages.lidars.resize(formats.size());
+      drive.headers.resize(cameras);
+      drive.places.resize(cameras);
     }
   }
 
@@ -117,22 +121,41 @@ class Collector {
       }
     });
     for (std::size_t i = 0; i < batch.size(); ++i) {
-      DriveMessages& drive = drives_[DriveAt(batch[i].content.record_time)];
+      Drive& drive = drives_[DriveAt(batch[i].content.record_time)];
       if (batch[i].topic == 0) {
-        drive.imu.push_back(samples[i]);
+        drive.messages.imu.push_back(samples[i]);
         if (imu_frame_.empty()) imu_frame_ = frames[i];
       } else if (batch[i].topic <= formats_.size()) {
-        drive.lidars[batch[i].topic - 1].push_back(std::move(scans[i]));
+        drive.messages.lidars[batch[i].topic - 1].push_back(std::move(scans[i]));
       } else {
-        drive.cameras[batch[i].topic - 1 - formats_.size()].push_back({std::move(images[i]), batch[i].place});
+        const std::size_t camera = batch[i].topic - 1 - formats_.size();
+        drive.headers[camera].push_back(std::move(images[i]));
+        drive.places[camera].push_back(batch[i].place);
       }
     }
   }
 
-  std::vector<DriveMessages> TakeDrives() { return std::move(drives_); }
+  // Their images are read from the bags, which stay open for as long as they are in use.
+  std::vector<DriveMessages> TakeDrives(const std::shared_ptr<const BagSet>& bags) {
+    std::vector<DriveMessages> taken;
+    for (Drive& drive : drives_) {
+      for (std::size_t c = 0; c < drive.headers.size(); ++c) {
+        drive.messages.cameras.push_back(
+            MakeImageStream(bags, std::move(drive.headers[c]), std::move(drive.places[c])));
+      }
+      taken.push_back(std::move(drive.messages));
+    }
+    return taken;
+  }
   const std::string& imu_frame() const { return imu_frame_; }
 
  private:
+  struct Drive {
+    DriveMessages messages;  // its cameras are made at the end, of the two below
+    std::vector<std::vector<ImageHeader>> headers;
+    std::vector<std::vector<BagPlace>> places;
+  };
+
   std::size_t DriveAt(TimeNs record_time) const {
     for (std::size_t i = 0; i < intervals_.size(); ++i) {
       if (record_time <= intervals_[i].end) return i;
@@ -143,7 +166,7 @@ class Collector {
   const std::vector<BagSet::Interval>& intervals_;
   const std::string& imu_topic_;
   const std::vector<LidarFormat>& formats_;
-  std::vector<DriveMessages> drives_;
+  std::vector<Drive> drives_;
   std::string imu_frame_;
 };
 
@@ -179,7 +202,7 @@ std::vector<ImageFormat> FindImageFormats(const Rig& rig, const BagSet& bags,
   std::vector<ImageFormat> formats;
   for (const CameraConfig& camera : rig.cameras) {
     cancellation.ThrowIfCancelled();
-    formats.push_back(FindImageFormat(ReadFirst(bags, camera.topic, interval, kProbeMessages), camera.topic));
+    formats.push_back(ProbeCamera(bags, camera.topic, interval));
     report.camera_frame_ids.push_back(formats.back().frame_id);
   }
   return formats;
@@ -221,7 +244,7 @@ Dataset LoadDataset(const Rig& rig_file, const std::vector<std::filesystem::path
   std::vector<LidarFormat> formats;
   for (const LidarConfig& lidar : rig.lidars) {
     cancellation.ThrowIfCancelled();
-    formats.push_back(FindLidarFormat(ReadFirst(bags, lidar.topic, interval, kProbeMessages), lidar.topic));
+    formats.push_back(FindLidarFormat(ProbeLidar(bags, lidar.topic, interval), lidar.topic));
   }
   NoteFormats(formats, report);
   const std::vector<ImageFormat> image_formats = FindImageFormats(rig, bags, interval, cancellation, report);
@@ -236,10 +259,9 @@ Dataset LoadDataset(const Rig& rig_file, const std::vector<std::filesystem::path
   report.imu_frame_id = collector.imu_frame();
 
   Dataset dataset;
-  for (DriveMessages& messages : collector.TakeDrives()) {
+  for (DriveMessages& messages : collector.TakeDrives(shared_bags)) {
     DriveNotes notes;
-    dataset.drives.push_back(
-        BuildDrive(std::move(messages), rig.imu.topic, formats, image_formats, shared_bags, notes));
+    dataset.drives.push_back(BuildDrive(std::move(messages), rig.imu.topic, formats, image_formats, notes));
     for (std::size_t i = 0; i < masks.size(); ++i) dataset.drives.back().cameras[i].mask = masks[i];
     report.lines.insert(report.lines.end(), notes.lines.begin(), notes.lines.end());
     report.warnings.insert(report.warnings.end(), notes.warnings.begin(), notes.warnings.end());

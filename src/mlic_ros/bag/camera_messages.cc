@@ -1,5 +1,7 @@
 #include "mlic_ros/bag/camera_messages.h"
 
+#include <cv_bridge/cv_bridge.h>
+
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <vector>
@@ -53,15 +55,8 @@ bool IsCompressed(sim::ImageEncoding encoding) {
 }
 
 sensor_msgs::Image MakeImageMessage(const sim::SimulatedCamera& camera, const sim::SimulatedImage& image) {
-  sensor_msgs::Image message;
-  message.header = MakeHeader(camera, image);
-  message.encoding = EncodingName(camera.encoding);
-  message.width = static_cast<std::uint32_t>(image.pixels.cols);
-  message.height = static_cast<std::uint32_t>(image.pixels.rows);
-  message.step = static_cast<std::uint32_t>(image.pixels.cols * image.pixels.channels());
-  const std::size_t size = image.pixels.total() * image.pixels.elemSize();
-  message.data.assign(image.pixels.data, image.pixels.data + size);
-  return message;
+  return *cv_bridge::CvImage(MakeHeader(camera, image), EncodingName(camera.encoding), image.pixels)
+              .toImageMsg();
 }
 
 sensor_msgs::CompressedImage MakeCompressedMessage(const sim::SimulatedCamera& camera,

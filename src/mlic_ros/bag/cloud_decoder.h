@@ -1,44 +1,32 @@
 #pragma once
 
-#include <Eigen/Core>
-#include <cstdint>
+#include <sensor_msgs/PointField.h>
+
 #include <string>
 #include <vector>
 
-#include "mlic_core/common/time.h"
+#include "mlic_core/ingest/decoded_cloud.h"
+#include "mlic_ros/bag/serialized_message.h"
 
 namespace mlic {
 
-// A LiDAR message as it came off the bag, not yet deserialised.
-struct RawCloud {
-  std::string type;  // sensor_msgs/PointCloud2, livox_ros_driver/CustomMsg or livox_ros_driver2/CustomMsg
-  std::vector<std::uint8_t> bytes;
-  TimeNs record_time = 0;
-};
-
-// The points of a message in its order, whatever the driver's layout. All vectors have the same length, or
-// are empty when the message has no such field.
-struct DecodedCloud {
-  TimeNs stamp = 0;  // header stamp; for the Livox message its timebase, if that runs in the same clock
-  std::string frame_id;
-  std::vector<Eigen::Vector3f> positions;  // m; not finite or zero where there was no return
-  std::vector<float> intensities;
-  std::vector<std::uint16_t> rings;
-  std::vector<double> times;  // raw values of the time field
-  bool time_base_in_other_clock =
-      false;  // Livox: timebase is far from the header stamp, which is used instead
-};
-
-// Field names and types, for reports, such as "x y z intensity f32, ring u16, time f32".
-std::string DescribeFields(const RawCloud& cloud);
-
-// The fields that may hold point times, in the order in which they are to be tried.
-std::vector<std::string> TimeFields(const RawCloud& cloud);
-
+// sensor_msgs/PointCloud2, livox_ros_driver/CustomMsg or livox_ros_driver2/CustomMsg.
 bool IsLidarType(const std::string& type);
 
-// Reads the whole message; times from field time_field (empty: none). Throws InputError, starting with the
-// topic, for messages without x, y, z or whose sizes do not fit together.
-DecodedCloud DecodeCloud(const RawCloud& cloud, const std::string& topic, const std::string& time_field);
+// Field names and types, for reports, such as "x y z intensity f32, ring u16, time f32".
+std::string DescribeFields(const std::vector<sensor_msgs::PointField>& fields);
+
+// The fields that may hold point times, in the order in which they are to be tried.
+const std::vector<std::string>& PointTimeFieldNames();
+
+// Reads a LiDAR message, with those of the named time fields that it has. Fields are read one by one: drivers
+// differ in their names, types and offsets, and pcl_conversions takes only those that agree with a point
+// type. Throws InputError, one line that starts with the topic, for messages that are cut off, without x, y,
+// z, or whose sizes do not fit together; takes no more memory than the message's own bytes can fill.
+DecodedCloud DecodeCloud(const SerializedMessage& message, const std::string& topic,
+                         const std::vector<std::string>& time_fields);
+
+// The error that DecodeCloud would throw, found without reading the points; empty: none.
+std::string FaultOfCloud(const SerializedMessage& message, const std::string& topic);
 
 }  // namespace mlic

@@ -1,12 +1,15 @@
 #include "mlic_ros/bag/image_reader.h"
 
+#include <cv_bridge/cv_bridge.h>
 #include <ros/serialization.h>
-#include <std_msgs/Header.h>
+#include <sensor_msgs/CompressedImage.h>
+#include <sensor_msgs/Image.h>
 
+#include <algorithm>
 #include <cstring>
 #include <map>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "mlic_core/common/error.h"
 
@@ -16,40 +19,44 @@ namespace {
 constexpr const char* kImage = "sensor_msgs/Image";
 constexpr const char* kCompressedImage = "sensor_msgs/CompressedImage";
 
-// How the pixels of an encoding lie in memory, and the conversion to gray or BGR (-1: none).
-struct PixelLayout {
-  int type;
-  int conversion;
+// What cv_bridge is asked for. source: its name of the encoding, which says how pixels lie in memory; target:
+// what they are converted to, empty: left as they are.
+struct Reading {
+  std::string source;
+  std::string target;
 };
 
-// OpenCV names a Bayer pattern by its second row, ROS by its first.
-const PixelLayout* FindLayout(const std::string& encoding) {
-  static const std::map<std::string, PixelLayout> layouts{{"mono8", {CV_8UC1, -1}},
-                                                          {"8UC1", {CV_8UC1, -1}},
-                                                          {"mono16", {CV_16UC1, -1}},
-                                                          {"16UC1", {CV_16UC1, -1}},
-                                                          {"bgr8", {CV_8UC3, -1}},
-                                                          {"8UC3", {CV_8UC3, -1}},
-                                                          {"rgb8", {CV_8UC3, cv::COLOR_RGB2BGR}},
-                                                          {"bgra8", {CV_8UC4, cv::COLOR_BGRA2BGR}},
-                                                          {"8UC4", {CV_8UC4, cv::COLOR_BGRA2BGR}},
-                                                          {"rgba8", {CV_8UC4, cv::COLOR_RGBA2BGR}},
-                                                          {"bgr16", {CV_16UC3, -1}},
-                                                          {"rgb16", {CV_16UC3, cv::COLOR_RGB2BGR}},
-                                                          {"bayer_rggb8", {CV_8UC1, cv::COLOR_BayerBG2BGR}},
-                                                          {"bayer_bggr8", {CV_8UC1, cv::COLOR_BayerRG2BGR}},
-                                                          {"bayer_gbrg8", {CV_8UC1, cv::COLOR_BayerGR2BGR}},
-                                                          {"bayer_grbg8", {CV_8UC1, cv::COLOR_BayerGB2BGR}},
-                                                          {"bayer_rggb16", {CV_16UC1, cv::COLOR_BayerBG2BGR}},
-                                                          {"bayer_bggr16", {CV_16UC1, cv::COLOR_BayerRG2BGR}},
-                                                          {"bayer_gbrg16", {CV_16UC1, cv::COLOR_BayerGR2BGR}},
-                                                          {"bayer_grbg16", {CV_16UC1, cv::COLOR_BayerGB2BGR}},
-                                                          {"yuv422", {CV_8UC2, cv::COLOR_YUV2BGR_UYVY}},
-                                                          {"uyvy", {CV_8UC2, cv::COLOR_YUV2BGR_UYVY}},
-                                                          {"yuv422_yuy2", {CV_8UC2, cv::COLOR_YUV2BGR_YUY2}},
-                                                          {"yuyv", {CV_8UC2, cv::COLOR_YUV2BGR_YUY2}}};
-  const auto found = layouts.find(encoding);
-  return found == layouts.end() ? nullptr : &found->second;
+// Drivers also write names that sensor_msgs/image_encodings.h does not list. cv_bridge does not know Y U Y V:
+// its pixels are taken as they are and converted here.
+constexpr const char* kYuy2 = "8UC2";
+
+const Reading* FindReading(const std::string& encoding) {
+  static const std::map<std::string, Reading> readings{{"mono8", {"mono8", ""}},
+                                                       {"8UC1", {"8UC1", ""}},
+                                                       {"mono16", {"mono16", ""}},
+                                                       {"16UC1", {"16UC1", ""}},
+                                                       {"bgr8", {"bgr8", ""}},
+                                                       {"8UC3", {"8UC3", ""}},
+                                                       {"rgb8", {"rgb8", "bgr8"}},
+                                                       {"bgra8", {"bgra8", "bgr8"}},
+                                                       {"8UC4", {"bgra8", "bgr8"}},
+                                                       {"rgba8", {"rgba8", "bgr8"}},
+                                                       {"bgr16", {"bgr16", ""}},
+                                                       {"rgb16", {"rgb16", "bgr16"}},
+                                                       {"bayer_rggb8", {"bayer_rggb8", "bgr8"}},
+                                                       {"bayer_bggr8", {"bayer_bggr8", "bgr8"}},
+                                                       {"bayer_gbrg8", {"bayer_gbrg8", "bgr8"}},
+                                                       {"bayer_grbg8", {"bayer_grbg8", "bgr8"}},
+                                                       {"bayer_rggb16", {"bayer_rggb16", "bgr16"}},
+                                                       {"bayer_bggr16", {"bayer_bggr16", "bgr16"}},
+                                                       {"bayer_gbrg16", {"bayer_gbrg16", "bgr16"}},
+                                                       {"bayer_grbg16", {"bayer_grbg16", "bgr16"}},
+                                                       {"yuv422", {"yuv422", "bgr8"}},
+                                                       {"uyvy", {"yuv422", "bgr8"}},
+                                                       {"yuv422_yuy2", {kYuy2, ""}},
+                                                       {"yuyv", {kYuy2, ""}}};
+  const auto found = readings.find(encoding);
+  return found == readings.end() ? nullptr : &found->second;
 }
 
 // A message's fields; data points into the message.
@@ -63,7 +70,7 @@ struct ImageView {
 };
 
 // False where the message is cut off; the header is there if it could be read.
-bool Parse(const RawCloud& message, ImageView& view) {
+bool Parse(const SerializedMessage& message, ImageView& view) {
   try {
     ros::serialization::IStream stream(const_cast<std::uint8_t*>(message.bytes.data()),
                                        static_cast<std::uint32_t>(message.bytes.size()));
@@ -125,12 +132,13 @@ bool FindCompressedSize(const ImageView& view, ImageHeader& header) {
 }
 
 std::string CheckRaw(const ImageView& view) {
-  const PixelLayout* layout = FindLayout(view.encoding);
-  if (layout == nullptr) {
+  const Reading* reading = FindReading(view.encoding);
+  if (reading == nullptr) {
     return "encoding '" + view.encoding +
            "' is not known; expected mono8, mono16, bgr8, rgb8, bgra8, rgba8, bayer_*8, bayer_*16 or yuv422";
   }
-  const std::size_t least_step = view.width * static_cast<std::size_t>(CV_ELEM_SIZE(layout->type));
+  const std::size_t least_step =
+      view.width * static_cast<std::size_t>(CV_ELEM_SIZE(cv_bridge::getCvType(reading->source)));
   if (view.width == 0 || view.height == 0 || view.width > 65535 || view.height > 65535 ||
       view.step < least_step ||
       view.size < static_cast<std::size_t>(view.height - 1) * view.step + least_step) {
@@ -141,44 +149,55 @@ std::string CheckRaw(const ImageView& view) {
   return "";
 }
 
-cv::Mat Convert(const cv::Mat& pixels, int conversion) {
-  if (conversion < 0) return pixels.clone();
-  cv::Mat image;
-  cv::cvtColor(pixels, image, conversion);
-  return image;
+// To little-endian values; cv_bridge itself makes big-endian ones of 16 bits two channels of 8 bits each.
+void SwapBytes(std::size_t bytes_of_value, sensor_msgs::Image& message) {
+  if (bytes_of_value != 2) return;
+  for (std::size_t row = 0; row < message.data.size(); row += message.step) {
+    for (std::size_t i = row; i + 1 < row + message.step; i += 2)
+      std::swap(message.data[i], message.data[i + 1]);
+  }
 }
 
 cv::Mat DecodeRaw(const ImageView& view) {
-  const PixelLayout& layout = *FindLayout(view.encoding);
-  cv::Mat pixels(static_cast<int>(view.height), static_cast<int>(view.width), layout.type,
-                 const_cast<std::uint8_t*>(view.data), view.step);
-  if (view.big_endian && CV_MAT_DEPTH(layout.type) == CV_16U) {
-    pixels = pixels.clone();
-    for (int y = 0; y < pixels.rows; ++y) {
-      std::uint16_t* row = pixels.ptr<std::uint16_t>(y);
-      for (int x = 0; x < pixels.cols * pixels.channels(); ++x) {
-        row[x] = static_cast<std::uint16_t>(row[x] << 8 | row[x] >> 8);
-      }
-    }
-  }
-  return Convert(pixels, layout.conversion);
+  const Reading& reading = *FindReading(view.encoding);
+  sensor_msgs::Image message;
+  message.height = view.height;
+  message.width = view.width;
+  message.step = view.step;
+  message.encoding = reading.source;
+  // cv_bridge takes whole rows only; some drivers leave out the padding of the last one.
+  const std::size_t whole = static_cast<std::size_t>(view.step) * view.height;
+  message.data.assign(view.data, view.data + std::min(view.size, whole));
+  message.data.resize(whole);
+  if (view.big_endian) SwapBytes(CV_ELEM_SIZE1(cv_bridge::getCvType(reading.source)), message);
+  const cv::Mat image = cv_bridge::toCvCopy(message, reading.target)->image;
+  if (reading.source != kYuy2) return image;
+  cv::Mat colour;
+  cv::cvtColor(image, colour, cv::COLOR_YUV2BGR_YUY2);
+  return colour;
 }
 
 // image_transport may compress a Bayer image as it is: the format then begins with its encoding.
 cv::Mat DecodeCompressed(const ImageView& view) {
-  const cv::Mat bytes(1, static_cast<int>(view.size), CV_8UC1, const_cast<std::uint8_t*>(view.data));
-  const cv::Mat image =
-      cv::imdecode(bytes, cv::IMREAD_ANYCOLOR | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION);
-  const PixelLayout* layout = FindLayout(view.encoding.substr(0, view.encoding.find(';')));
-  const bool bayer = image.channels() == 1 && view.encoding.compare(0, 6, "bayer_") == 0;
-  return bayer && layout != nullptr ? Convert(image, layout->conversion) : image;
+  sensor_msgs::CompressedImage message;
+  message.data.assign(view.data, view.data + view.size);
+  const cv_bridge::CvImagePtr image = cv_bridge::toCvCopy(message);
+  if (image == nullptr || image->image.empty()) return {};
+  const std::string encoding = view.encoding.substr(0, view.encoding.find(';'));
+  const Reading* reading = FindReading(encoding);
+  const bool bayer = image->image.channels() == 1 && encoding.compare(0, 6, "bayer_") == 0;
+  if (bayer && reading != nullptr) {
+    image->encoding = encoding;
+    return cv_bridge::cvtColor(image, reading->target)->image;
+  }
+  return image->image.channels() == 4 ? cv_bridge::cvtColor(image, "bgr8")->image : image->image;
 }
 
 }  // namespace
 
 bool IsImageType(const std::string& type) { return type == kImage || type == kCompressedImage; }
 
-ImageHeader ReadImageHeader(const RawCloud& message) {
+ImageHeader ReadImageHeader(const SerializedMessage& message) {
   ImageView view;
   ImageHeader header;
   header.record_time = message.record_time;
@@ -198,7 +217,7 @@ ImageHeader ReadImageHeader(const RawCloud& message) {
   return header;
 }
 
-cv::Mat DecodeImage(const RawCloud& message, const std::string& where) {
+cv::Mat DecodeImage(const SerializedMessage& message, const std::string& where) {
   const ImageHeader header = ReadImageHeader(message);
   if (!header.error.empty()) throw InputError(where + ": " + header.error);
   ImageView view;
@@ -208,27 +227,13 @@ cv::Mat DecodeImage(const RawCloud& message, const std::string& where) {
     image = message.type == kImage ? DecodeRaw(view) : DecodeCompressed(view);
   } catch (const cv::Exception& error) {
     throw InputError(where + ": an image cannot be decoded (" + error.err + ")");
+  } catch (const cv_bridge::Exception& error) {
+    throw InputError(where + ": an image cannot be decoded (" + error.what() + ")");
   }
   const bool usable = !image.empty() && (image.channels() == 1 || image.channels() == 3) &&
                       (image.depth() == CV_8U || image.depth() == CV_16U);
   if (!usable) throw InputError(where + ": a " + header.encoding + " image is damaged or of an unknown kind");
   return image;
-}
-
-int SignificantBits(const cv::Mat& image) {
-  if (image.depth() != CV_16U) return 8;
-  double largest = 0.0;
-  cv::minMaxLoc(image.reshape(1), nullptr, &largest);
-  int bits = 8;
-  while (bits < 16 && largest >= static_cast<double>(1 << bits)) bits += 2;
-  return bits;
-}
-
-cv::Mat ToEightBits(const cv::Mat& image, int bits) {
-  if (image.depth() == CV_8U) return image;
-  cv::Mat scaled;
-  image.convertTo(scaled, CV_8U, 1.0 / static_cast<double>(1 << (bits - 8)));
-  return scaled;
 }
 
 }  // namespace mlic

@@ -4,7 +4,10 @@
 #include <std_msgs/Header.h>
 
 #include <cstdint>
+#include <string>
 #include <vector>
+
+#include "mlic_ros/bag/serialized_message.h"
 
 namespace mlic {
 
@@ -24,6 +27,10 @@ struct LivoxMessage {
   std::uint8_t reserved[3];
   std::vector<LivoxPoint> points;
 };
+
+// Checks the number of points against the message's bytes before it takes memory for them. Throws InputError,
+// one line that starts with the topic, for a message that is cut off.
+LivoxMessage ReadLivoxMessage(const SerializedMessage& message, const std::string& topic);
 
 }  // namespace mlic
 

@@ -13,8 +13,8 @@ namespace {
 constexpr std::size_t kBatchBytes = 48u << 20;  // from: guard, memory
 constexpr std::size_t kBatchMessages = 4096;    // from: guard, memory
 
-RawCloud Serialised(const rosbag::MessageInstance& message) {
-  RawCloud raw;
+SerializedMessage Serialised(const rosbag::MessageInstance& message) {
+  SerializedMessage raw;
   raw.type = message.getDataType();
   raw.record_time = static_cast<TimeNs>(message.getTime().toNSec());
   raw.bytes.resize(message.size());
@@ -80,21 +80,32 @@ void ReadInBatches(const BagSet& bags, const std::vector<std::string>& topics,
   }
 }
 
-std::vector<RawCloud> ReadFirst(const BagSet& bags, const std::string& topic,
-                                const BagSet::Interval& interval, std::size_t count) {
-  std::vector<RawCloud> messages;
+void ReadEach(const BagSet& bags, const std::string& topic, const BagSet::Interval& interval,
+              const std::function<bool(const SerializedMessage&)>& work) {
   const auto view = bags.Messages({topic}, interval);
-  try {
-    for (auto at = view->begin(); at != view->end() && messages.size() < count; ++at) {
-      messages.push_back(Serialised(*at));
+  const auto read = [&](const rosbag::MessageInstance& message) {
+    try {
+      return Serialised(message);
+    } catch (const std::exception& error) {
+      ThrowDamaged(bags, error);
     }
-  } catch (const std::exception& error) {
-    ThrowDamaged(bags, error);
+  };
+  for (auto at = view->begin(); at != view->end(); ++at) {
+    if (!work(read(*at))) return;
   }
+}
+
+std::vector<SerializedMessage> ReadFirst(const BagSet& bags, const std::string& topic,
+                                         const BagSet::Interval& interval, std::size_t count) {
+  std::vector<SerializedMessage> messages;
+  ReadEach(bags, topic, interval, [&](const SerializedMessage& message) {
+    messages.push_back(message);
+    return messages.size() < count;
+  });
   return messages;
 }
 
-RawCloud ReadMessage(const BagSet& bags, const rosbag::MessageInstance& place) {
+SerializedMessage ReadMessage(const BagSet& bags, const rosbag::MessageInstance& place) {
   const std::lock_guard<std::mutex> lock(bags.reading());
   try {
     return Serialised(place);

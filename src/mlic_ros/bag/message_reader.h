@@ -7,14 +7,14 @@
 
 #include "mlic_core/common/progress.h"
 #include "mlic_ros/bag/bag_set.h"
-#include "mlic_ros/bag/cloud_decoder.h"
+#include "mlic_ros/bag/serialized_message.h"
 
 namespace mlic {
 
 // A message of topic topics[index], still serialised.
 struct RawMessage {
   std::size_t topic = 0;
-  RawCloud content;
+  SerializedMessage content;
   std::shared_ptr<const rosbag::MessageInstance> place;  // to read it again; valid while the bags are open
 };
 
@@ -25,11 +25,16 @@ void ReadInBatches(const BagSet& bags, const std::vector<std::string>& topics,
                    const BagSet::Interval& interval, const CancellationToken& cancellation,
                    const std::function<void(const std::vector<RawMessage>& batch, double fraction)>& work);
 
+// Hands over the messages of one topic in order of recording for as long as `work` returns true. Throws
+// InputError for a damaged bag.
+void ReadEach(const BagSet& bags, const std::string& topic, const BagSet::Interval& interval,
+              const std::function<bool(const SerializedMessage&)>& work);
+
 // The first `count` messages of one topic.
-std::vector<RawCloud> ReadFirst(const BagSet& bags, const std::string& topic,
-                                const BagSet::Interval& interval, std::size_t count);
+std::vector<SerializedMessage> ReadFirst(const BagSet& bags, const std::string& topic,
+                                         const BagSet::Interval& interval, std::size_t count);
 
 // One message once more; for several threads at once. Throws InputError for a damaged bag.
-RawCloud ReadMessage(const BagSet& bags, const rosbag::MessageInstance& place);
+SerializedMessage ReadMessage(const BagSet& bags, const rosbag::MessageInstance& place);
 
 }  // namespace mlic

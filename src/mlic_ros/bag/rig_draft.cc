@@ -1,8 +1,6 @@
 #include "mlic_ros/bag/rig_draft.h"
 
 #include <sensor_msgs/CameraInfo.h>
-#include <sensor_msgs/CompressedImage.h>
-#include <sensor_msgs/Image.h>
 #include <sensor_msgs/Imu.h>
 
 #include <cctype>
@@ -10,9 +8,11 @@
 #include <set>
 
 #include "mlic_core/common/error.h"
+#include "mlic_core/ingest/lidar_format.h"
 #include "mlic_ros/bag/cloud_decoder.h"
+#include "mlic_ros/bag/image_reader.h"
+#include "mlic_ros/bag/lidar_messages.h"
 #include "mlic_ros/bag/message_reader.h"
-#include "mlic_ros/bag/scan_reader.h"
 #include "mlic_ros/bag/static_transforms.h"
 
 namespace mlic {
@@ -24,6 +24,11 @@ template <typename Message>
 boost::shared_ptr<Message> FirstMessage(const BagSet& bags, const std::string& topic) {
   const auto view = bags.Messages({topic}, bags.interval());
   return view->size() == 0 ? nullptr : view->begin()->instantiate<Message>();
+}
+
+ImageHeader FirstImageHeader(const BagSet& bags, const std::string& topic) {
+  const auto first = ReadFirst(bags, topic, bags.interval(), 1);
+  return first.empty() ? ImageHeader() : ReadImageHeader(first.front());
 }
 
 // "/camera_02" of "/camera_02/image_raw/compressed".
@@ -85,7 +90,7 @@ ImuConfig DraftImu(const BagSet& bags, std::vector<std::string>& notes) {
   return imu;
 }
 
-// From /tf_static, with the default sigmas.
+// From /tf_static and the fixed joints of /tf, with the default sigmas.
 std::optional<ExtrinsicGuess> DraftGuess(const StaticTransforms& transforms, const std::string& imu,
                                          const std::string& sensor, std::vector<std::string>& notes) {
   // Drivers that all write one frame say nothing of where their sensors are.
@@ -93,7 +98,8 @@ std::optional<ExtrinsicGuess> DraftGuess(const StaticTransforms& transforms, con
   const auto pose = transforms.Find(imu, sensor);
   if (!pose) {
     if (!transforms.empty())
-      notes.push_back("/tf_static does not link " + sensor + " to " + imu + ": no guess");
+      notes.push_back("/tf_static and the fixed joints of /tf do not link " + sensor + " to " + imu +
+                      ": no guess");
     return std::nullopt;
   }
   ExtrinsicGuess guess;
@@ -105,8 +111,9 @@ LidarConfig DraftLidar(const BagSet& bags, const std::string& topic, std::set<st
   LidarConfig lidar;
   lidar.topic = topic;
   lidar.name = NameFromTopic(topic, names);
-  const auto first = ReadFirst(bags, topic, bags.interval(), 1);
-  if (!first.empty()) lidar.frame_id = DecodeCloud(first.front(), topic, "").frame_id;
+  for (const DecodedCloud& cloud : ProbeLidar(bags, topic, bags.interval())) {
+    if (lidar.frame_id.empty()) lidar.frame_id = cloud.frame_id;
+  }
   return lidar;
 }
 
@@ -132,19 +139,13 @@ void ApplyCameraInfo(const sensor_msgs::CameraInfo& info, CameraConfig& camera) 
   }
 }
 
-CameraConfig DraftCamera(const BagSet& bags, const std::string& topic, const std::string& type,
-                         std::set<std::string>& names, std::vector<std::string>& notes) {
+CameraConfig DraftCamera(const BagSet& bags, const std::string& topic, std::set<std::string>& names,
+                         std::vector<std::string>& notes) {
   CameraConfig camera;
   camera.topic = topic;
   const std::string place = CameraNamespace(topic);
   camera.name = NameFromTopic(place + "/image", names);
-  if (type == "sensor_msgs/Image") {
-    const auto message = FirstMessage<sensor_msgs::Image>(bags, topic);
-    if (message != nullptr) camera.frame_id = message->header.frame_id;
-  } else {
-    const auto message = FirstMessage<sensor_msgs::CompressedImage>(bags, topic);
-    if (message != nullptr) camera.frame_id = message->header.frame_id;
-  }
+  camera.frame_id = FirstImageHeader(bags, topic).frame_id;
   const auto info = bags.topics().find(place + "/camera_info");
   if (info != bags.topics().end() && info->second.type == "sensor_msgs/CameraInfo") {
     const auto message = FirstMessage<sensor_msgs::CameraInfo>(bags, info->first);
@@ -159,15 +160,14 @@ CameraConfig DraftCamera(const BagSet& bags, const std::string& topic, const std
 // Why a topic of a sensor's type is none: maps that are published as clouds, images of depth. Empty: it is
 // one.
 std::string WhyNoSensor(const BagSet& bags, const TopicEntry& entry) {
-  constexpr double kSlowest = 1.0;    // Hz; from: guard
-  constexpr std::size_t kProbe = 10;  // messages; from: guard
+  constexpr double kSlowest = 1.0;  // Hz; from: guard
   const double seconds = SecondsSince(bags.interval().begin, bags.interval().end);
   if (static_cast<double>(entry.second.messages) < kSlowest * seconds)
     return "less than one message a second";
   const std::string& topic = entry.first;
   if (IsLidarType(entry.second.type)) {
     try {
-      FindLidarFormat(ReadFirst(bags, topic, bags.interval(), kProbe), topic);
+      FindLidarFormat(ProbeLidar(bags, topic, bags.interval()), topic);
     } catch (const InputError& error) {
       return std::string("not usable: ") + error.what();
     }
@@ -177,8 +177,8 @@ std::string WhyNoSensor(const BagSet& bags, const TopicEntry& entry) {
   bool is_depth = topic.size() > depth.size() &&
                   topic.compare(topic.size() - depth.size(), std::string::npos, depth) == 0;
   if (entry.second.type == "sensor_msgs/Image") {
-    const auto message = FirstMessage<sensor_msgs::Image>(bags, topic);
-    is_depth = message != nullptr && (message->encoding == "16UC1" || message->encoding == "32FC1");
+    const std::string encoding = FirstImageHeader(bags, topic).encoding;
+    is_depth = encoding == "16UC1" || encoding == "32FC1";
   }
   return is_depth ? "images of depth" : "";
 }
@@ -207,7 +207,7 @@ Rig DraftRig(const BagSet& bags, std::vector<std::string>& notes) {
     if (image && !camera_places.insert(CameraNamespace(topic)).second) {
       notes.push_back("topic " + topic + ": left out, its camera has another image topic");
     } else if (image) {
-      CameraConfig camera = DraftCamera(bags, topic, content.type, names, notes);
+      CameraConfig camera = DraftCamera(bags, topic, names, notes);
       camera.guess = DraftGuess(transforms, rig.imu.frame_id, camera.frame_id, notes);
       rig.cameras.push_back(camera);
     }

@@ -1,6 +1,7 @@
 #pragma once
 
-#include <map>
+#include <tf2/buffer_core.h>
+
 #include <optional>
 #include <string>
 
@@ -9,24 +10,22 @@
 
 namespace mlic {
 
-// The tree of /tf_static.
+// The fixed transforms of the bags: those of /tf_static, and those of /tf that are published again and again
+// without ever changing, as joint publishers of old do with fixed joints. Where both name a frame, /tf_static
+// counts.
 class StaticTransforms {
  public:
   explicit StaticTransforms(const BagSet& bags);
 
-  bool empty() const { return parents_.empty(); }
+  bool empty() const { return empty_; }
   // T_a_b, where the tree links the two frames.
   std::optional<RigidTransform> Find(const std::string& a, const std::string& b) const;
 
  private:
-  struct Parent {
-    std::string frame;
-    RigidTransform T_parent_child;
-  };
-  // T_ancestor_frame for every ancestor of the frame, itself included.
-  std::map<std::string, RigidTransform> Ancestors(std::string frame) const;
+  void Add(geometry_msgs::TransformStamped transform);
 
-  std::map<std::string, Parent> parents_;
+  tf2::BufferCore buffer_;
+  bool empty_ = true;
 };
 
 }  // namespace mlic

@@ -1,13 +1,30 @@
 #include "mlic_ros/display/display_cameras.h"
 
+#include <cv_bridge/cv_bridge.h>
+
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <cstring>
 #include <opencv2/imgproc.hpp>
 
-#include "mlic_ros/bag/point_field.h"
+#include "mlic_ros/display/display_clouds.h"
 #include "mlic_ros/display/display_messages.h"
+
+namespace mlic {
+namespace {
+
+// A landmark as PCL knows it; the names become the message's fields.
+struct LandmarkPoint {
+  float x, y, z, rgb, error;
+  std::uint16_t observations;
+};
+
+}  // namespace
+}  // namespace mlic
+
+POINT_CLOUD_REGISTER_POINT_STRUCT(mlic::LandmarkPoint,
+                                  (float, x, x)(float, y, y)(float, z, z)(float, rgb, rgb)(
+                                      float, error, error)(std::uint16_t, observations, observations))
 
 namespace mlic {
 namespace {
@@ -56,31 +73,16 @@ std::vector<Eigen::Vector2d> ImageOutline(const CameraIntrinsics& intrinsics) {
 
 sensor_msgs::PointCloud2 MakeLandmarkCloud(const std::vector<LandmarkMark>& landmarks,
                                            const ros::Time& stamp) {
-  using sensor_msgs::PointField;
-  sensor_msgs::PointCloud2 cloud;
-  cloud.header.frame_id = "map";
-  cloud.header.stamp = stamp;
-  cloud.fields = {
-      MakeField("x", 0, PointField::FLOAT32),      MakeField("y", 4, PointField::FLOAT32),
-      MakeField("z", 8, PointField::FLOAT32),      MakeField("rgb", 12, PointField::FLOAT32),
-      MakeField("error", 16, PointField::FLOAT32), MakeField("observations", 20, PointField::UINT16)};
-  cloud.height = 1;
-  cloud.width = static_cast<std::uint32_t>(landmarks.size());
-  cloud.point_step = 24;
-  cloud.row_step = cloud.point_step * cloud.width;
-  cloud.is_dense = true;
-  cloud.data.resize(cloud.row_step);
-  std::uint8_t* at = cloud.data.data();
+  pcl::PointCloud<LandmarkPoint> cloud;
   for (const LandmarkMark& landmark : landmarks) {
-    const std::uint32_t rgb = ColourOfError(landmark.error);
-    const auto observations = static_cast<std::uint16_t>(std::clamp(landmark.observations, 0, 65535));
-    std::memcpy(at, landmark.position.data(), 12);
-    std::memcpy(at + 12, &rgb, 4);
-    std::memcpy(at + 16, &landmark.error, 4);
-    std::memcpy(at + 20, &observations, 2);
-    at += cloud.point_step;
+    LandmarkPoint point{};
+    point.x = landmark.position.x(), point.y = landmark.position.y(), point.z = landmark.position.z();
+    point.rgb = PackColour(ColourOfError(landmark.error));
+    point.error = landmark.error;
+    point.observations = static_cast<std::uint16_t>(std::clamp(landmark.observations, 0, 65535));
+    cloud.push_back(point);
   }
-  return cloud;
+  return MakeCloudMessage(cloud, stamp);
 }
 
 visualization_msgs::MarkerArray MakeFrustumMarkers(const CalibrationSnapshot& snapshot) {
@@ -117,18 +119,10 @@ visualization_msgs::MarkerArray MakeFrustumMarkers(const CalibrationSnapshot& sn
 }
 
 sensor_msgs::Image MakeImage(const cv::Mat& picture, const std::string& frame, const ros::Time& stamp) {
-  sensor_msgs::Image image;
-  image.header.frame_id = frame;
-  image.header.stamp = stamp;
-  image.height = static_cast<std::uint32_t>(picture.rows);
-  image.width = static_cast<std::uint32_t>(picture.cols);
-  image.encoding = "bgr8";
-  image.step = 3 * image.width;
-  image.data.resize(static_cast<std::size_t>(image.step) * image.height);
-  for (int row = 0; row < picture.rows; ++row) {
-    std::memcpy(image.data.data() + static_cast<std::size_t>(row) * image.step, picture.ptr(row), image.step);
-  }
-  return image;
+  std_msgs::Header header;
+  header.frame_id = frame;
+  header.stamp = stamp;
+  return *cv_bridge::CvImage(header, "bgr8", picture).toImageMsg();
 }
 
 cv::Mat TilePictures(const std::vector<cv::Mat>& pictures, int tile_width) {

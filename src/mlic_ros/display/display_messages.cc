@@ -3,9 +3,26 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 
-#include "mlic_ros/bag/point_field.h"
+#include "mlic_ros/display/display_clouds.h"
+
+namespace mlic {
+namespace {
+
+// A point of the map as PCL knows it; the names become the message's fields.
+struct DisplayPoint {
+  float x, y, z, intensity, rgb;
+  std::uint16_t lidar;
+  std::int32_t plane;
+};
+
+}  // namespace
+}  // namespace mlic
+
+POINT_CLOUD_REGISTER_POINT_STRUCT(mlic::DisplayPoint,
+                                  (float, x, x)(float, y, y)(float, z, z)(float, intensity, intensity)(
+                                      float, rgb, rgb)(std::uint16_t, lidar, lidar)(std::int32_t, plane,
+                                                                                    plane))
 
 namespace mlic {
 namespace {
@@ -113,36 +130,21 @@ visualization_msgs::MarkerArray MakePlaneMarkers(const std::vector<PlanePatch>& 
 }
 
 sensor_msgs::PointCloud2 MakeMapCloud(const std::vector<MapPoint>& points, const ros::Time& stamp) {
-  using sensor_msgs::PointField;
   const std::size_t stride = std::max<std::size_t>(1, (points.size() + kMostPoints - 1) / kMostPoints);
-  sensor_msgs::PointCloud2 cloud;
-  cloud.header.frame_id = kMapFrame;
-  cloud.header.stamp = stamp;
-  cloud.fields = {MakeField("x", 0, PointField::FLOAT32),    MakeField("y", 4, PointField::FLOAT32),
-                  MakeField("z", 8, PointField::FLOAT32),    MakeField("intensity", 12, PointField::FLOAT32),
-                  MakeField("rgb", 16, PointField::FLOAT32), MakeField("lidar", 20, PointField::UINT16),
-                  MakeField("plane", 24, PointField::INT32)};
-  cloud.height = 1;
-  cloud.width = static_cast<std::uint32_t>((points.size() + stride - 1) / stride);
-  cloud.point_step = 28;
-  cloud.row_step = cloud.point_step * cloud.width;
-  cloud.is_dense = true;
-  cloud.data.resize(cloud.row_step);
-  std::uint8_t* at = cloud.data.data();
-  for (std::size_t i = 0; i < points.size(); i += stride, at += cloud.point_step) {
-    const MapPoint& point = points[i];
-    const auto& colour = kColours[static_cast<std::size_t>(std::max(0, point.lidar)) % kColours.size()];
-    const std::uint32_t rgb = (static_cast<std::uint32_t>(colour[0]) << 16) |
-                              (static_cast<std::uint32_t>(colour[1]) << 8) | colour[2];
-    const std::uint16_t lidar = static_cast<std::uint16_t>(std::max(0, point.lidar));
-    const std::int32_t plane = point.plane;
-    std::memcpy(at, point.position.data(), 12);
-    std::memcpy(at + 12, &point.intensity, 4);
-    std::memcpy(at + 16, &rgb, 4);
-    std::memcpy(at + 20, &lidar, 2);
-    std::memcpy(at + 24, &plane, 4);
+  pcl::PointCloud<DisplayPoint> cloud;
+  for (std::size_t i = 0; i < points.size(); i += stride) {
+    const MapPoint& from = points[i];
+    DisplayPoint point{};
+    point.x = from.position.x(), point.y = from.position.y(), point.z = from.position.z();
+    point.intensity = from.intensity;
+    const auto& colour = kColours[static_cast<std::size_t>(std::max(0, from.lidar)) % kColours.size()];
+    point.rgb = PackColour(static_cast<std::uint32_t>(colour[0]) << 16 |
+                           static_cast<std::uint32_t>(colour[1]) << 8 | colour[2]);
+    point.lidar = static_cast<std::uint16_t>(std::max(0, from.lidar));
+    point.plane = from.plane;
+    cloud.push_back(point);
   }
-  return cloud;
+  return MakeCloudMessage(cloud, stamp);
 }
 
 nav_msgs::Path MakePath(const std::vector<StampedPose>& trajectory, const ros::Time& stamp) {

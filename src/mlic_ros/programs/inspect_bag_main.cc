@@ -12,11 +12,12 @@
 #include "mlic_core/ingest/imu_check.h"
 #include "mlic_core/ingest/stamp_check.h"
 #include "mlic_core/io/rig/rig_file.h"
-#include "mlic_ros/bag/bag_images.h"
 #include "mlic_ros/bag/bag_set.h"
-#include "mlic_ros/bag/message_reader.h"
+#include "mlic_ros/bag/cloud_decoder.h"
+#include "mlic_ros/bag/image_messages.h"
+#include "mlic_ros/bag/image_reader.h"
+#include "mlic_ros/bag/lidar_messages.h"
 #include "mlic_ros/bag/rig_draft.h"
-#include "mlic_ros/bag/scan_reader.h"
 #include "mlic_ros/programs/program.h"
 
 namespace mlic {
@@ -34,23 +35,27 @@ void PrintTopics(const BagSet& bags) {
 }
 
 void PrintLidar(const BagSet& bags, const std::string& topic) {
-  const auto probe = ReadFirst(bags, topic, bags.interval(), 10);
   std::printf("\nLiDAR %s\n", topic.c_str());
   try {
-    if (!probe.empty()) std::printf("  fields: %s\n", DescribeFields(probe.front()).c_str());
+    const std::vector<DecodedCloud> probe = ProbeLidar(bags, topic, bags.interval());
+    if (!probe.empty()) std::printf("  fields: %s\n", probe.front().fields.c_str());
     const LidarFormat format = FindLidarFormat(probe, topic);
-    const DecodedCloud cloud = DecodeCloud(probe.front(), topic, format.time_field);
     std::printf("  frame %s, %zu points, a scan every %.4f s\n  %s\n", format.frame_id.c_str(),
-                cloud.positions.size(), format.scan_period, DescribeTimes(format).c_str());
+                probe.front().positions.size(), format.scan_period, DescribeTimes(format).c_str());
   } catch (const InputError& error) {
     std::printf("  not usable: %s\n", error.what());
+  }
+  const MalformedClouds bad = CountMalformed(bags, topic, bags.interval());
+  if (bad.malformed > 0) {
+    std::printf("  %zu of %zu messages are malformed, calibrate leaves them out; the first: %s\n",
+                bad.malformed, bad.messages, bad.first_fault.c_str());
   }
 }
 
 void PrintCamera(const BagSet& bags, const std::string& topic) {
   std::printf("\ncamera %s\n", topic.c_str());
   try {
-    const ImageFormat format = FindImageFormat(ReadFirst(bags, topic, bags.interval(), 10), topic);
+    const ImageFormat format = ProbeCamera(bags, topic, bags.interval());
     std::printf("  frame %s, %d x %d, %s, %d bits\n", format.frame_id.c_str(), format.width, format.height,
                 format.encoding.c_str(), format.bits);
   } catch (const InputError& error) {

@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "mlic_core/common/error.h"
+#include "mlic_core/ingest/image_stream.h"
 #include "mlic_core/io/result/point_cloud_reader.h"
 #include "mlic_core/io/rig/rig_file.h"
 #include "mlic_core/io/text_file.h"
 #include "mlic_core/io/write_results.h"
 #include "mlic_core/pipeline/still_pair.h"
-#include "mlic_ros/bag/bag_images.h"
 #include "mlic_ros/programs/program.h"
 #include "mlic_ros/programs/result_directory.h"
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <cstdlib>
 #include <thread>
 
@@ -209,6 +210,15 @@ TEST(ColmapProcess, StatusAndLastLine) {
                                     place.Path() / "log", CancellationToken());
   EXPECT_EQ(end.status, 3);
   EXPECT_EQ(end.last_line, "last");
+}
+
+// Where SIGCHLD is ignored the system does not keep how a child ended: that is no success.
+TEST(ColmapProcess, AnEndThatCannotBeLearnedIsAnError) {
+  const TemporaryPlace place("ignored");
+  const auto before = std::signal(SIGCHLD, SIG_IGN);
+  EXPECT_THROW(RunProcess({"/bin/sh", "-c", "exit 3"}, place.Path() / "log", CancellationToken()),
+               InputError);
+  std::signal(SIGCHLD, before);
 }
 
 TEST(ColmapCamera, ParametersGoThereAndBack) {

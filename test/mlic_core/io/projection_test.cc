@@ -78,15 +78,20 @@ TEST(PointCloudReader, SaysWhatIsWrong) {
     WriteFileAtomically(path, content);
     return InputErrorOf([&] { ReadPointCloudFile(path); });
   };
-  EXPECT_TRUE(Contains(error("ply\n"), "not a PCD file"));
-  EXPECT_TRUE(Contains(error(HeaderOf(5, "binary") + "abc"), "shorter"));
-  EXPECT_TRUE(Contains(error(HeaderOf(5, "ascii") + "1 2 3 4 5\n"), "ends after 1"));
+  const std::string whole = "cannot be read as a PCD file; expected a whole one";
+  EXPECT_TRUE(Contains(error("ply\n"), whole));
+  EXPECT_TRUE(Contains(error(HeaderOf(5, "binary") + "abc"), whole));
+  EXPECT_TRUE(Contains(error(HeaderOf(5, "ascii") + "1 2 3 4 5\n"), whole));
   std::string packed;
   Put(std::uint32_t{2}, &packed);
   Put(std::uint32_t{18}, &packed);
-  EXPECT_TRUE(Contains(error(HeaderOf(1, "binary_compressed") + packed + "\x20\x40"), "damaged"));
-  EXPECT_TRUE(Contains(error("FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nPOINTS 1\nDATA ascii\n1 2 3\n"),
-                       "no field intensity"));
+  EXPECT_TRUE(Contains(error(HeaderOf(1, "binary_compressed") + packed + "\x20\x40"), whole));
+  EXPECT_TRUE(
+      Contains(InputErrorOf([&] { ReadPointCloudFile(directory.Path() / "none.pcd"); }), "no such file"));
+  EXPECT_TRUE(
+      Contains(error("VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\n"
+                     "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 1\nDATA ascii\n1 2 3\n"),
+               "no field intensity"));
 }
 
 TEST(ProjectionPicture, ShowsPointsWhereTheyAre) {

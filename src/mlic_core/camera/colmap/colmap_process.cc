@@ -10,6 +10,7 @@
 #include <atomic>
 #include <cerrno>
 #include <chrono>
+#include <cstring>
 #include <fstream>
 #include <thread>
 
@@ -62,6 +63,18 @@ std::string LastLine(const std::filesystem::path& path) {
   return last;
 }
 
+// waitpid with these flags. Throws where the system does not tell how the child ended: where SIGCHLD is
+// ignored, as some supervisors hand it down, it is not kept.
+bool HasEnded(pid_t child, const std::string& program, int flags, int* status) {
+  pid_t ended = 0;
+  do {
+    ended = waitpid(child, status, flags);
+  } while (ended < 0 && errno == EINTR);
+  if (ended >= 0) return ended == child;
+  throw InputError(program + ": how it ended cannot be learned (waitpid: " + std::strerror(errno) +
+                   "); start this program where the signal SIGCHLD is not ignored");
+}
+
 }  // namespace
 
 ProcessEnd RunProcess(const std::vector<std::string>& command, const std::filesystem::path& log_file,
@@ -80,10 +93,10 @@ ProcessEnd RunProcess(const std::vector<std::string>& command, const std::filesy
   close(log);
   if (child < 0) throw InternalError("no further process can be started");
   int status = 0;
-  for (int poll = 1; waitpid(child, &status, WNOHANG) == 0; ++poll) {
+  for (int poll = 1; !HasEnded(child, command.front(), WNOHANG, &status); ++poll) {
     if (cancellation.IsCancelled()) {
       kill(child, SIGKILL);
-      waitpid(child, &status, 0);
+      HasEnded(child, command.front(), 0, &status);
       throw Cancelled();
     }
     std::this_thread::sleep_for(kPoll);

@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "mlic_core/io/pictures/png_image.h"
 #include "mlic_core/io/pictures/track_picture.h"
+#include "mlic_core/io/report/embedded_image.h"
 #include "mlic_core/io/report/report_figures.h"
 #include "mlic_core/io/result/export_frames.h"
 #include "mlic_core/io/text_file.h"
@@ -54,13 +53,10 @@ std::string JpegFigure(const CameraView& view) {
     cv::resize(picture, picture, {kPictureWidth, picture.rows * kPictureWidth / picture.cols}, 0.0, 0.0,
                cv::INTER_AREA);
   }
-  std::vector<unsigned char> jpeg;
-  cv::imencode(".jpg", picture, jpeg, {cv::IMWRITE_JPEG_QUALITY, kPictureQuality});
   const std::string size = std::to_string(picture.cols) + "\" height=\"" + std::to_string(picture.rows);
   return "<svg style=\"margin-top:8px\" role=\"img\" aria-label=\"tracks of " + EscapeXml(view.camera) +
          "\" viewBox=\"0 0 " + std::to_string(picture.cols) + " " + std::to_string(picture.rows) +
-         "\"><image width=\"" + size + "\" href=\"data:image/jpeg;base64," +
-         EncodeBase64(std::string(jpeg.begin(), jpeg.end())) + "\"/></svg>\n";
+         "\"><image width=\"" + size + "\" href=\"" + EmbedJpeg(picture, kPictureQuality) + "\"/></svg>\n";
 }
 
 }  // namespace

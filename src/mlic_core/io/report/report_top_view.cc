@@ -1,9 +1,11 @@
 #include "mlic_core/io/report/report_top_view.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <opencv2/core.hpp>
 
-#include "mlic_core/io/pictures/png_image.h"
+#include "mlic_core/io/report/embedded_image.h"
 #include "mlic_core/io/report/report_figures.h"
 #include "mlic_core/io/result/export_frames.h"
 #include "mlic_core/io/text_file.h"
@@ -69,16 +71,8 @@ std::array<std::uint8_t, 3> Shaded(const std::string& color, double strength) {
   return rgb;
 }
 
-PaletteImage DrawPoints(const CalibrationResult& result, const View& view, std::size_t lidars) {
-  PaletteImage image;
-  image.width = view.width;
-  image.height = view.height;
-  image.palette.push_back({255, 255, 255});
-  for (std::size_t lidar = 0; lidar < lidars; ++lidar) {
-    for (int shade = 0; shade < kShades; ++shade) {
-      image.palette.push_back(Shaded(SensorColor(lidar), 0.65 + 0.175 * shade));
-    }
-  }
+// BGRA, transparent where there is no point.
+cv::Mat DrawPoints(const CalibrationResult& result, const View& view) {
   std::vector<int> last(static_cast<std::size_t>(view.width) * view.height, -1), counts(last.size(), 0);
   for (const MapPoint& point : result.map) {
     const int column = static_cast<int>(std::floor(view.Column(point.position.x())));
@@ -86,13 +80,16 @@ PaletteImage DrawPoints(const CalibrationResult& result, const View& view, std::
     if (column < 0 || row < 0 || column >= view.width || row >= view.height) continue;
     const std::size_t pixel = static_cast<std::size_t>(row) * view.width + column;
     ++counts[pixel];
-    last[pixel] = std::clamp(point.lidar, 0, static_cast<int>(lidars) - 1);
+    last[pixel] = std::max(point.lidar, 0);
   }
-  image.pixels.resize(last.size(), 0);
-  for (std::size_t i = 0; i < last.size(); ++i) {
-    if (last[i] < 0) continue;
-    const int shade = counts[i] >= 6 ? 2 : (counts[i] >= 2 ? 1 : 0);
-    image.pixels[i] = static_cast<std::uint8_t>(1 + kShades * last[i] + shade);
+  cv::Mat image(view.height, view.width, CV_8UC4, cv::Scalar(255, 255, 255, 0));
+  for (int row = 0, i = 0; row < view.height; ++row) {
+    for (int column = 0; column < view.width; ++column, ++i) {
+      if (last[i] < 0) continue;
+      const int shade = counts[i] >= 6 ? 2 : (counts[i] >= 2 ? 1 : 0);
+      const auto rgb = Shaded(SensorColor(last[i]), 0.65 + 0.175 * shade);
+      image.at<cv::Vec4b>(row, column) = cv::Vec4b(rgb[2], rgb[1], rgb[0], 255);
+    }
   }
   return image;
 }
@@ -134,13 +131,12 @@ std::string TopViewFigure(const CalibrationResult& result) {
   const View view = ChooseView(result);
   int largest = 0;
   for (const MapPoint& point : result.map) largest = std::max(largest, point.lidar);
-  const std::size_t lidars = static_cast<std::size_t>(std::min(largest, 80)) + 1;  // what a palette holds
+  const std::size_t lidars = static_cast<std::size_t>(largest) + 1;
   const std::string size = std::to_string(view.width) + "\" height=\"" + std::to_string(view.height) + "\"";
   std::string html = "<svg class=\"map\" role=\"img\" aria-label=\"top view\" viewBox=\"0 0 " +
                      std::to_string(view.width) + " " + std::to_string(view.height) + "\">";
   if (!result.map.empty()) {
-    html += "<image width=\"" + size + " href=\"data:image/png;base64," +
-            EncodeBase64(EncodePng(DrawPoints(result, view, lidars))) + "\"/>";
+    html += "<image width=\"" + size + " href=\"" + EmbedPng(DrawPoints(result, view)) + "\"/>";
   }
   if (has_path) {
     const std::vector<StampedPose>& poses = result.trajectories[0];

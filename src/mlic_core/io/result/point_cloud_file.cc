@@ -1,29 +1,51 @@
 #include "mlic_core/io/result/point_cloud_file.h"
 
-#include <cstring>
+#define PCL_NO_PRECOMPILE  // the point type is our own
+#include <pcl/io/pcd_io.h>
+#include <pcl/point_cloud.h>
+#include <pcl/register_point_struct.h>
+#include <unistd.h>
 
-#include "mlic_core/io/text_file.h"
+#include <cstdint>
+#include <string>
+
+#include "mlic_core/common/error.h"
+
+namespace mlic {
+namespace {
+
+struct PointOfFile {
+  float x, y, z, intensity;
+  std::int32_t lidar, plane;
+};
+
+}  // namespace
+}  // namespace mlic
+
+POINT_CLOUD_REGISTER_POINT_STRUCT(mlic::PointOfFile,
+                                  (float, x, x)(float, y, y)(float, z, z)(float, intensity, intensity)(
+                                      std::int32_t, lidar, lidar)(std::int32_t, plane, plane))
 
 namespace mlic {
 
 void WritePointCloudFile(const std::filesystem::path& path, const std::vector<MapPoint>& points) {
-  constexpr std::size_t kPointBytes = 24;  // from: structural
-  const std::string count = std::to_string(points.size());
-  std::string content =
-      "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z intensity lidar plane\n"
-      "SIZE 4 4 4 4 4 4\nTYPE F F F F I I\nCOUNT 1 1 1 1 1 1\nWIDTH " +
-      count + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + count + "\nDATA binary\n";
-  const std::size_t header = content.size();
-  content.resize(header + kPointBytes * points.size());
-  char* out = content.data() + header;
+  pcl::PointCloud<PointOfFile> cloud;
+  cloud.reserve(points.size());
   for (const MapPoint& point : points) {
-    const std::int32_t indices[2] = {point.lidar, point.plane};
-    std::memcpy(out, point.position.data(), 12);
-    std::memcpy(out + 12, &point.intensity, 4);
-    std::memcpy(out + 16, indices, 8);
-    out += kPointBytes;
+    const Eigen::Vector3f& p = point.position;
+    cloud.push_back({p.x(), p.y(), p.z(), point.intensity, point.lidar, point.plane});
   }
-  WriteFileAtomically(path, content);
+  // Whole or not at all; the process id keeps two programs that write into one directory apart.
+  std::filesystem::path temporary = path;
+  temporary += ".tmp" + std::to_string(getpid());
+  try {
+    if (pcl::PCDWriter().writeBinary(temporary.string(), cloud) != 0) throw pcl::IOException("not written");
+    std::filesystem::rename(temporary, path);
+  } catch (const std::exception&) {
+    std::error_code ignored;
+    std::filesystem::remove(temporary, ignored);
+    throw InputError(path.string() + ": cannot be written; check the permissions and the free space there");
+  }
 }
 
 }  // namespace mlic

@@ -8,7 +8,7 @@
 namespace mlic {
 
 // Writes the map as a binary PCD file, version 0.7, fields x y z intensity (float32), lidar and plane
-// (int32). PCL's own writer is not used: its io component drags in VTK and Qt.
+// (int32); at least one point. Throws InputError where it cannot be written.
 void WritePointCloudFile(const std::filesystem::path& path, const std::vector<MapPoint>& points);
 
 }  // namespace mlic

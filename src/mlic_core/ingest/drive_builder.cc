@@ -1,18 +1,19 @@
-#include "mlic_ros/bag/drive_builder.h"
+#include "mlic_core/ingest/drive_builder.h"
 
 #include <algorithm>
 #include <utility>
 
 #include "mlic_core/common/error.h"
+#include "mlic_core/ingest/camera_builder.h"
 #include "mlic_core/ingest/drive_notes.h"
 #include "mlic_core/lidar/own_body.h"
 #include "mlic_core/lidar/scan_joining.h"
-#include "mlic_ros/bag/camera_builder.h"
 
 namespace mlic {
 namespace {
 
-constexpr double kMostBadTimes = 0.2;  // share of a topic's scans
+constexpr double kMostBadTimes =
+    0.2;  // share of a topic's scans; from: guard, a driver at fault spoils nearly all
 
 std::vector<ImuSample> BuildImu(std::vector<StampedImu> samples, const std::string& topic, TimeNs& epoch,
                                 DriveNotes& notes) {
@@ -86,6 +87,15 @@ void CheckProblems(const ScanProblems& problems, std::size_t all, const LidarFor
   }
 }
 
+// Where each scan has another fault, none of which is in all of them.
+[[noreturn]] void ThrowNoScans(const ScanProblems& problems, const LidarFormat& format) {
+  throw InputError(
+      "topic " + format.topic + ": no scan can be used: " + std::to_string(problems.no_returns) +
+      " without returns, " + std::to_string(problems.malformed) + " malformed and " +
+      std::to_string(problems.bad_times) +
+      " with unfitting point times; mend the driver and record again, or leave the LiDAR out of the rig");
+}
+
 void NoteLidar(const LidarFormat& format, const LidarRecording& recording, const ScanProblems& problems,
                const ScanFilterCounts& points, const StampReport& stamps, DriveNotes& notes) {
   notes.lines.push_back("topic " + format.topic + ": " + std::to_string(recording.scans.size()) +
@@ -113,6 +123,7 @@ LidarRecording BuildLidar(std::vector<ReadScan> scans, const LidarFormat& format
   scans.erase(std::remove_if(scans.begin(), scans.end(),
                              [](const ReadScan& scan) { return scan.problem != ReadScan::Problem::kNone; }),
               scans.end());
+  if (scans.empty()) ThrowNoScans(problems, format);
   const StampReport stamps = KeepSteadyPart(scans, [](const ReadScan& scan) {
     return MessageTimes{scan.stamp, scan.record_time};
   });
@@ -163,7 +174,7 @@ void CheckOverlap(const Drive& drive, double begin, double end, const std::strin
 
 Drive BuildDrive(DriveMessages messages, const std::string& imu_topic,
                  const std::vector<LidarFormat>& lidar_formats, const std::vector<ImageFormat>& image_formats,
-                 const std::shared_ptr<const BagSet>& bags, DriveNotes& notes) {
+                 DriveNotes& notes) {
   Drive drive;
   drive.imu = BuildImu(std::move(messages.imu), imu_topic, drive.epoch, notes);
   for (std::size_t i = 0; i < lidar_formats.size(); ++i) {
@@ -174,7 +185,7 @@ Drive BuildDrive(DriveMessages messages, const std::string& imu_topic,
   }
   for (std::size_t i = 0; i < image_formats.size(); ++i) {
     const ImageFormat& format = image_formats[i];
-    drive.cameras.push_back(BuildCamera(std::move(messages.cameras[i]), format, bags, drive.epoch, notes));
+    drive.cameras.push_back(BuildCamera(std::move(messages.cameras[i]), format, drive.epoch, notes));
     const ImageSource& images = *drive.cameras.back().images;
     CheckOverlap(drive, images.Time(0), images.Time(images.Count() - 1), imu_topic, format.topic);
   }

@@ -1,6 +1,8 @@
-#include "mlic_ros/bag/camera_builder.h"
+#include "mlic_core/ingest/camera_builder.h"
 
 #include <algorithm>
+#include <cstdio>
+#include <memory>
 #include <string>
 #include <utility>
 
@@ -9,7 +11,8 @@
 namespace mlic {
 namespace {
 
-constexpr double kMostBadImages = 0.2;  // share of a topic's images
+constexpr double kMostBadImages =
+    0.2;  // share of a topic's images; from: guard, a driver at fault spoils nearly all
 
 struct ImageProblems {
   std::size_t no_stamp = 0, other_size = 0, undecodable = 0;
@@ -17,11 +20,49 @@ struct ImageProblems {
   std::size_t All() const { return no_stamp + other_size + undecodable; }
 };
 
-// Leaves out what cannot be used.
-ImageProblems DropBadImages(std::vector<ReadImage>& images, const ImageFormat& format) {
-  ImageProblems problems;
-  const auto bad = [&](const ReadImage& image) {
-    const ImageHeader& header = image.header;
+// One image: what its header says of time, and where it is in the stream.
+struct Entry {
+  TimeNs stamp = 0;
+  TimeNs record_time = 0;
+  std::size_t index = 0;
+};
+
+// The chosen images of a stream, in order of time.
+class ChosenImages : public ImageSource {
+ public:
+  ChosenImages(ImageStream stream, ImageFormat format, TimeNs epoch, std::vector<Entry> entries)
+      : decode_(std::move(stream.decode)),
+        format_(std::move(format)),
+        epoch_(epoch),
+        entries_(std::move(entries)) {}
+
+  std::size_t Count() const override { return entries_.size(); }
+  double Time(std::size_t index) const override { return SecondsSince(epoch_, entries_.at(index).stamp); }
+  cv::Mat Load(std::size_t index) const override {
+    const Entry& entry = entries_.at(index);
+    char stamp[64];
+    std::snprintf(stamp, sizeof(stamp), ", image of stamp %.6f", 1e-9 * static_cast<double>(entry.stamp));
+    const std::string where = "topic " + format_.topic + stamp;
+    const cv::Mat image = ToEightBits(decode_(entry.index, where), format_.bits);
+    if (image.cols != format_.width || image.rows != format_.height) {
+      throw InputError(where + ": is of " + std::to_string(image.cols) + " x " + std::to_string(image.rows) +
+                       " pixels, expected " + std::to_string(format_.width) + " x " +
+                       std::to_string(format_.height) + " as the first one");
+    }
+    return image;
+  }
+
+ private:
+  std::function<cv::Mat(std::size_t, const std::string&)> decode_;
+  ImageFormat format_;
+  TimeNs epoch_;
+  std::vector<Entry> entries_;
+};
+
+// The images that can be used, in order of recording.
+std::vector<Entry> UsableImages(const std::vector<ImageHeader>& headers, const ImageFormat& format,
+                                ImageProblems& problems) {
+  const auto bad = [&](const ImageHeader& header) {
     const std::size_t before = problems.All();
     std::string error;
     if (!header.error.empty()) {
@@ -39,8 +80,11 @@ ImageProblems DropBadImages(std::vector<ReadImage>& images, const ImageFormat& f
     if (before == 0) problems.first_error = error;
     return problems.All() > before;
   };
-  images.erase(std::remove_if(images.begin(), images.end(), bad), images.end());
-  return problems;
+  std::vector<Entry> usable;
+  for (std::size_t i = 0; i < headers.size(); ++i) {
+    if (!bad(headers[i])) usable.push_back({headers[i].stamp, headers[i].record_time, i});
+  }
+  return usable;
 }
 
 void CheckImages(const ImageProblems& problems, std::size_t all, const ImageFormat& format) {
@@ -68,16 +112,13 @@ void NoteImages(const ImageFormat& format, std::size_t images, const ImageProble
 
 }  // namespace
 
-CameraRecording BuildCamera(std::vector<ReadImage> images, const ImageFormat& format,
-                            const std::shared_ptr<const BagSet>& bags, TimeNs epoch, DriveNotes& notes) {
-  const std::size_t all = images.size();
-  const ImageProblems problems = DropBadImages(images, format);
-  CheckImages(problems, all, format);
-  const StampReport stamps = KeepSteadyPart(images, [](const ReadImage& image) {
-    return MessageTimes{image.header.stamp, image.header.record_time};
+CameraRecording BuildCamera(ImageStream stream, const ImageFormat& format, TimeNs epoch, DriveNotes& notes) {
+  ImageProblems problems;
+  std::vector<Entry> entries = UsableImages(stream.headers, format, problems);
+  CheckImages(problems, stream.headers.size(), format);
+  const StampReport stamps = KeepSteadyPart(entries, [](const Entry& entry) {
+    return MessageTimes{entry.stamp, entry.record_time};
   });
-  std::vector<BagImages::Entry> entries;
-  for (const ReadImage& image : images) entries.push_back({image.header.stamp, image.place});
   std::stable_sort(entries.begin(), entries.end(),
                    [](const auto& a, const auto& b) { return a.stamp < b.stamp; });
   entries.erase(std::unique(entries.begin(), entries.end(),
@@ -87,7 +128,7 @@ CameraRecording BuildCamera(std::vector<ReadImage> images, const ImageFormat& fo
   CameraRecording recording;
   recording.width = format.width;
   recording.height = format.height;
-  recording.images = std::make_shared<BagImages>(bags, format, epoch, std::move(entries));
+  recording.images = std::make_shared<ChosenImages>(std::move(stream), format, epoch, std::move(entries));
   return recording;
 }
 
