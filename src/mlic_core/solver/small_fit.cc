@@ -11,9 +11,10 @@
 namespace mlic {
 namespace {
 
-// A relative fall of the cost that is rounding: the last step of a quadratically converging solve.
+// A relative fall of the cost that is rounding: the last step of a quadratically converging solve. from:
+// guard.
 constexpr double kCostTolerance = 1e-14;
-// A relative step below which parameters agree to single rounding errors of their Jacobians.
+// A relative step that is rounding too. from: guard.
 constexpr double kStepTolerance = 1e-12;
 
 class FunctionCost : public ceres::CostFunction {
