@@ -21,8 +21,7 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 constexpr double kShownSigma = 0.5 * M_PI / 180.0;  // from: definition, the limit of observable rotation
 constexpr double kSmallestScale = 1e-6;             // from: guard, far below noise
 constexpr double kNoGuessSigma = 10.0;              // rad, m; from: guard, wider than any answer
-constexpr int kConvexRounds =
-    5;  // of weights, before the redescending ones; from: guard, scales settle in three
+constexpr int kConvexRounds = 5;                    // of weights, before the redescending ones; from: guard
 constexpr int kRoundsOfAStart = 8;  // from: guard, enough to tell a wrong start from a right one
 constexpr int kMostRounds = 40;     // from: guard, ends by kSettled
 constexpr int kStepsInARound = 3;   // from: guard, weights change by more than further steps would
@@ -305,7 +304,7 @@ HandEyeResult SolveHandEye(const std::vector<RelativeMotion>& motions,
   RigidTransform T = fit.Refine(start.rotation, kConvexRounds);
   if (start.open) {
     double least = fit.Weigh(T, false).cost;
-    constexpr int kStarts = 12;
+    constexpr int kStarts = 12;  // from: guard, every 30 deg
     for (int i = 1; i < kStarts; ++i) {
       const Eigen::Vector3d turn = start.open_axis * (2.0 * M_PI * i / kStarts);
       const RigidTransform candidate = fit.Refine(ExpQuaternion(turn) * start.rotation, kRoundsOfAStart);

@@ -11,11 +11,10 @@
 namespace mlic {
 namespace {
 
-// A relative fall of the cost that is rounding: the last step of a quadratically converging solve. from:
-// guard.
-constexpr double kCostTolerance = 1e-14;
-// A relative step that is rounding too. from: guard.
-constexpr double kStepTolerance = 1e-12;
+// Relative fall of the cost and relative step that are rounding: the last of a quadratically converging
+// solve.
+constexpr double kCostTolerance = 1e-14;  // from: guard
+constexpr double kStepTolerance = 1e-12;  // from: guard
 
 class FunctionCost : public ceres::CostFunction {
  public:
