@@ -79,7 +79,6 @@ class Correspondences {
 bool Optimize(const Correspondences& correspondences, const std::vector<bool>& inlier, RigidTransform* pose,
               Eigen::MatrixXd* information) {
   const std::vector<double*> blocks = {pose->rotation.coeffs().data(), pose->translation.data()};
-  ceres::HuberLoss loss(kRobustLimit);
   SmallFit fit;
   for (std::size_t i = 0; i < correspondences.size(); ++i) {
     if (!inlier[i]) continue;
@@ -95,7 +94,7 @@ bool Optimize(const Correspondences& correspondences, const std::vector<bool>& i
       StoreJacobian(J, 1, jacobians);
       return true;
     };
-    fit.Add(2, residual, {{blocks[0], 4}, {blocks[1], 3}}, &loss);
+    fit.Add(2, residual, {{blocks[0], 4}, {blocks[1], 3}}, kRobustLimit);
   }
   fit.SetRotation(&pose->rotation);
   if (!fit.Solve(kMostSteps).usable) return false;
