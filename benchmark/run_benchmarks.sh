@@ -39,6 +39,14 @@ print(f'plumb_bob by autodiff: {median["ReprojectionCeresAutodiff"]:.0f} ns')
 EOF
 cd "$repository"
 echo
+echo 'Own small fits and what Ceres takes for them'
+"$build/benchmark/small_fit_benchmark"
+if [ -x "$build/benchmark/two_view_benchmark" ]; then
+  echo
+  echo 'Own two-view geometry and PnP beside OpenGV'
+  "$build/benchmark/two_view_benchmark"
+fi
+echo
 echo 'LiDAR odometry, one thread'
 "$build/benchmark/odometry_benchmark"
 echo

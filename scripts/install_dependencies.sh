@@ -48,6 +48,7 @@ declare -A optional=(
   [catkin-tools]="no 'catkin build'; catkin_make and plain cmake work"
   [clang-format-14]="the formatting check is skipped"
   [libbenchmark-dev]="no benchmarks"
+  [libopengv-dev]="no comparison with OpenGV among the benchmarks"
   [rviz]="no RViz: calibrate.launch works with rviz:=false only"
   [xvfb]="no scripts/screenshot.sh"
   [imagemagick]="no scripts/screenshot.sh"

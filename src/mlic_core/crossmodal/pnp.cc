@@ -7,15 +7,14 @@
 #include "mlic_core/common/random.h"
 #include "mlic_core/crossmodal/three_point.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/solver/small_fit.h"
 
 namespace mlic {
 namespace {
 
-using Matrix6d = Eigen::Matrix<double, 6, 6>;
-using Vector6d = Eigen::Matrix<double, 6, 1>;
-
 constexpr int kFewestIterations = 30;  // from: guard
 constexpr int kMostRounds = 10;        // of choosing inliers; from: guard
+constexpr int kMostSteps = 20;         // of one round; from: guard, ends by convergence
 // from: derivation, Huber's loss keeps 96 % of efficiency.
 constexpr double kRobustLimit = 1.5;  // sigmas: errors beyond count less (Huber)
 // from: guard.
@@ -35,20 +34,16 @@ class Correspondences {
 
   std::size_t size() const { return correspondences_.size(); }
 
-  // Whitened error; false where the camera cannot see the point.
+  const Eigen::Vector3d& Point(std::size_t i) const { return correspondences_[i].point; }
+
+  // Whitened error, and its derivative to the point in the camera's frame; false where the camera cannot see
+  // the point.
   bool Error(const RigidTransform& pose, std::size_t i, Eigen::Vector2d* error,
-             Eigen::Matrix<double, 2, 6>* J = nullptr) const {
-    const Eigen::Vector3d turned = pose.rotation * correspondences_[i].point;
+             CameraPointJacobian* J = nullptr) const {
     Eigen::Vector2d pixel;
-    CameraPointJacobian J_point;
-    if (!Project(intrinsics_, turned + pose.translation, &pixel, J != nullptr ? &J_point : nullptr))
-      return false;
+    if (!Project(intrinsics_, pose * correspondences_[i].point, &pixel, J)) return false;
     *error = whitening_[i] * (pixel - correspondences_[i].pixel);
-    if (J != nullptr) {
-      const CameraPointJacobian whitened = whitening_[i] * J_point;
-      J->leftCols<3>() = -whitened * Hat(turned);
-      J->rightCols<3>() = whitened;
-    }
+    if (J != nullptr) *J = (whitening_[i] * *J).eval();
     return true;
   }
 
@@ -79,41 +74,32 @@ class Correspondences {
   std::vector<Eigen::Matrix2d> whitening_;
 };
 
-struct NormalEquations {
-  Matrix6d H = Matrix6d::Zero();
-  Vector6d g = Vector6d::Zero();
-  double chi2 = 0.0;
-  int count = 0;
-};
-
-NormalEquations Linearize(const Correspondences& correspondences, const RigidTransform& pose,
-                          const std::vector<bool>& inlier) {
-  NormalEquations out;
+// Moves the pose to the inliers' optimum. False where there is none. information: of a small left rotation
+// and a translation.
+bool Optimize(const Correspondences& correspondences, const std::vector<bool>& inlier, RigidTransform* pose,
+              Eigen::MatrixXd* information) {
+  const std::vector<double*> blocks = {pose->rotation.coeffs().data(), pose->translation.data()};
+  SmallFit fit;
   for (std::size_t i = 0; i < correspondences.size(); ++i) {
-    Eigen::Vector2d error;
-    Eigen::Matrix<double, 2, 6> J;
-    if (!inlier[i] || !correspondences.Error(pose, i, &error, &J)) continue;
-    const double weight = std::min(1.0, kRobustLimit / std::max(1e-12, error.norm()));
-    out.H += weight * J.transpose() * J;
-    out.g += weight * J.transpose() * error;
-    out.chi2 += error.squaredNorm();
-    ++out.count;
+    if (!inlier[i]) continue;
+    const auto residual = [&correspondences, i](double const* const* at, double* r, double** jacobians) {
+      const RigidTransform T{Eigen::Quaterniond(at[0]), Eigen::Vector3d(at[1])};
+      Eigen::Vector2d error;
+      CameraPointJacobian J;
+      if (!correspondences.Error(T, i, &error, jacobians != nullptr ? &J : nullptr)) return false;
+      Eigen::Map<Eigen::Vector2d>(r, 2) = error;
+      if (jacobians == nullptr) return true;
+      const Eigen::Matrix3d turning = -Hat(T.rotation * correspondences.Point(i));
+      StoreJacobian(J * turning * LeftPerturbationJacobian(T.rotation), 0, jacobians);
+      StoreJacobian(J, 1, jacobians);
+      return true;
+    };
+    fit.Add(2, residual, {{blocks[0], 4}, {blocks[1], 3}}, kRobustLimit);
   }
-  return out;
-}
-
-// Moves the pose to the inliers' optimum. False where the inliers do not fix it.
-bool Optimize(const Correspondences& correspondences, const std::vector<bool>& inlier, RigidTransform* pose) {
-  for (int i = 0; i < 20; ++i) {
-    const NormalEquations equations = Linearize(correspondences, *pose, inlier);
-    const Eigen::LDLT<Matrix6d> solver(equations.H);
-    const Vector6d step = -solver.solve(equations.g);
-    if (equations.count < 3 || !step.allFinite() || !solver.isPositive()) return false;
-    pose->rotation = (ExpQuaternion(step.head<3>()) * pose->rotation).normalized();
-    pose->translation += step.tail<3>();
-    if (step.norm() < 1e-9) break;
-  }
-  return true;
+  fit.SetRotation(&pose->rotation);
+  if (!fit.Solve(kMostSteps).usable) return false;
+  *information = fit.Information(blocks);
+  return Eigen::LLT<Eigen::MatrixXd>(*information).info() == Eigen::Success;
 }
 
 int Count(const std::vector<bool>& inlier) {
@@ -137,17 +123,25 @@ std::optional<PnpResult> RefinePose(const std::vector<PointCorrespondence>& corr
   const Correspondences all(correspondences, intrinsics, options);
   PnpResult result;
   result.T_camera_body = T_camera_body;
+  Eigen::MatrixXd information;
   for (int round = 0; round < kMostRounds; ++round) {
     std::vector<bool> inlier = all.Inliers(result.T_camera_body);
     if (inlier == result.inlier) break;
     result.inlier = std::move(inlier);
     result.inliers = Count(result.inlier);
     if (result.inliers < std::max(3, options.fewest_inliers)) return std::nullopt;
-    if (!Optimize(all, result.inlier, &result.T_camera_body)) return std::nullopt;
+    if (!Optimize(all, result.inlier, &result.T_camera_body, &information)) return std::nullopt;
   }
-  const NormalEquations equations = Linearize(all, result.T_camera_body, result.inlier);
-  result.chi2 = equations.chi2 / std::max(1, 2 * equations.count - 6);
-  result.covariance = std::max(1.0, result.chi2) * equations.H.inverse();
+  double squares = 0.0;
+  int count = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    Eigen::Vector2d error;
+    if (!result.inlier[i] || !all.Error(result.T_camera_body, i, &error)) continue;
+    squares += error.squaredNorm();
+    ++count;
+  }
+  result.chi2 = squares / std::max(1, 2 * count - 6);
+  result.covariance = std::max(1.0, result.chi2) * information.inverse();
   return result;
 }
 

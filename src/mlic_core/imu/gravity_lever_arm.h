@@ -56,6 +56,8 @@ struct GravityLeverArm {
 // to the bias, the residual is
 //   p_odom_lidar(t_k) - R_c Exp(delta) (D_k p_imu_lidar + beta_k - B_k b_a) - p_0 - v_0 T - g T^2 / 2.
 // Linear but for |g| = 9.81, solved by robust re-weighting; the prior of b_a is zero with 0.2 m/s^2.
+// Own elimination and not Ceres: 21 ms for all of the 21 rounds of a 60 s drive, integration included, where
+// Ceres' Schur elimination alone takes 1.5 ms in each (small_fit_benchmark).
 GravityLeverArm SolveGravityLeverArm(const std::vector<ImuSample>& imu, const std::vector<TimedPose>& poses,
                                      const Eigen::Quaterniond& R_imu_lidar, double time_offset,
                                      const Eigen::Vector3d& gyroscope_bias,

@@ -37,9 +37,9 @@ struct HandEyeResult {
 //   4x4 (R_I - I) p = R t_L - t_I  linear in p
 // (Hamilton quaternions.) The closed forms give the start; motions whose angles differ between the two
 // sensors, which no rotation can mend, have no part in it. Where rotations about one axis only leave the
-// rotation about it open, the translations or the guess decide. Gauss-Newton on both equations, with a
-// redescending loss, gives the result. overlap: how many of the motions cover any moment (1 for motions that
-// follow each other).
+// rotation about it open, the translations or the guess decide. Least squares of both equations (Ceres),
+// re-weighted with a redescending loss, gives the result. overlap: how many of the motions cover any moment
+// (1 for motions that follow each other).
 HandEyeResult SolveHandEye(const std::vector<RelativeMotion>& motions,
                            const std::optional<ExtrinsicGuess>& guess, double overlap = 1.0);
 

@@ -10,7 +10,8 @@
 namespace mlic {
 
 // One drive's trajectory and biases drawn to poses of the IMU and its samples, from a start. sigmas: of the
-// poses (rad, m).
+// poses (rad, m). By the joint problem's solver and not as a small fit: hundreds of control points, banded in
+// time.
 DriveState FitToPoses(const Drive& drive, const ImuSigma& imu_sigma, const std::vector<TimedPose>& poses,
                       double sigma_rotation, double sigma_translation, DriveState start);
 

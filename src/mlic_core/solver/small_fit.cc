@@ -1,6 +1,9 @@
 #include "mlic_core/solver/small_fit.h"
 
+#include <ceres/cost_function.h>
 #include <ceres/crs_matrix.h>
+#include <ceres/loss_function.h>
+#include <ceres/problem.h>
 #include <ceres/solver.h>
 
 #include <algorithm>
@@ -11,10 +14,10 @@
 namespace mlic {
 namespace {
 
-// A relative fall of the cost that is rounding: the last step of a quadratically converging solve.
-constexpr double kCostTolerance = 1e-14;
-// A relative step below which parameters agree to single rounding errors of their Jacobians.
-constexpr double kStepTolerance = 1e-12;
+// Relative fall of the cost and relative step that are rounding: the last of a quadratically converging
+// solve.
+constexpr double kCostTolerance = 1e-14;  // from: guard
+constexpr double kStepTolerance = 1e-12;  // from: guard
 
 class FunctionCost : public ceres::CostFunction {
  public:
@@ -32,29 +35,25 @@ class FunctionCost : public ceres::CostFunction {
   SmallFit::Residual residual_;
 };
 
-ceres::Problem::Options CallersLosses() {
-  ceres::Problem::Options options;
-  options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  return options;
-}
-
 }  // namespace
 
-SmallFit::SmallFit() : problem_(CallersLosses()) {}
+SmallFit::SmallFit() : problem_(std::make_unique<ceres::Problem>()) {}
+
+SmallFit::~SmallFit() = default;
 
 void SmallFit::SetRotation(Eigen::Quaterniond* rotation) {
-  SetQuaternionManifold(&problem_, rotation->coeffs().data());
+  SetQuaternionManifold(problem_.get(), rotation->coeffs().data());
   rotations_.push_back(rotation->coeffs().data());
 }
 
-void SmallFit::Add(int rows, Residual residual, const std::vector<Block>& blocks, ceres::LossFunction* loss) {
+void SmallFit::Add(int rows, Residual residual, const std::vector<Block>& blocks, double huber) {
   std::vector<double*> values;
   for (const Block& block : blocks) values.push_back(block.values);
-  Add(new FunctionCost(rows, std::move(residual), blocks), values, loss);
+  Add(new FunctionCost(rows, std::move(residual), blocks), values, huber);
 }
 
-void SmallFit::Add(ceres::CostFunction* cost, const std::vector<double*>& blocks, ceres::LossFunction* loss) {
-  problem_.AddResidualBlock(cost, loss, blocks);
+void SmallFit::Add(ceres::CostFunction* cost, const std::vector<double*>& blocks, double huber) {
+  problem_->AddResidualBlock(cost, huber > 0.0 ? new ceres::HuberLoss(huber) : nullptr, blocks);
 }
 
 SmallFitSummary SmallFit::Solve(int most_iterations) {
@@ -67,7 +66,7 @@ SmallFitSummary SmallFit::Solve(int most_iterations) {
   options.gradient_tolerance = 0.0;  // has units; the two above have none
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem_, &summary);
+  ceres::Solve(options, problem_.get(), &summary);
   SmallFitSummary out;
   out.usable = summary.IsSolutionUsable();
   out.converged = summary.termination_type == ceres::CONVERGENCE;
@@ -80,7 +79,7 @@ Eigen::MatrixXd SmallFit::Information(const std::vector<double*>& blocks) {
   ceres::Problem::EvaluateOptions options;
   options.parameter_blocks = blocks;
   ceres::CRSMatrix jacobian;
-  problem_.Evaluate(options, nullptr, nullptr, nullptr, &jacobian);
+  problem_->Evaluate(options, nullptr, nullptr, nullptr, &jacobian);
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(jacobian.num_cols, jacobian.num_cols);
   for (int row = 0; row < jacobian.num_rows; ++row) {
     for (int i = jacobian.rows[row]; i < jacobian.rows[row + 1]; ++i) {
@@ -94,7 +93,7 @@ Eigen::MatrixXd SmallFit::Information(const std::vector<double*>& blocks) {
   int column = 0;
   for (const double* block : blocks) {
     const bool is_rotation = std::find(rotations_.begin(), rotations_.end(), block) != rotations_.end();
-    const int size = is_rotation ? 3 : problem_.ParameterBlockSize(block);
+    const int size = is_rotation ? 3 : problem_->ParameterBlockSize(block);
     if (is_rotation) scale.segment<3>(column).setConstant(0.5);
     column += size;
   }

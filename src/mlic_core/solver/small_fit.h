@@ -1,13 +1,15 @@
 #pragma once
 
-#include <ceres/cost_function.h>
-#include <ceres/loss_function.h>
-#include <ceres/problem.h>
-
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <functional>
+#include <memory>
 #include <vector>
+
+namespace ceres {
+class CostFunction;
+class Problem;
+}  // namespace ceres
 
 namespace mlic {
 
@@ -20,9 +22,9 @@ struct SmallFitSummary {
 
 // A dense non-linear least-squares fit of a few dozen parameters at most, by Ceres (Levenberg-Marquardt, QR):
 //   minimise over x:  sum_i rho_i(|r_i(x)|^2)
-// Blocks of x are the caller's own doubles and are overwritten by Solve(); they, and the losses, must outlive
-// the fit. Residuals are whitened by whoever adds them, or the information means nothing. Runs on the calling
-// thread alone: same input, same bytes. Fits with thousands of unknowns belong to normal_equations.h.
+// Blocks of x are the caller's own doubles and are overwritten by Solve(); they must outlive the fit.
+// Residuals are whitened by whoever adds them, or the information means nothing. Runs on the calling thread
+// alone: same input, same bytes. Fits with thousands of unknowns belong to normal_equations.h.
 class SmallFit {
  public:
   // r (rows) at the blocks' values, and where jacobians[k] is not null, d r / d block k (rows x its size, row
@@ -35,17 +37,16 @@ class SmallFit {
   };
 
   SmallFit();
+  ~SmallFit();
 
   // The rotation as a block of 4; it stays a unit quaternion. Call once, after a residual that uses it.
   void SetRotation(Eigen::Quaterniond* rotation);
 
-  // loss: null for plain squares.
-  void Add(int rows, Residual residual, const std::vector<Block>& blocks,
-           ceres::LossFunction* loss = nullptr);
+  // huber: of |r|, from where on it counts linearly and no longer by its square; 0: nowhere.
+  void Add(int rows, Residual residual, const std::vector<Block>& blocks, double huber = 0.0);
 
   // Takes over the cost function, which may come from ceres::AutoDiffCostFunction.
-  void Add(ceres::CostFunction* cost, const std::vector<double*>& blocks,
-           ceres::LossFunction* loss = nullptr);
+  void Add(ceres::CostFunction* cost, const std::vector<double*>& blocks, double huber = 0.0);
 
   SmallFitSummary Solve(int most_iterations);
 
@@ -54,7 +55,7 @@ class SmallFit {
   Eigen::MatrixXd Information(const std::vector<double*>& blocks);
 
  private:
-  ceres::Problem problem_;
+  std::unique_ptr<ceres::Problem> problem_;
   std::vector<const double*> rotations_;
 };
 

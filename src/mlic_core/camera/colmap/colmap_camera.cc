@@ -1,61 +1,17 @@
 #include "mlic_core/camera/colmap/colmap_camera.h"
 
-// The part of colmap_database.h that is about camera models.
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
+#include "mlic_core/camera/model_fit.h"
 #include "mlic_core/common/error.h"
 
 namespace mlic {
 namespace {
 
-// from: structural, a grid that is dense against distortion.
-constexpr int kGrid = 24;                           // along each side of the image
-constexpr int kFitIterations = 30;                  // from: guard, ends by convergence
+// Pixels along each side of the image; from: structural, a grid that is dense against distortion.
+constexpr int kGrid = 25;
 constexpr double kWidestFit = 80.0 * M_PI / 180.0;  // from: derivation, as kWidestAngle of colmap.cc
-
-struct PixelRay {
-  Eigen::Vector3d bearing;
-  Eigen::Vector2d pixel;
-};
-
-std::vector<PixelRay> GridRays(const CameraIntrinsics& camera, double largest_angle) {
-  std::vector<PixelRay> rays;
-  for (int row = 0; row <= kGrid; ++row) {
-    for (int column = 0; column <= kGrid; ++column) {
-      PixelRay ray;
-      ray.pixel = {(camera.width - 1.0) * column / kGrid, (camera.height - 1.0) * row / kGrid};
-      if (Unproject(camera, ray.pixel, &ray.bearing) && ray.bearing.z() > std::cos(largest_angle)) {
-        rays.push_back(ray);
-      }
-    }
-  }
-  return rays;
-}
-
-// Normal equations of the pixel differences; the cost, where a ray without projection costs much.
-double Linearize(const CameraIntrinsics& camera, const std::vector<PixelRay>& rays, Eigen::MatrixXd* H,
-                 Eigen::VectorXd* g) {
-  constexpr double kLost = 1e6;  // from: guard, more than any pixel error
-  const int count = ParameterCount(camera.model);
-  H->setZero(count, count);
-  g->setZero(count);
-  double cost = 0.0;
-  for (const PixelRay& ray : rays) {
-    Eigen::Vector2d pixel;
-    CameraParameterJacobian J;
-    if (!Project(camera, ray.bearing, &pixel, nullptr, &J)) {
-      cost += kLost;
-      continue;
-    }
-    const Eigen::Vector2d r = pixel - ray.pixel;
-    cost += r.squaredNorm();
-    *H += J.transpose() * J;
-    *g += J.transpose() * r;
-  }
-  return cost;
-}
 
 // A start whose focal length fits near the axis.
 CameraIntrinsics StartOf(const CameraIntrinsics& given, CameraModel model) {
@@ -79,30 +35,8 @@ CameraIntrinsics StartOf(const CameraIntrinsics& given, CameraModel model) {
 }  // namespace
 
 CameraIntrinsics FitCameraModel(const CameraIntrinsics& given, CameraModel model, double largest_angle) {
-  const std::vector<PixelRay> rays = GridRays(given, largest_angle);
-  CameraIntrinsics camera = StartOf(given, model);
-  Eigen::MatrixXd H, H_new;
-  Eigen::VectorXd g, g_new;
-  double cost = Linearize(camera, rays, &H, &g);
-  double damping = 1e-4;
-  for (int iteration = 0; iteration < kFitIterations; ++iteration) {
-    Eigen::MatrixXd damped = H;
-    damped.diagonal() += (damping * H.diagonal().array() + 1e-12).matrix();
-    const Eigen::VectorXd step = damped.ldlt().solve(-g);
-    CameraIntrinsics moved = camera;
-    for (int k = 0; k < step.size(); ++k) moved.parameters[static_cast<std::size_t>(k)] += step[k];
-    const double new_cost = Linearize(moved, rays, &H_new, &g_new);
-    if (new_cost < cost) {
-      camera = moved;
-      cost = new_cost;
-      H = H_new;
-      g = g_new;
-      damping *= 0.1;
-    } else {
-      damping *= 10.0;
-    }
-  }
-  return camera;
+  return FitToRays(StartOf(given, model), GridRays(given, kGrid, kGrid, largest_angle),
+                   ParameterCount(model));
 }
 
 ColmapModelId ColmapModelFor(CameraModel model) {

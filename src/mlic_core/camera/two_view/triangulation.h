@@ -32,7 +32,9 @@ struct TriangulatedPoint {
 
 // The point that agrees best with at least two observations: least squares of the whitened angular errors
 // over those observations that agree with the most others. Nothing where too few agree, after dropping any
-// fewer than three, where the parallax is too small, or where the point is behind a camera.
+// fewer than three, where the parallax is too small, or where the point is behind a camera. Own Gauss-Newton
+// and not Ceres: 4 us for all of it with 12 observations, where Ceres' refinement alone takes 16 us
+// (small_fit_benchmark), and every round of landmarks asks for every track.
 std::optional<TriangulatedPoint> TriangulatePoint(const std::vector<BearingObservation>& observations,
                                                   const TriangulationOptions& options = {});
 
