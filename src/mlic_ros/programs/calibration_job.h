@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "mlic_core/result/result.h"
 #include "mlic_core/sensors/rig.h"
 #include "mlic_ros/bag/bag_loader.h"
+#include "mlic_ros/programs/job_end.h"
 
 namespace mlic {
 
@@ -22,28 +24,21 @@ struct JobOptions {
   bool fresh = false;  // do the work even where a finished run of the same inputs left its results
 };
 
-// How the job ended, where it did not throw.
-struct JobOutcome {
-  bool trusted = false;
-  std::string refusal;  // why it is refused and what to do: one line
-};
-
 // A display of the job: besides what the calibration shows, the rig once its frames are known, and the
-// result.
+// result, or in one line why there is none.
 class JobObserver : public CalibrationObserver {
  public:
   virtual void OnRig(const Rig& /*rig*/) {}
   virtual void OnResult(const CalibrationResult& /*result*/) {}
+  virtual void OnFailure(const std::string& /*line*/) {}
 };
 
 // The whole work of `calibrate`: rig file and bags in, files in the output directory out. Result files appear
-// together at the end, or not at all. The log goes to output/log.txt and stderr. Throws what its parts throw
-// (InputError, Cancelled, ...), after writing it to the log. Where a run of the same inputs has left its
-// results, they stay and nothing is shown.
-JobOutcome RunCalibrationJob(const JobOptions& options, const CancellationToken& cancellation,
-                             JobObserver& display);
-
-// ", see DIR/log.txt" and the like, for RunProgram.
-std::string LogHint(const JobOptions& options);
+// together at the end, or not at all. The log goes to output/log.txt and stderr. Where a run of the same
+// inputs has left its results, they stay, and of the work nothing is shown. Bad input that shows before the
+// work (options, output directory, rig file, bags that cannot be read) leaves nothing, not even a log. Throws
+// nothing: an exception of a part, or of make_options, is an end too.
+JobEnd RunCalibrationJob(const std::function<JobOptions()>& make_options,
+                         const CancellationToken& cancellation, JobObserver& display);
 
 }  // namespace mlic

@@ -74,6 +74,12 @@ TEST(Export, FramesAreUniqueAndWithoutSlash) {
   EXPECT_EQ(frames.sensors, (std::vector<std::string>{"velodyne", "left_lidar", "right_lidar", "cam_front"}));
 }
 
+TEST(Export, AWordOfAShellIsQuotedWhereItMustBe) {
+  EXPECT_EQ(ShellQuoted("/data/drive_1.bag"), "/data/drive_1.bag");
+  EXPECT_EQ(ShellQuoted("/my data/it's"), "'/my data/it'\\''s'");
+  EXPECT_EQ(ShellQuoted(""), "''");
+}
+
 TEST(Export, TrajectoryKeepsNanoseconds) {
   TemporaryDirectory directory;
   const std::filesystem::path path = directory.Path() / "trajectory.tum";
@@ -115,21 +121,21 @@ TEST(Export, PointCloudHasHeaderAndBinaryFields) {
   EXPECT_EQ(indices[1], result.map[1234].plane);
 }
 
-TEST(WriteResults, RefusedLeavesNoTransformsOfAnEarlierRun) {
+TEST(WriteResults, RefusedGetsNothingThatOthersWouldLoad) {
   TemporaryDirectory directory;
-  const std::filesystem::path output = directory.Path() / "new" / "results";
   CalibrationResult result = SampleResult();
   result.trajectories.push_back(result.trajectories[0]);
-  WriteResults(output, result);
+  WriteResults(directory.Path() / "trusted", result, "/data");
   for (const char* name : {"calibration.yaml", "report.html", "trajectory.tum", "trajectory_2.tum", "map.pcd",
                            "static_transforms.launch", "sensors.urdf.xacro", "kalibr_camchain.yaml",
                            "camera_info/cam_front.yaml", "images/cam_front_tracks.png",
                            "images/keyframes.csv", "initial_calibration.yaml"}) {
-    EXPECT_TRUE(std::filesystem::exists(output / name)) << name;
+    EXPECT_TRUE(std::filesystem::exists(directory.Path() / "trusted" / name)) << name;
   }
   CalibrationResult refused;
   refused.reasons = {"the vehicle stood still"};
-  WriteResults(output, refused);
+  const std::filesystem::path output = directory.Path() / "refused";
+  WriteResults(output, refused, "/data");
   std::vector<std::string> left;
   for (const auto& entry : std::filesystem::directory_iterator(output))
     left.push_back(entry.path().filename());
@@ -140,8 +146,8 @@ TEST(WriteResults, RefusedLeavesNoTransformsOfAnEarlierRun) {
 
 TEST(WriteResults, SameResultSameBytes) {
   TemporaryDirectory directory;
-  WriteResults(directory.Path() / "a", SampleResult());
-  WriteResults(directory.Path() / "b", SampleResult());
+  WriteResults(directory.Path() / "a", SampleResult(), "/data");
+  WriteResults(directory.Path() / "b", SampleResult(), "/data");
   for (const auto& entry : std::filesystem::directory_iterator(directory.Path() / "a")) {
     if (entry.is_directory()) continue;
     EXPECT_EQ(ReadFile(entry.path()), ReadFile(directory.Path() / "b" / entry.path().filename()))
@@ -152,8 +158,8 @@ TEST(WriteResults, SameResultSameBytes) {
 TEST(WriteResults, UnwritablePlaceIsOneLine) {
   TemporaryDirectory directory;
   WriteFileAtomically(directory.Path() / "file", "x");
-  EXPECT_TRUE(Contains(InputErrorOf([&] { WriteResults(directory.Path() / "file" / "sub", SampleResult()); }),
-                       "file"));
+  EXPECT_TRUE(Contains(
+      InputErrorOf([&] { WriteResults(directory.Path() / "file" / "sub", SampleResult(), ""); }), "file"));
 }
 
 }  // namespace
