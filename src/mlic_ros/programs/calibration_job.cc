@@ -9,6 +9,7 @@
 #include "mlic_core/io/checkpoint/checkpoint.h"
 #include "mlic_core/io/checkpoint/stage_files.h"
 #include "mlic_core/io/output_directory.h"
+#include "mlic_core/io/result/export_frames.h"
 #include "mlic_core/io/result/result_file.h"
 #include "mlic_core/io/rig/rig_file.h"
 #include "mlic_core/io/write_results.h"
@@ -69,6 +70,14 @@ void LogTimes(const std::vector<StageSummary>& stages, JobLog* log) {
   line(all);
 }
 
+// What of the result others have to know besides what the stages said.
+void AddWarnings(const LoadReport& report, CalibrationResult* result) {
+  std::vector<std::string>& warnings = result->warnings;
+  warnings.insert(warnings.begin(), report.warnings.begin(), report.warnings.end());
+  const std::vector<std::string> notes = FramesOf(*result).notes;
+  warnings.insert(warnings.end(), notes.begin(), notes.end());
+}
+
 CalibrationResult Run(const JobOptions& options, const Rig& rig_file, const CancellationToken& cancellation,
                       StageStore& stages, JobLog& log) {
   const Stopwatch stopwatch;
@@ -86,7 +95,7 @@ CalibrationResult Run(const JobOptions& options, const Rig& rig_file, const Canc
   calibration.colmap_directory = options.output / "stages" / "colmap";
   CalibrationResult result = Calibrate(rig, dataset, cancellation, log, stages, calibration);
   result.stages.insert(result.stages.begin(), loading);
-  result.warnings.insert(result.warnings.begin(), report.warnings.begin(), report.warnings.end());
+  AddWarnings(report, &result);
   LogTimes(result.stages, &log);
   cancellation.ThrowIfCancelled();
   return result;

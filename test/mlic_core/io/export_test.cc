@@ -121,6 +121,60 @@ TEST(Export, PointCloudHasHeaderAndBinaryFields) {
   EXPECT_EQ(indices[1], result.map[1234].plane);
 }
 
+// Frames that a shell, an XML parser, roslaunch or xacro would take apart or evaluate.
+CalibrationResult ResultWithHostileFrames() {
+  CalibrationResult result = SampleResult();
+  result.imu_frame_id = "imu 'of' <the> car";
+  result.sensors[0].frame_id = "$(env HOME) ${1+1}";
+  result.sensors[1].frame_id = "left \"lidar\" & more";
+  result.sensors[2].frame_id = "/right:=other";
+  result.sensors[3].frame_id = "cam\nfront \xff";
+  return result;
+}
+
+TEST(Export, FramesThatWouldBeEvaluatedFallBackToTheName) {
+  const ExportFrames frames = FramesOf(ResultWithHostileFrames());
+  EXPECT_EQ(frames.imu, "imu 'of' <the> car");
+  EXPECT_EQ(frames.sensors,
+            (std::vector<std::string>{"front_lidar", "left \"lidar\" & more", "right_lidar", "cam_front"}));
+  ASSERT_EQ(frames.notes.size(), 3u);
+  EXPECT_TRUE(Contains(frames.notes[0], "front_lidar: its frame '$(env HOME) ${1+1}'"));
+  EXPECT_TRUE(Contains(frames.notes[2], "cam?front ?")) << "no control characters on the terminal";
+  CalibrationResult result;
+  result.imu_frame_id = "$(find mlic)";
+  EXPECT_EQ(FramesOf(result).imu, "imu");
+  EXPECT_TRUE(FramesOf(SampleResult()).notes.empty());
+}
+
+// Reads the files as roslaunch and robot_state_publisher do: an XML parser, and shlex for the arguments.
+TEST(Export, FilesAreReadBackWithTheFramesThatTheyGot) {
+  if (std::system("command -v /usr/bin/python3 > /dev/null") != 0)
+    GTEST_SKIP() << "no python3 on this machine";
+  TemporaryDirectory directory;
+  const CalibrationResult result = ResultWithHostileFrames();
+  WriteStaticTransforms(directory.Path() / "static.launch", result);
+  WriteUrdf(directory.Path() / "sensors.urdf", result);
+  for (const char* name : {"static.launch", "sensors.urdf"}) {
+    EXPECT_EQ(ReadFile(directory.Path() / name).find('$'), std::string::npos) << name;
+  }
+  WriteFileAtomically(directory.Path() / "read.py",
+                      "import shlex, xml.etree.ElementTree as tree\n"
+                      "for node in tree.parse('static.launch').getroot():\n"
+                      "    words = shlex.split(node.get('args'))\n"
+                      "    print(len(words), *words[7:], sep='|')\n"
+                      "robot = tree.parse('sensors.urdf').getroot()\n"
+                      "print(*(link.get('name') for link in robot.iter('link')), sep='|')\n"
+                      "print(*(child.get('link') for child in robot.iter('child')), sep='|')\n");
+  const std::string command =
+      "cd '" + directory.Path().string() + "' && /usr/bin/python3 read.py > read.txt 2>&1";
+  std::system(command.c_str());
+  const std::string imu = "imu 'of' <the> car", left = "left \"lidar\" & more";
+  EXPECT_EQ(ReadFile(directory.Path() / "read.txt"),
+            "9|" + imu + "|front_lidar\n9|" + imu + "|" + left + "\n9|" + imu + "|right_lidar\n9|" + imu +
+                "|cam_front\n" + imu + "|front_lidar|" + left + "|right_lidar|cam_front\nfront_lidar|" +
+                left + "|right_lidar|cam_front\n");
+}
+
 TEST(WriteResults, RefusedGetsNothingThatOthersWouldLoad) {
   TemporaryDirectory directory;
   CalibrationResult result = SampleResult();
