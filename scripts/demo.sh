@@ -6,7 +6,7 @@
 #   demo.sh BAG RIG [OUTPUT]      calibrates a recording, described by the rig file RIG
 # Exit status: that of calibrate (0 trusted, 1 bad input, 2 refused, 3 failure inside, 130 interrupted).
 # MLIC_DEMO_DURATION (20): seconds of simulated drive; MLIC_DEMO_SENSORS: another file of config/simulation;
-# MLIC_DEMO_SCENARIO (figure_eight); MLIC_BUILD: build directory; MLIC_RVIZ=true|false: default by the display.
+# MLIC_DEMO_SCENARIO (figure_eight); MLIC_BUILD: build directory; MLIC_RVIZ=false: without RViz.
 set -euo pipefail
 . "$(dirname "$0")/environment.sh"
 
@@ -45,7 +45,7 @@ simulate() {
     echo "== the drive of the last call is used again: $bag"
     return
   fi
-  rm -f "$folder/.done"
+  rm -rf "$folder/.done" "$output" "$folder/evaluation"
   echo "== simulating $duration s of $scenario, pictures included: $bag"
   rosrun mlic simulate --sensors "$sensors" --scenario "$scenario" --duration "$duration" --seed 1 --output "$bag"
   touch "$folder/.done"
@@ -53,22 +53,14 @@ simulate() {
 }
 if [ $# -eq 0 ]; then simulate; fi
 
-# An X server that answers, and rviz installed.
-display_works() {
-  [ -n "${DISPLAY:-}" ] && command -v rviz >/dev/null || return 1
-  [ -S "/tmp/.X11-unix/X$(echo "$DISPLAY" | sed -nE 's/^:([0-9]+).*/\1/p')" ] || [[ $DISPLAY == *?:* ]]
-}
-if display_works; then rviz=true; else rviz=false; fi
-rviz=${MLIC_RVIZ:-$rviz}
-
-# roslaunch exits with 0 whatever its nodes did, so the calibration writes its own status to a file.
+# roslaunch exits with 0 whatever its nodes did, so the calibration writes its status and its last lines to a file.
 status_file=$(mktemp)
 trap 'rm -f "$status_file"' EXIT
 export MLIC_STATUS_FILE=$status_file
-echo "== calibrating (rviz:=$rviz)"
+echo "== calibrating"
 launch_status=0
-roslaunch mlic calibrate.launch rig:="$rig" bag:="$bag" output:="$output" rviz:="$rviz" || launch_status=$?
-status=$(cat "$status_file")
+roslaunch mlic calibrate.launch rig:="$rig" bag:="$bag" output:="$output" rviz:="${MLIC_RVIZ:-true}" || launch_status=$?
+status=$(head -n 1 "$status_file")
 echo "== calibrated after $SECONDS s in all"
 if [ -z "$status" ]; then
   echo "demo.sh: calibrate did not finish (roslaunch exited with $launch_status)" >&2
@@ -76,13 +68,14 @@ if [ -z "$status" ]; then
   exit 3
 fi
 
-if [ -f "$output/calibration.yaml" ]; then
+if [ -f "$output/calibration.yaml" ] && { [ "$status" -eq 0 ] || [ "$status" -eq 2 ]; }; then
   echo "== results in $output:"
   ls "$output"
   if [ -n "$truth" ]; then
     echo "== against the simulated truth (evaluate; also in $(dirname "$output")/evaluation)"
     rosrun mlic evaluate --bag "$bag" --calibration "$output/calibration.yaml" --truth "$truth" \
-      --output "$(dirname "$output")/evaluation"
+      --output "$(dirname "$output")/evaluation" || echo "demo.sh: evaluate ended with $?" >&2
   fi
 fi
+tail -n +2 "$status_file"
 exit "$status"

@@ -46,7 +46,7 @@ done
 sleep "${MLIC_SCREENSHOT_DELAY:-10}"
 mkdir -p "$(dirname "$picture")"
 import -window root "$picture"
-status=$(cat "$work/status")
+status=$(head -n 1 "$work/status")
 kill -INT "$launch"; wait "$launch" 2>/dev/null || true
 echo "screenshot.sh: $picture (calibrate ended with $status)"
 exit "$status"

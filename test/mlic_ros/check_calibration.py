@@ -66,7 +66,9 @@ class CheckCalibration(unittest.TestCase):
         end = time.time() + 20.0
         while not (os.path.exists(path) and open(path).read().strip()) and time.time() < end:
             rospy.sleep(0.1)
-        self.assertEqual(open(path).read().strip(), "0")
+        lines = open(path).read().splitlines()
+        self.assertEqual((lines[0], len(lines)), ("0", 4))
+        self.assertIn("TRUSTED: ", lines[1])
 
     def test_map(self):
         cloud = self.latched("/mlic/voxel_map_points", PointCloud2)
@@ -128,7 +130,7 @@ class CheckCalibration(unittest.TestCase):
         for name in FILES:
             path = os.path.join(self.output, name)
             self.assertTrue(os.path.exists(path) and os.path.getsize(path) > 0, name)
-        self.assertFalse(os.path.exists(os.path.join(self.output, ".partial")))
+        self.assertFalse(os.path.exists(os.path.join(self.output, ".mlic_partial")))
 
 
 if __name__ == "__main__":

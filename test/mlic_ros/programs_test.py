@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """Exit statuses and messages of the installed programs: ros_programs_test.py PROGRAM_DIRECTORY [DRIVE.bag RIG.yaml]."""
+import fcntl
 import os
 import signal
 import subprocess
@@ -38,11 +39,20 @@ class Programs(unittest.TestCase):
         for part in parts:
             self.assertIn(part, lines[0])
 
+    def expect_end(self, done, status, *parts):
+        """The last three lines of calibrate: reason, where the log lies, what to do, each with its part."""
+        self.assertEqual(done.returncode, status, done.stderr)
+        lines = done.stderr.splitlines()
+        self.assertEqual([line.split(":")[0] for line in lines[-2:]], ["log", "to do"], done.stderr)
+        for line, part in zip(lines[-3:], parts):
+            self.assertIn(part, line)
+        return lines
+
     def calibrate(self, rig, bag, *more):
         return self.run_program("calibrate", "--rig", rig, "--bag", bag, "--output", self.output, *more)
 
     def expect_nothing_but_the_log(self):
-        self.assertLessEqual(set(os.listdir(self.output)), {"log.txt", "stages"})
+        self.assertLessEqual(set(os.listdir(self.output)), {"log.txt", "manifest.txt", "stages"})
 
     def test_usage(self):
         self.expect_error(self.run_program("calibrate"), "calibrate", "required")
@@ -53,20 +63,64 @@ class Programs(unittest.TestCase):
 
     def test_missing_files(self):
         rig = self.write("rig.yaml", RIG)
-        self.expect_error(self.calibrate(rig, self.path("none.bag")), "none.bag", "no such file")
-        self.expect_nothing_but_the_log()
-        self.expect_error(self.calibrate(self.path("none.yaml"), self.path("none.bag")), "none.yaml")
+        for missing, arguments in [("none.bag: no such file", (rig, self.path("none.bag"))),
+                                   ("none.yaml", (self.path("none.yaml"), self.path("none.bag")))]:
+            lines = self.expect_end(self.calibrate(*arguments), 1, missing, "log: none")
+            self.assertEqual(len(lines), 3)
+            self.assertFalse(os.path.exists(self.output))
         self.expect_error(self.run_program("inspect_bag", self.path("none.bag")), "none.bag", "no such file")
 
     def test_unknown_key_names_the_line(self):
         rig = self.write("rig.yaml", RIG + "  two: {topic: /x, range: 5}\n")
-        self.expect_error(self.calibrate(rig, self.path("none.bag")), "rig.yaml:4", "range")
-        self.expect_nothing_but_the_log()
+        lines = self.expect_end(self.calibrate(rig, self.path("none.bag")), 1, "rig.yaml:4")
+        self.assertIn("range", lines[0])
+        self.assertFalse(os.path.exists(self.output))
 
     def test_output_that_cannot_be_made(self):
         rig = self.write("rig.yaml", RIG)
         self.output = os.path.join(self.write("file", ""), "out")
-        self.expect_error(self.calibrate(rig, self.path("none.bag")), "--output")
+        self.expect_end(self.calibrate(rig, self.write("a.bag", "")), 1, "--output")
+
+    def own_files(self):
+        """An output directory with the user's own things, as path and content."""
+        files = {"images/holiday.png": "x", "camera_info/mine.yaml": "x", "calibration.yaml": "mine", "log.txt": "mine"}
+        for name, text in files.items():
+            os.makedirs(os.path.dirname(os.path.join(self.output, name)), exist_ok=True)
+            self.write(os.path.join("out", name), text)
+        return files
+
+    def read_output(self):
+        read = {}
+        for folder, _, names in os.walk(self.output):
+            for name in names:
+                path = os.path.join(folder, name)
+                with open(path) as file:
+                    read[os.path.relpath(path, self.output)] = file.read()
+        return read
+
+    def test_a_directory_with_other_files_is_refused_before_the_bag_is_read(self):
+        rig, files = self.write("rig.yaml", RIG), self.own_files()
+        self.expect_end(self.calibrate(rig, self.path("none.bag")), 1, "holds files that MLIC did not write", "log: none")
+        self.assertEqual(self.read_output(), files)
+        for program, arguments in [
+                ("evaluate", ["--bag", self.path("none.bag"), "--calibration", self.path("none.yaml")]),
+                ("register_pair", ["--cloud", self.path("none.pcd"), "--image", self.path("none.png"), "--rig", rig])]:
+            done = self.run_program(program, *arguments, "--output", self.output)
+            self.expect_error(done, "holds files that MLIC did not write")
+            self.assertEqual(self.read_output(), files)
+
+    def test_a_directory_in_use_names_the_process(self):
+        os.mkdir(self.output)
+        lock = open(os.path.join(self.output, ".mlic_lock"), "w")
+        lock.write("12345")
+        lock.flush()
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        rig, bag = self.write("rig.yaml", RIG), self.write("a.bag", "text")
+        self.expect_end(self.calibrate(rig, bag), 1, "in use by process 12345", "log: none")
+        self.assertEqual(os.listdir(self.output), [".mlic_lock"])
+        lock.close()
+        self.expect_end(self.calibrate(rig, bag), 1, "a.bag", "log: " + os.path.join(self.output, "log.txt"))
+        self.expect_nothing_but_the_log()
 
     def test_finished_results_are_reused(self):
         if not DRIVE:
@@ -76,6 +130,13 @@ class Programs(unittest.TestCase):
         again = self.calibrate(DRIVE[1], DRIVE[0])
         self.assertEqual((first.returncode, again.returncode), (0, 0), first.stderr + again.stderr)
         self.assertIn("reused", again.stderr)
+        last = first.stderr.splitlines()[-3:]
+        for line, part in zip(last, ["TRUSTED: 2 sensors, worst sigma ", "report: " + self.path("out/report.html"),
+                                     "use it: roslaunch " + self.path("out/static_transforms.launch")]):
+            self.assertIn(part, line)
+        self.assertEqual(again.stderr.splitlines()[-3:], last)
+        with open(self.path("out/log.txt")) as log:
+            self.assertIn("round 1", log.read(), "the log of the run that did the work")
         self.assertEqual(os.stat(self.path("out/calibration.yaml")).st_mtime_ns, before)
         os.remove(self.path("out/calibration.yaml"))
         self.assertNotIn("reused", self.calibrate(DRIVE[1], DRIVE[0], "--duration", "14").stderr)
@@ -117,7 +178,7 @@ class Programs(unittest.TestCase):
         _, rest = process.communicate(timeout=60)
         self.assertEqual(process.returncode, 130, rest)
         self.assertLess(time.monotonic() - begin, 5.0)
-        self.assertIn("interrupted", rest)
+        self.assertIn("INTERRUPTED: ", rest.splitlines()[-3])
         self.expect_nothing_but_the_log()
 
 

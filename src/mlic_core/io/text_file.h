@@ -18,4 +18,7 @@ std::string FixedNumber(double value, int decimals);
 // "%.*g" without the sign of a negative zero.
 std::string ShortNumber(double value, int significant_digits);
 
+// The text as one word of a shell: as it is where no character means anything there, else in single quotes.
+std::string ShellQuoted(const std::string& text);
+
 }  // namespace mlic

@@ -1,6 +1,5 @@
 #include "mlic_core/io/write_results.h"
 
-#include "mlic_core/common/error.h"
 #include "mlic_core/io/pictures/projection_picture.h"
 #include "mlic_core/io/pictures/track_picture.h"
 #include "mlic_core/io/report/report.h"
@@ -20,19 +19,6 @@ namespace fs = std::filesystem;
 
 std::string TrajectoryName(std::size_t drive) {
   return drive == 0 ? "trajectory.tum" : "trajectory_" + std::to_string(drive + 1) + ".tum";
-}
-
-// Results of an earlier run, calibration.yaml first: without it the rest is not taken for a result.
-void RemoveEarlierResults(const fs::path& directory) {
-  std::error_code error;
-  for (const char* name :
-       {"calibration.yaml", "static_transforms.launch", "sensors.urdf.xacro", "kalibr_camchain.yaml",
-        "camera_info", "report.html", "map.pcd", "images", "initial_calibration.yaml"}) {
-    fs::remove_all(directory / name, error);
-    if (error) throw InputError((directory / name).string() + ": cannot be replaced: " + error.message());
-  }
-  for (std::size_t drive = 0; fs::remove(directory / TrajectoryName(drive), error); ++drive) {
-  }
 }
 
 // camera,stamp: the images whose features took part, stamps in nanoseconds as in the messages.
@@ -55,11 +41,7 @@ void WriteInitialCalibration(const fs::path& path, const CalibrationResult& resu
 
 }  // namespace
 
-void WriteResults(const fs::path& directory, const CalibrationResult& result) {
-  std::error_code error;
-  fs::create_directories(directory, error);
-  if (error) throw InputError(directory.string() + ": cannot be created: " + error.message());
-  RemoveEarlierResults(directory);
+void WriteResults(const fs::path& directory, const CalibrationResult& result, const fs::path& place) {
   for (std::size_t drive = 0; drive < result.trajectories.size(); ++drive) {
     if (result.trajectories[drive].empty()) continue;
     WriteTrajectoryFile(directory / TrajectoryName(drive), result.trajectories[drive]);
@@ -73,7 +55,7 @@ void WriteResults(const fs::path& directory, const CalibrationResult& result) {
   if (!result.initial_sensors.empty()) {
     WriteInitialCalibration(directory / "initial_calibration.yaml", result);
   }
-  WriteReport(directory / "report.html", result);
+  WriteReport(directory / "report.html", result, place);
   if (result.trusted) {
     WriteStaticTransforms(directory / "static_transforms.launch", result);
     WriteUrdf(directory / "sensors.urdf.xacro", result);

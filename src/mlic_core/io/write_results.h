@@ -10,9 +10,9 @@ namespace mlic {
 // map.pcd, static_transforms.launch, sensors.urdf.xacro, and where there are cameras camera_info/NAME.yaml,
 // kalibr_camchain.yaml, images/NAME_tracks.png and images/keyframes.csv, each whole or not at all;
 // initial_calibration.yaml holds the sensors as they stood before the joint adjustment. A refused result gets
-// none that others would load: neither launch file nor URDF nor camera files; files of an earlier
-// run that this one does not write are removed. calibration.yaml is written last: where it stands, the others
-// do.
-void WriteResults(const std::filesystem::path& directory, const CalibrationResult& result);
+// none that others would load: neither launch file nor URDF nor camera files. The directory is a new one, see
+// OutputDirectory; place is where its files will lie in the end, which the report names.
+void WriteResults(const std::filesystem::path& directory, const CalibrationResult& result,
+                  const std::filesystem::path& place);
 
 }  // namespace mlic

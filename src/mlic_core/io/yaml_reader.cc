@@ -161,4 +161,10 @@ std::size_t YamlReader::Choice(const std::vector<std::string>& choices) const {
   Fail("'" + text + "' is not known; choose one of: " + Join(choices));
 }
 
+std::string QuotedYaml(const std::string& text) {
+  YAML::Emitter emitter;
+  emitter << YAML::DoubleQuoted << text;
+  return emitter.c_str();
+}
+
 }  // namespace mlic

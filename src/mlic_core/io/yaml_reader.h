@@ -59,4 +59,7 @@ class YamlReader {
   int line_;  // from 1, 0 when unknown
 };
 
+// The text as a YAML scalar in double quotes, which is read back as this text whatever it holds.
+std::string QuotedYaml(const std::string& text);
+
 }  // namespace mlic

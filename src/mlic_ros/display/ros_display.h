@@ -29,8 +29,7 @@ class RosDisplay : public JobObserver {
   void OnMessage(const std::string& line) override;
   void OnRig(const Rig& rig) override;
   void OnResult(const CalibrationResult& result) override;
-  // The work ended without a result: one line says why.
-  void OnFailure(const std::string& line);
+  void OnFailure(const std::string& line) override;
 
  private:
   void PublishStatus();

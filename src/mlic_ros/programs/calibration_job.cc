@@ -6,21 +6,25 @@
 #include <cstdio>
 #include <memory>
 
-#include "mlic_core/common/error.h"
 #include "mlic_core/io/checkpoint/checkpoint.h"
 #include "mlic_core/io/checkpoint/stage_files.h"
+#include "mlic_core/io/output_directory.h"
+#include "mlic_core/io/result/export_frames.h"
+#include "mlic_core/io/result/result_file.h"
 #include "mlic_core/io/rig/rig_file.h"
 #include "mlic_core/io/write_results.h"
 #include "mlic_core/pipeline/calibrator.h"
 #include "mlic_core/pipeline/stopwatch.h"
 #include "mlic_ros/programs/finished_run.h"
 #include "mlic_ros/programs/job_log.h"
-#include "mlic_ros/programs/result_directory.h"
+#include "mlic_ros/programs/program.h"
 
 extern "C" void openblas_set_num_threads(int threads);
 
 namespace mlic {
 namespace {
+
+const char* const kProgram = "calibrate";
 
 // All parallel loops within its lifetime use this many threads.
 class ThreadLimit {
@@ -66,16 +70,16 @@ void LogTimes(const std::vector<StageSummary>& stages, JobLog* log) {
   line(all);
 }
 
-std::string RefusalLine(const CalibrationResult& result) {
-  std::string line = "refused: ";
-  for (std::size_t i = 0; i < result.reasons.size(); ++i) line += (i == 0 ? "" : "; ") + result.reasons[i];
-  if (result.reasons.empty()) line += "a check failed";
-  return line +
-         "; what was shown stands in calibration.yaml, record a drive with more turns or give T_imu_sensor";
+// What of the result others have to know besides what the stages said.
+void AddWarnings(const LoadReport& report, CalibrationResult* result) {
+  std::vector<std::string>& warnings = result->warnings;
+  warnings.insert(warnings.begin(), report.warnings.begin(), report.warnings.end());
+  const std::vector<std::string> notes = FramesOf(*result).notes;
+  warnings.insert(warnings.end(), notes.begin(), notes.end());
 }
 
-JobOutcome Run(const JobOptions& options, const Rig& rig_file, const CancellationToken& cancellation,
-               StageStore& stages, JobLog& log) {
+CalibrationResult Run(const JobOptions& options, const Rig& rig_file, const CancellationToken& cancellation,
+                      StageStore& stages, JobLog& log) {
   const Stopwatch stopwatch;
   LoadReport report;
   LoadOptions load = options.load;
@@ -91,49 +95,69 @@ JobOutcome Run(const JobOptions& options, const Rig& rig_file, const Cancellatio
   calibration.colmap_directory = options.output / "stages" / "colmap";
   CalibrationResult result = Calibrate(rig, dataset, cancellation, log, &stages, calibration);
   result.stages.insert(result.stages.begin(), loading);
-  result.warnings.insert(result.warnings.begin(), report.warnings.begin(), report.warnings.end());
+  AddWarnings(report, &result);
   LogTimes(result.stages, &log);
   cancellation.ThrowIfCancelled();
-  ReplaceResults(options.output,
-                 [&](const std::filesystem::path& directory) { WriteResults(directory, result); });
-  log.OnResult(result);
-  return {result.trusted, result.trusted ? "" : RefusalLine(result)};
+  return result;
 }
 
-JobOutcome RunOrReuse(const JobOptions& options, const CancellationToken& cancellation, JobLog& log) {
-  const Rig rig = LoadRigFile(options.rig);
-  const std::string key = InputKey(options);
-  if (!options.fresh) {
-    const auto finished = FindFinishedRun(options.output, key);
-    if (finished) {
-      log.Line("the results of an earlier run of the same inputs are reused; --fresh starts anew");
-      return *finished;
-    }
-  }
-  const std::filesystem::path stages = options.output / "stages";
+CalibrationResult RunAndWrite(const JobOptions& options, const Rig& rig, const std::string& key,
+                              const CancellationToken& cancellation, OutputDirectory& output, JobLog& log) {
+  const std::filesystem::path stages = output.Path() / "stages";
   if (options.fresh) CheckpointStore(stages).Clear();
   StageFiles files(stages, key, [&](const std::string& line) { log.Line(line); });
-  const JobOutcome outcome = Run(options, rig, cancellation, files, log);
-  NoteFinishedRun(options.output, key, outcome);
-  return outcome;
+  const CalibrationResult result = Run(options, rig, cancellation, files, log);
+  const std::vector<std::string> kept = output.Replace(
+      [&](const std::filesystem::path& directory) { WriteResults(directory, result, output.Path()); });
+  for (const std::string& line : kept) log.Warning("warning: " + line);
+  NoteFinishedRun(output, key);
+  log.OnResult(result);
+  return result;
+}
+
+CalibrationResult ReadAgain(Rig rig, const OutputDirectory& output, JobLog& log) {
+  log.Line("the results of an earlier run of the same inputs are reused; --fresh (fresh:=true) starts anew");
+  const CalibrationResult result = ReadCalibrationFile(output.Path() / "calibration.yaml");
+  rig.imu.frame_id = result.imu_frame_id;
+  log.OnRig(rig);
+  log.OnResult(result);
+  return result;
+}
+
+JobEnd RunWithLog(const JobOptions& options, const CancellationToken& cancellation, const Rig& rig,
+                  const std::string& key, OutputDirectory& output, JobObserver& display) {
+  const bool reuse = !options.fresh && IsFinished(output, key);
+  JobLog log(output.Path(), reuse, display);
+  JobEnd end;
+  try {
+    const ThreadLimit threads(options.threads);
+    const CalibrationResult result =
+        reuse ? ReadAgain(rig, output, log) : RunAndWrite(options, rig, key, cancellation, output, log);
+    end = EndWithResult(result, output.Path());
+  } catch (...) {
+    end = EndWithException(output.Path() / JobLog::kFileName);
+  }
+  log.FileOnly(end.status == kTrusted, end.lines[0]);
+  return end;
 }
 
 }  // namespace
 
-JobOutcome RunCalibrationJob(const JobOptions& options, const CancellationToken& cancellation,
-                             JobObserver& display) {
-  JobLog log(options.output, display);
-  const ThreadLimit threads(options.threads);
+JobEnd RunCalibrationJob(const std::function<JobOptions()>& make_options,
+                         const CancellationToken& cancellation, JobObserver& display) {
+  JobEnd end;
   try {
-    const JobOutcome outcome = RunOrReuse(options, cancellation, log);
-    log.FileOnly(outcome.trusted, outcome.trusted ? "trusted" : outcome.refusal);
-    return outcome;
-  } catch (const std::exception& error) {
-    log.FileOnly(false, error.what());
-    throw;
+    const JobOptions options = make_options();
+    OutputDirectory::Check(options.output, kProgram);
+    const Rig rig = LoadRigFile(options.rig);
+    const std::string key = InputKey(options);
+    OutputDirectory output(options.output, kProgram);
+    end = RunWithLog(options, cancellation, rig, key, output, display);
+  } catch (...) {
+    end = EndWithException({});
   }
+  if (end.status != kTrusted && end.status != kRefused) display.OnFailure(end.lines[0]);
+  return end;
 }
-
-std::string LogHint(const JobOptions& options) { return "; see " + (options.output / "log.txt").string(); }
 
 }  // namespace mlic

@@ -13,6 +13,7 @@
 #include "mlic_core/evaluation/map_evaluation.h"
 #include "mlic_core/evaluation/trajectory_error.h"
 #include "mlic_core/evaluation/truth_comparison.h"
+#include "mlic_core/io/output_directory.h"
 #include "mlic_core/io/result/result_file.h"
 #include "mlic_core/io/rig/rig_file.h"
 #include "mlic_core/io/text_file.h"
@@ -134,6 +135,7 @@ void CompareTo(const CalibrationResult& truth, const std::string& of, const std:
 }
 
 int Evaluate(const EvaluateOptions& options, const CancellationToken& cancellation) {
+  OutputDirectory output(options.output, "evaluate");
   const CalibrationResult calibration = ReadCalibrationFile(options.calibration);
   std::optional<CalibrationResult> truth;
   if (!options.truth.empty()) truth = ReadCalibrationFile(options.truth);
@@ -160,14 +162,11 @@ int Evaluate(const EvaluateOptions& options, const CancellationToken& cancellati
     EvaluateData(options, bags, calibration, initial, truth, trajectory, cancellation, &evaluation);
   }
   cancellation.ThrowIfCancelled();
-  for (const char* name :
-       {"errors.csv", "intrinsics_errors.csv", "initial_errors.csv", "initial_intrinsics_errors.csv",
-        "map_quality.csv", "map_quality_truth.csv", "trajectory_errors.csv", "epipolar_errors.csv"}) {
-    std::error_code ignored;
-    fs::remove(options.output / name, ignored);
-  }
-  for (const auto& [name, content] : evaluation.files) WriteFileAtomically(options.output / name, content);
-  WriteFileAtomically(options.output / "evaluation.txt", evaluation.text);
+  const std::vector<std::string> kept = output.Replace([&](const fs::path& directory) {
+    for (const auto& [name, content] : evaluation.files) WriteFileAtomically(directory / name, content);
+    WriteFileAtomically(directory / "evaluation.txt", evaluation.text);
+  });
+  for (const std::string& line : kept) std::fprintf(stderr, "evaluate: %s\n", line.c_str());
   std::fputs(evaluation.text.c_str(), stdout);
   return kTrusted;
 }
@@ -186,7 +185,8 @@ int main(int argc, char** argv) {
   app.add_option("--reference-topic", options.reference_topic,
                  "topic with the true path: Odometry, PoseStamped or TransformStamped");
   app.add_option("--rig", rig, "rig file that names the topics; by default they are found by their frames");
-  app.add_option("--output", output, "directory for evaluation.txt and CSV files, made if needed")
+  app.add_option("--output", output,
+                 "directory for evaluation.txt and CSV files, empty or new or of an earlier run")
       ->required();
   int status = 0;
   if (!mlic::ParseArguments(app, argc, argv, status)) return status;

@@ -20,10 +20,11 @@ double Seconds(std::chrono::steady_clock::duration duration) {
 
 }  // namespace
 
-JobLog::JobLog(const std::filesystem::path& directory, JobObserver& display) : display_(display) {
+JobLog::JobLog(const std::filesystem::path& directory, bool append, JobObserver& display)
+    : display_(display) {
   try {
-    std::filesystem::create_directories(directory);
-    auto file = std::make_shared<spdlog::sinks::basic_file_sink_mt>((directory / "log.txt").string(), true);
+    auto file =
+        std::make_shared<spdlog::sinks::basic_file_sink_mt>((directory / kFileName).string(), !append);
     auto terminal = std::make_shared<spdlog::sinks::stderr_sink_mt>();
     terminal->set_pattern("%v");
     file->set_pattern("%Y-%m-%d %H:%M:%S.%e %l: %v");

@@ -16,12 +16,14 @@ namespace mlic {
 // hands all that it observes on to the display.
 class JobLog : public JobObserver {
  public:
-  // Creates the directory. Throws InputError when that or the log file is not possible.
-  JobLog(const std::filesystem::path& directory, JobObserver& display);
+  static constexpr const char* kFileName = "log.txt";
+
+  // append: goes on after what an earlier run wrote. Throws InputError when the file cannot be written.
+  JobLog(const std::filesystem::path& directory, bool append, JobObserver& display);
 
   void Line(const std::string& line) { logger_->info(line); }
   void Warning(const std::string& line) { logger_->warn(line); }
-  // How the run ended, to the file alone: the program itself prints the line on stderr. good: no error.
+  // To the file alone: times, and how the run ended, which the program itself prints. good: no error.
   void FileOnly(bool good, const std::string& line);
 
   void OnProgress(const std::string& stage, double fraction) override;

@@ -1,99 +1,119 @@
-// calibrate_node: the same work as `calibrate`, shown in RViz. Private parameters: rig, bag (one or several,
-// separated by spaces), output, start, duration (0: all), threads, fresh, keep_open (stay after the result,
-// for RViz), matcher, matcher_weights.
+// calibrate_node: the same work as `calibrate`, shown in RViz; what calibrate.launch runs. Private
+// parameters: the options of `calibrate` with _ for - (bag: several separated by blanks), directory (what
+// relative paths start from), rviz and rviz_config, keep_open (stay after the result, for other viewers).
+// --end-launch: once all is done the launch ends.
+#include <ros/file_log.h>
 #include <ros/ros.h>
 
 #include <chrono>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <memory>
 #include <sstream>
 #include <string>
 #include <thread>
 
-#include "mlic_core/common/error.h"
 #include "mlic_ros/display/ros_display.h"
 #include "mlic_ros/programs/calibration_job.h"
 #include "mlic_ros/programs/interrupt.h"
-#include "mlic_ros/programs/matcher_choice.h"
+#include "mlic_ros/programs/job_arguments.h"
 #include "mlic_ros/programs/program.h"
+#include "mlic_ros/programs/rviz_window.h"
+#include "mlic_ros/programs/supervision.h"
 
 namespace mlic {
 namespace {
 
+// The value of a private parameter as text, whatever its type; empty where it is not set.
+std::string Parameter(const std::string& name) {
+  XmlRpc::XmlRpcValue value;
+  if (!ros::NodeHandle("~").getParam(name, value)) return "";
+  std::ostringstream text;
+  value.write(text);
+  return text.str();
+}
+
 JobOptions OptionsFromParameters() {
-  ros::NodeHandle parameters("~");
-  const auto required = [&](const std::string& name) {
-    // roslaunch turns values that look like numbers into numbers.
-    XmlRpc::XmlRpcValue value;
-    if (!parameters.getParam(name, value) || value.getType() != XmlRpc::XmlRpcValue::TypeString ||
-        static_cast<std::string>(value).empty()) {
-      throw InputError("parameter " + name + " is missing; give " + name +
-                       ":=... to roslaunch mlic calibrate.launch");
-    }
-    return static_cast<std::string>(value);
-  };
-  JobOptions options;
-  options.rig = required("rig");
-  options.output = required("output");
-  std::istringstream bags(required("bag"));
-  for (std::string bag; bags >> bag;) options.bags.emplace_back(bag);
-  options.load.start = parameters.param("start", 0.0);
-  const double duration = parameters.param("duration", 0.0);
-  if (duration > 0.0) options.load.duration = duration;
-  options.threads = parameters.param("threads", 0);
-  options.calibration.matcher = ChooseMatcher(parameters.param("matcher", std::string("classical")),
-                                              parameters.param("matcher_weights", std::string()));
-  options.fresh = true;  // results that lie there already would leave nothing to show
-  return options;
+  std::string directory = Parameter("directory");
+  while (!directory.empty() && directory.back() == '\n') directory.pop_back();  // of the command pwd
+  JobArguments arguments;
+  arguments.ParseParameters(Parameter, directory);
+  return arguments.Options();
 }
 
-void WaitUntilClosed(const CancellationToken& cancellation) {
-  while (ros::ok() && !cancellation.IsCancelled())
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+std::string RvizLog() { return ros::file_log::getLogDirectory() + "/mlic_rviz.log"; }
+
+std::unique_ptr<RvizWindow> OpenRviz() {
+  if (!ros::NodeHandle("~").param("rviz", false)) return nullptr;
+  auto window = std::make_unique<RvizWindow>(Parameter("rviz_config"), RvizLog());
+  if (!window->Problem().empty()) {
+    std::fprintf(stderr, "warning: RViz is not started: %s; the calibration goes on without\n",
+                 window->Problem().c_str());
+  }
+  return window;
 }
 
-void WriteStatusFile(int status) {
+// For scripts, which roslaunch gives no exit status: the status and the last lines.
+void WriteStatusFile(const JobEnd& end) {
   const char* path = std::getenv("MLIC_STATUS_FILE");
-  if (path != nullptr) std::ofstream(path) << status << "\n";
+  if (path == nullptr) return;
+  std::ofstream stream(path);
+  stream << end.status << "\n";
+  for (const std::string& line : end.lines) stream << line << "\n";
 }
 
-int Run(const CancellationToken& cancellation, RosDisplay& display) {
-  std::string log_hint;
-  const auto body = [&]() -> int {
-    try {
-      const JobOptions options = OptionsFromParameters();
-      log_hint = LogHint(options);
-      const JobOutcome outcome = RunCalibrationJob(options, cancellation, display);
-      if (outcome.trusted) return kTrusted;
-      std::fprintf(stderr, "calibrate_node: %s\n", outcome.refusal.c_str());
-      return kRefused;
-    } catch (const std::exception& error) {
-      display.OnFailure(error.what());
-      throw;
-    }
-  };
-  return RunProgram("calibrate_node", body, [&] { return log_hint; });
+// Latched messages live as long as their publisher, so the node stays as long as somebody may look.
+void StayForViewers(const CancellationToken& cancellation, RvizWindow* rviz) {
+  ros::NodeHandle parameters("~");
+  const bool keep_open = parameters.param("keep_open", false);
+  const auto is_wanted = [&] { return keep_open || (rviz != nullptr && rviz->IsOpen()); };
+  if (!is_wanted()) ros::WallDuration(1.0).sleep();  // for subscribers to receive the last messages
+  while (is_wanted() && ros::ok() && !cancellation.IsCancelled()) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+}
+
+int RunNode(int argc, char** argv) {
+  ros::init(argc, argv, "mlic_calibrate", ros::init_options::NoSigintHandler);
+  ros::NodeHandle node;
+  const CancellationToken& cancellation = CancelOnSignals();
+  const std::unique_ptr<RvizWindow> rviz = OpenRviz();
+  ros::AsyncSpinner spinner(1);
+  spinner.start();
+  RosDisplay display(node);
+  const JobEnd end = RunCalibrationJob(OptionsFromParameters, cancellation, display);
+  if (rviz != nullptr && rviz->IsOpen()) {
+    std::fprintf(stderr, "finished; the launch ends when RViz is closed\n");
+  } else if (rviz != nullptr && rviz->Problem().empty()) {
+    std::fprintf(stderr, "warning: RViz ended before the calibration; what it said: %s\n", RvizLog().c_str());
+  }
+  PrintLastLines(end);
+  WriteStatusFile(end);
+  StayForViewers(cancellation, rviz.get());
+  return end.status;
+}
+
+int ReportDeath(int signal) {
+  const JobEnd end{kFailure,
+                   {"FAILED: calibrate_node was ended by signal " + std::to_string(signal) +
+                        (signal == SIGKILL ? ", which often means that the memory ran out" : ""),
+                    "log: log.txt in the output directory",
+                    "to do: the same command goes on after the last finished stage; give duration for a "
+                    "shorter part if memory is short"}};
+  PrintLastLines(end);
+  WriteStatusFile(end);
+  return end.status;
 }
 
 }  // namespace
 }  // namespace mlic
 
 int main(int argc, char** argv) {
-  ros::init(argc, argv, "mlic_calibrate", ros::init_options::NoSigintHandler);
-  ros::NodeHandle node;
-  const mlic::CancellationToken& cancellation = mlic::CancelOnSignals();
-  ros::AsyncSpinner spinner(1);
-  spinner.start();
-  mlic::RosDisplay display(node);
-  const int status = mlic::Run(cancellation, display);
-  mlic::WriteStatusFile(status);
-  ros::NodeHandle parameters("~");
-  if (parameters.param("keep_open", false)) {
-    mlic::WaitUntilClosed(cancellation);
-  } else {
-    // Latched messages live as long as their publisher: give subscribers time to receive the last ones.
-    ros::WallDuration(parameters.param("linger", 1.0)).sleep();
-  }
+  bool end_launch = false;
+  for (int i = 1; i < argc; ++i) end_launch = end_launch || std::string(argv[i]) == "--end-launch";
+  const int status = mlic::Supervise([&] { return mlic::RunNode(argc, argv); }, mlic::ReportDeath);
+  if (end_launch) mlic::EndLaunch();
   return status;
 }

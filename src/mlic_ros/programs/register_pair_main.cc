@@ -9,13 +9,13 @@
 
 #include "mlic_core/common/error.h"
 #include "mlic_core/ingest/image_stream.h"
+#include "mlic_core/io/output_directory.h"
 #include "mlic_core/io/result/point_cloud_reader.h"
 #include "mlic_core/io/rig/rig_file.h"
 #include "mlic_core/io/text_file.h"
 #include "mlic_core/io/write_results.h"
 #include "mlic_core/pipeline/still_pair.h"
 #include "mlic_ros/programs/program.h"
-#include "mlic_ros/programs/result_directory.h"
 
 namespace mlic {
 namespace {
@@ -107,15 +107,15 @@ std::string Describe(const PairRegistration& done) {
 }
 
 int Register(const RegisterOptions& options) {
+  OutputDirectory output(options.output, "register_pair");
   const Rig rig = LoadRigFile(options.rig);
-  const std::vector<ScanPhoto> pairs = LoadPairs(options, rig);
-  std::error_code error;
-  fs::create_directories(options.output, error);
-  if (error) throw InputError("--output " + options.output.string() + ": " + error.message());
-  const PairRegistration done = RegisterPairs(rig, pairs);
-  ReplaceResults(options.output, [&](const fs::path& directory) { WriteResults(directory, done.result); });
+  const PairRegistration done = RegisterPairs(rig, LoadPairs(options, rig));
   const std::string text = Describe(done);
-  WriteFileAtomically(options.output / "log.txt", text);
+  const std::vector<std::string> kept = output.Replace([&](const fs::path& directory) {
+    WriteResults(directory, done.result, output.Path());
+    WriteFileAtomically(directory / "log.txt", text);
+  });
+  for (const std::string& line : kept) std::fprintf(stderr, "register_pair: %s\n", line.c_str());
   std::fputs(text.c_str(), stdout);
   if (done.result.trusted) return kTrusted;
   std::fprintf(stderr, "register_pair: refused: %s\n", done.result.reasons.front().c_str());
@@ -136,7 +136,8 @@ int main(int argc, char** argv) {
       ->required();
   app.add_option("--rig", rig, "rig file with one LiDAR and one camera with intrinsics and a guess")
       ->required();
-  app.add_option("--output", output, "directory for the results, made if needed")->required();
+  app.add_option("--output", output, "directory for the results, empty or new or of an earlier run")
+      ->required();
   int status = 0;
   if (!mlic::ParseArguments(app, argc, argv, status)) return status;
   options.rig = rig;

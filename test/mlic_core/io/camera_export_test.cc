@@ -83,6 +83,20 @@ TEST(KalibrCamchain, ModelsPosesAndTimeShiftFollowKalibr) {
   EXPECT_LT((result.sensors[3].calibration.T_imu_sensor * in_fisheye - p).norm(), 1e-8);
 }
 
+TEST(KalibrCamchain, ATopicIsDataWhateverItHolds) {
+  for (const std::string& topic : {std::string("a: [b, \"c\"] # d"), std::string("x\ncam9: {}"),
+                                   std::string("123"), std::string("no")}) {
+    CalibrationResult result;
+    result.sensors = {Camera("front", CameraModel::kPlumbBob, {500, 501, 640, 400, 0.1, 0.2, 0.3, 0.4, 0})};
+    result.sensors[0].topic = topic;
+    const std::string text = KalibrCamchainText(result);
+    const YAML::Node chain = YAML::Load(text);
+    EXPECT_EQ(chain.size(), 1u);
+    EXPECT_EQ(chain["cam0"]["rostopic"].as<std::string>(), topic);
+    EXPECT_TRUE(Contains(text, "rostopic: \"")) << "a text for every reader";
+  }
+}
+
 // The pixels are what counts, not the coefficients.
 TEST(KalibrCamchain, ASmallThirdCoefficientIsFitted) {
   CalibrationResult result;

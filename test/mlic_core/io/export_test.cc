@@ -74,6 +74,12 @@ TEST(Export, FramesAreUniqueAndWithoutSlash) {
   EXPECT_EQ(frames.sensors, (std::vector<std::string>{"velodyne", "left_lidar", "right_lidar", "cam_front"}));
 }
 
+TEST(Export, AWordOfAShellIsQuotedWhereItMustBe) {
+  EXPECT_EQ(ShellQuoted("/data/drive_1.bag"), "/data/drive_1.bag");
+  EXPECT_EQ(ShellQuoted("/my data/it's"), "'/my data/it'\\''s'");
+  EXPECT_EQ(ShellQuoted(""), "''");
+}
+
 TEST(Export, TrajectoryKeepsNanoseconds) {
   TemporaryDirectory directory;
   const std::filesystem::path path = directory.Path() / "trajectory.tum";
@@ -115,21 +121,75 @@ TEST(Export, PointCloudHasHeaderAndBinaryFields) {
   EXPECT_EQ(indices[1], result.map[1234].plane);
 }
 
-TEST(WriteResults, RefusedLeavesNoTransformsOfAnEarlierRun) {
+// Frames that a shell, an XML parser, roslaunch or xacro would take apart or evaluate.
+CalibrationResult ResultWithHostileFrames() {
+  CalibrationResult result = SampleResult();
+  result.imu_frame_id = "imu 'of' <the> car";
+  result.sensors[0].frame_id = "$(env HOME) ${1+1}";
+  result.sensors[1].frame_id = "left \"lidar\" & more";
+  result.sensors[2].frame_id = "/right:=other";
+  result.sensors[3].frame_id = "cam\nfront \xff";
+  return result;
+}
+
+TEST(Export, FramesThatWouldBeEvaluatedFallBackToTheName) {
+  const ExportFrames frames = FramesOf(ResultWithHostileFrames());
+  EXPECT_EQ(frames.imu, "imu 'of' <the> car");
+  EXPECT_EQ(frames.sensors,
+            (std::vector<std::string>{"front_lidar", "left \"lidar\" & more", "right_lidar", "cam_front"}));
+  ASSERT_EQ(frames.notes.size(), 3u);
+  EXPECT_TRUE(Contains(frames.notes[0], "front_lidar: its frame '$(env HOME) ${1+1}'"));
+  EXPECT_TRUE(Contains(frames.notes[2], "cam?front ?")) << "no control characters on the terminal";
+  CalibrationResult result;
+  result.imu_frame_id = "$(find mlic)";
+  EXPECT_EQ(FramesOf(result).imu, "imu");
+  EXPECT_TRUE(FramesOf(SampleResult()).notes.empty());
+}
+
+// Reads the files as roslaunch and robot_state_publisher do: an XML parser, and shlex for the arguments.
+TEST(Export, FilesAreReadBackWithTheFramesThatTheyGot) {
+  if (std::system("command -v /usr/bin/python3 > /dev/null") != 0)
+    GTEST_SKIP() << "no python3 on this machine";
   TemporaryDirectory directory;
-  const std::filesystem::path output = directory.Path() / "new" / "results";
+  const CalibrationResult result = ResultWithHostileFrames();
+  WriteStaticTransforms(directory.Path() / "static.launch", result);
+  WriteUrdf(directory.Path() / "sensors.urdf", result);
+  for (const char* name : {"static.launch", "sensors.urdf"}) {
+    EXPECT_EQ(ReadFile(directory.Path() / name).find('$'), std::string::npos) << name;
+  }
+  WriteFileAtomically(directory.Path() / "read.py",
+                      "import shlex, xml.etree.ElementTree as tree\n"
+                      "for node in tree.parse('static.launch').getroot():\n"
+                      "    words = shlex.split(node.get('args'))\n"
+                      "    print(len(words), *words[7:], sep='|')\n"
+                      "robot = tree.parse('sensors.urdf').getroot()\n"
+                      "print(*(link.get('name') for link in robot.iter('link')), sep='|')\n"
+                      "print(*(child.get('link') for child in robot.iter('child')), sep='|')\n");
+  const std::string command =
+      "cd '" + directory.Path().string() + "' && /usr/bin/python3 read.py > read.txt 2>&1";
+  std::system(command.c_str());
+  const std::string imu = "imu 'of' <the> car", left = "left \"lidar\" & more";
+  EXPECT_EQ(ReadFile(directory.Path() / "read.txt"),
+            "9|" + imu + "|front_lidar\n9|" + imu + "|" + left + "\n9|" + imu + "|right_lidar\n9|" + imu +
+                "|cam_front\n" + imu + "|front_lidar|" + left + "|right_lidar|cam_front\nfront_lidar|" +
+                left + "|right_lidar|cam_front\n");
+}
+
+TEST(WriteResults, RefusedGetsNothingThatOthersWouldLoad) {
+  TemporaryDirectory directory;
   CalibrationResult result = SampleResult();
   result.trajectories.push_back(result.trajectories[0]);
-  WriteResults(output, result);
+  WriteResults(directory.Path() / "trusted", result, "/data");
   for (const char* name : {"calibration.yaml", "report.html", "trajectory.tum", "trajectory_2.tum", "map.pcd",
                            "static_transforms.launch", "sensors.urdf.xacro", "kalibr_camchain.yaml",
                            "camera_info/cam_front.yaml", "images/cam_front_tracks.png",
                            "images/keyframes.csv", "initial_calibration.yaml"}) {
-    EXPECT_TRUE(std::filesystem::exists(output / name)) << name;
+    EXPECT_TRUE(std::filesystem::exists(directory.Path() / "trusted" / name)) << name;
   }
   CalibrationResult refused;
   refused.reasons = {"the vehicle stood still"};
-  WriteResults(output, refused);
+  const std::filesystem::path output = directory.Path() / "refused";
+  WriteResults(output, refused, "/data");
   std::vector<std::string> left;
   for (const auto& entry : std::filesystem::directory_iterator(output))
     left.push_back(entry.path().filename());
@@ -140,8 +200,8 @@ TEST(WriteResults, RefusedLeavesNoTransformsOfAnEarlierRun) {
 
 TEST(WriteResults, SameResultSameBytes) {
   TemporaryDirectory directory;
-  WriteResults(directory.Path() / "a", SampleResult());
-  WriteResults(directory.Path() / "b", SampleResult());
+  WriteResults(directory.Path() / "a", SampleResult(), "/data");
+  WriteResults(directory.Path() / "b", SampleResult(), "/data");
   for (const auto& entry : std::filesystem::directory_iterator(directory.Path() / "a")) {
     if (entry.is_directory()) continue;
     EXPECT_EQ(ReadFile(entry.path()), ReadFile(directory.Path() / "b" / entry.path().filename()))
@@ -152,8 +212,8 @@ TEST(WriteResults, SameResultSameBytes) {
 TEST(WriteResults, UnwritablePlaceIsOneLine) {
   TemporaryDirectory directory;
   WriteFileAtomically(directory.Path() / "file", "x");
-  EXPECT_TRUE(Contains(InputErrorOf([&] { WriteResults(directory.Path() / "file" / "sub", SampleResult()); }),
-                       "file"));
+  EXPECT_TRUE(Contains(
+      InputErrorOf([&] { WriteResults(directory.Path() / "file" / "sub", SampleResult(), ""); }), "file"));
 }
 
 }  // namespace

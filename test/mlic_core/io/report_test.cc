@@ -14,7 +14,7 @@ namespace {
 
 std::string ReportOf(const CalibrationResult& result) {
   TemporaryDirectory directory;
-  WriteReport(directory.Path() / "report.html", result);
+  WriteReport(directory.Path() / "report.html", result, "/data/my drive");
   return ReadFile(directory.Path() / "report.html");
 }
 
@@ -49,6 +49,11 @@ TEST(Report, RefusedGivesReasonsEscaped) {
   EXPECT_TRUE(Contains(html, "turned by 3 deg &lt; 20 deg &amp; stood still"));
   EXPECT_TRUE(Contains(html, "Record again with turns"));
   EXPECT_EQ(html.find("<h1>Trusted"), std::string::npos);
+}
+
+TEST(Report, AdviceWorksFromAnyFolder) {
+  EXPECT_TRUE(Contains(ReportOf(SampleResult()),
+                       "roslaunch &#39;/data/my drive/static_transforms.launch&#39;, or include"));
 }
 
 TEST(Report, LowInlierShareBecomesAHint) {

@@ -74,7 +74,8 @@ std::string ResidualSection(const CalibrationResult& result) {
 
 }  // namespace
 
-void WriteReport(const std::filesystem::path& path, const CalibrationResult& result) {
+void WriteReport(const std::filesystem::path& path, const CalibrationResult& result,
+                 const std::filesystem::path& place) {
   std::string html =
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" "
       "content=\"width=device-width\">\n<title>MLIC calibration report</title>\n<style>";
@@ -91,7 +92,7 @@ void WriteReport(const std::filesystem::path& path, const CalibrationResult& res
   if (!result.residuals.empty()) html += Section("Residuals", ResidualSection(result));
   if (!result.stages.empty()) html += Section("Stages", StageTable(result));
   std::string steps = "<ul>\n";
-  for (const std::string& step : NextSteps(result)) steps += "<li>" + EscapeXml(step) + "</li>\n";
+  for (const std::string& step : NextSteps(result, place)) steps += "<li>" + EscapeXml(step) + "</li>\n";
   html += Section("What to do next", steps + "</ul>\n");
   WriteFileAtomically(path, html + "</main>\n</body>\n</html>\n");
 }

@@ -26,22 +26,15 @@ std::string Tile(const std::string& number, const std::string& meaning) {
 
 // The largest sigmas among what the drive showed, in the units of people.
 std::string Tiles(const CalibrationResult& result) {
-  double rotation = 0.0, translation = 0.0, offset = 0.0;
-  for (const SensorResult& sensor : result.sensors) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto i = static_cast<Eigen::Index>(k);
-      if (sensor.rotation_observable[k]) rotation = std::max(rotation, sensor.sigma.rotation[i]);
-      if (sensor.translation_observable[k]) translation = std::max(translation, sensor.sigma.translation[i]);
-    }
-    if (sensor.time_offset_observable) offset = std::max(offset, sensor.sigma.time_offset);
-  }
+  const LargestSigmas sigmas = FindLargestSigmas(result);
   std::string html =
       "<div class=\"tiles\">" + Tile(std::to_string(result.sensors.size()), "sensors calibrated");
   if (!result.sensors.empty()) {
-    html += Tile(FixedNumber(kDegreesPerRadian * rotation, 4) + "&deg;", "largest &sigma; of a rotation");
     html +=
-        Tile(FixedNumber(1e3 * translation, 1) + " mm", "largest &sigma; of a translation that was shown");
-    html += Tile(FixedNumber(1e3 * offset, 3) + " ms", "largest &sigma; of a time offset");
+        Tile(FixedNumber(kDegreesPerRadian * sigmas.rotation, 4) + "&deg;", "largest &sigma; of a rotation");
+    html += Tile(FixedNumber(1e3 * sigmas.translation, 1) + " mm",
+                 "largest &sigma; of a translation that was shown");
+    html += Tile(FixedNumber(1e3 * sigmas.time_offset, 3) + " ms", "largest &sigma; of a time offset");
   }
   if (!result.trajectories.empty() && result.trajectories[0].size() > 1) {
     double length = 0.0, seconds = 0.0;
@@ -88,7 +81,31 @@ std::string VerdictBlock(const CalibrationResult& result) {
   return html + Tiles(result) + "</section>\n";
 }
 
-std::vector<std::string> NextSteps(const CalibrationResult& result) {
+LargestSigmas FindLargestSigmas(const CalibrationResult& result) {
+  LargestSigmas largest;
+  for (const SensorResult& sensor : result.sensors) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto i = static_cast<Eigen::Index>(k);
+      if (sensor.rotation_observable[k]) {
+        largest.rotation = std::max(largest.rotation, sensor.sigma.rotation[i]);
+      }
+      if (sensor.translation_observable[k]) {
+        largest.translation = std::max(largest.translation, sensor.sigma.translation[i]);
+      }
+    }
+    if (sensor.time_offset_observable) {
+      largest.time_offset = std::max(largest.time_offset, sensor.sigma.time_offset);
+    }
+  }
+  return largest;
+}
+
+std::string UseCommand(const std::filesystem::path& place) {
+  return "roslaunch " +
+         ShellQuoted((std::filesystem::absolute(place) / "static_transforms.launch").lexically_normal());
+}
+
+std::vector<std::string> NextSteps(const CalibrationResult& result, const std::filesystem::path& place) {
   using Quantity = UnobservableDirection::Quantity;
   std::vector<std::string> steps;
   if (!result.trusted) {
@@ -121,8 +138,8 @@ std::vector<std::string> NextSteps(const CalibrationResult& result) {
     }
   }
   if (result.trusted) {
-    steps.push_back(
-        "Use it: roslaunch static_transforms.launch, or include sensors.urdf.xacro in the vehicle's model.");
+    steps.push_back("Use it: " + UseCommand(place) +
+                    ", or include sensors.urdf.xacro in the vehicle's model.");
     steps.push_back(
         "Calibrate a second recording and compare: the two should differ by no more than their sigmas say.");
   }

@@ -1,5 +1,6 @@
 #include "mlic_core/io/result/export_frames.h"
 
+#include <algorithm>
 #include <set>
 
 namespace mlic {
@@ -9,15 +10,37 @@ std::string WithoutLeadingSlash(const std::string& frame) {
   return !frame.empty() && frame[0] == '/' ? frame.substr(1) : frame;
 }
 
+// xacro and roslaunch substitute what follows a $, and neither has an escape for it that
+// robot_state_publisher and check_urdf would read as well; ROS takes an argument with := for a remapping;
+// control characters and bytes beyond ASCII do not get through XML and the locale of every node.
+bool CanBeWritten(const std::string& frame) {
+  return frame.find(":=") == std::string::npos &&
+         std::all_of(frame.begin(), frame.end(), [](char c) { return c >= ' ' && c <= '~' && c != '$'; });
+}
+
+// The frame, or the other name with a note.
+std::string Writable(const std::string& frame, const std::string& owner, const std::string& other,
+                     std::vector<std::string>* notes) {
+  if (CanBeWritten(frame)) return frame;
+  std::string shown;
+  for (const char c : frame) shown += c >= ' ' && c <= '~' ? c : '?';
+  notes->push_back(owner + ": its frame '" + shown +
+                   "' cannot stand in launch and URDF files (only printable ASCII without $ and := can); "
+                   "they call it " +
+                   other + ", give another as frame_id in the rig file");
+  return other;
+}
+
 }  // namespace
 
 ExportFrames FramesOf(const CalibrationResult& result) {
   ExportFrames frames;
-  frames.imu = WithoutLeadingSlash(result.imu_frame_id);
+  frames.imu = Writable(WithoutLeadingSlash(result.imu_frame_id), "the IMU", "imu", &frames.notes);
   if (frames.imu.empty()) frames.imu = "imu";
   std::set<std::string> used{frames.imu};
   for (const SensorResult& sensor : result.sensors) {
-    std::string frame = WithoutLeadingSlash(sensor.frame_id);
+    std::string frame =
+        Writable(WithoutLeadingSlash(sensor.frame_id), sensor.name, sensor.name, &frames.notes);
     if (frame.empty() || used.count(frame) > 0) frame = sensor.name;
     while (!used.insert(frame).second) frame += "_frame";
     frames.sensors.push_back(frame);

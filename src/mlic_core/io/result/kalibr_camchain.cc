@@ -5,6 +5,7 @@
 #include "mlic_core/io/result/radtan_fit.h"
 #include "mlic_core/io/rig/rig_parsing.h"
 #include "mlic_core/io/text_file.h"
+#include "mlic_core/io/yaml_reader.h"
 
 namespace mlic {
 namespace {
@@ -95,7 +96,7 @@ std::string KalibrCamchainText(const CalibrationResult& result) {
     text += "  camera_model: " + model.camera_model + "\n  distortion_coeffs: " + List(model.distortion) +
             "\n  distortion_model: " + model.distortion_model + "\n  intrinsics: " + List(model.intrinsics) +
             "\n  resolution: [" + std::to_string(camera.width) + ", " + std::to_string(camera.height) + "]\n";
-    if (!sensor.topic.empty()) text += "  rostopic: " + sensor.topic + "\n";
+    if (!sensor.topic.empty()) text += "  rostopic: " + QuotedYaml(sensor.topic) + "\n";
     text += "  timeshift_cam_imu: " + FixedNumber(sensor.calibration.time_offset, 9) + "\n";
     previous = &sensor;
   }

@@ -32,12 +32,6 @@ std::string RowByRow(const Eigen::Matrix3d& m) {
   return Short(transposed.data(), 9);
 }
 
-std::string Quoted(const std::string& text) {
-  YAML::Emitter emitter;
-  emitter << YAML::DoubleQuoted << text;
-  return emitter.c_str();
-}
-
 std::string Flags(const std::array<bool, 3>& flags) {
   std::string text;
   for (const bool flag : flags) text += (text.empty() ? "" : ", ") + std::string(flag ? "true" : "false");
@@ -83,7 +77,7 @@ std::string HeldNames(const SensorResult& sensor) {
 std::string SensorText(const SensorResult& sensor) {
   std::string text = "  " + sensor.name + ":\n";
   text += std::string("    type: ") + (sensor.type == SensorResult::Type::kLidar ? "lidar" : "camera") + "\n";
-  text += "    frame_id: " + Quoted(sensor.frame_id) + "\n";
+  text += "    frame_id: " + QuotedYaml(sensor.frame_id) + "\n";
   text += "    T_imu_sensor: " + PoseText(sensor.calibration.T_imu_sensor) + "\n";
   text += "    sigma: " + SigmaText(sensor.sigma) + "\n";
   text += "    observable: {translation: " + Flags(sensor.translation_observable) +
@@ -119,7 +113,7 @@ std::string SensorText(const SensorResult& sensor) {
 std::string ReasonsText(const std::vector<std::string>& reasons) {
   if (reasons.empty()) return "reasons: []\n";
   std::string text = "reasons:\n";
-  for (const std::string& reason : reasons) text += "  - " + Quoted(reason) + "\n";
+  for (const std::string& reason : reasons) text += "  - " + QuotedYaml(reason) + "\n";
   return text;
 }
 
@@ -258,7 +252,7 @@ void WriteCalibrationFile(const std::filesystem::path& path, const CalibrationRe
   std::string text = std::string("format: ") + kFormat + "\n";
   text += std::string("verdict: ") + (result.trusted ? "trusted" : "refused") + "\n";
   text += ReasonsText(result.reasons);
-  text += "imu:\n  frame_id: " + Quoted(result.imu_frame_id) + "\n";
+  text += "imu:\n  frame_id: " + QuotedYaml(result.imu_frame_id) + "\n";
   text += "  gyroscope_bias: " + Short(result.imu.gyroscope_bias) + "\n";
   text += "  accelerometer_bias: " + Short(result.imu.accelerometer_bias) + "\n";
   text += "  gravity: " + Short(result.gravity) + "  # in the map\n";

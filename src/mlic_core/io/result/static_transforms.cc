@@ -15,8 +15,8 @@ void WriteStaticTransforms(const std::filesystem::path& path, const CalibrationR
     for (int k = 0; k < 3; ++k) arguments += FixedNumber(pose.translation[k], 9) + " ";
     for (int k = 0; k < 4; ++k) arguments += FixedNumber(pose.rotation.coeffs()[k], 12) + " ";
     text += "  <node pkg=\"tf2_ros\" type=\"static_transform_publisher\" name=\"mlic_" +
-            EscapeXml(result.sensors[i].name) + "\"\n        args=\"" + arguments + EscapeXml(frames.imu) +
-            " " + EscapeXml(frames.sensors[i]) + "\"/>\n";
+            EscapeXml(result.sensors[i].name) + "\"\n        args=\"" + arguments +
+            EscapeXml(ShellQuoted(frames.imu)) + " " + EscapeXml(ShellQuoted(frames.sensors[i])) + "\"/>\n";
   }
   WriteFileAtomically(path, text + "</launch>\n");
 }

@@ -7,7 +7,8 @@
 namespace mlic {
 
 // Writes a launch file that publishes every sensor's pose in the IMU frame, one tf2_ros
-// static_transform_publisher each (x y z qx qy qz qw parent child). roslaunch runs it as it is.
+// static_transform_publisher each (x y z qx qy qz qw parent child; roslaunch splits them as a
+// shell does). roslaunch runs it as it is.
 void WriteStaticTransforms(const std::filesystem::path& path, const CalibrationResult& result);
 
 }  // namespace mlic

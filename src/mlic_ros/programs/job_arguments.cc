@@ -1,0 +1,97 @@
+#include "mlic_ros/programs/job_arguments.h"
+
+#include <algorithm>
+#include <map>
+#include <sstream>
+
+#include "mlic_core/common/error.h"
+#include "mlic_ros/programs/matcher_choice.h"
+
+namespace mlic {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Words that make the name of a file together are one path: names may hold blanks.
+std::vector<std::string> SplitPaths(const std::string& text, const fs::path& directory) {
+  if (fs::exists(directory / text)) return {text};
+  std::vector<std::string> paths, words;
+  std::istringstream stream(text);
+  for (std::string word; stream >> word;) {
+    words.push_back(word);
+    std::string joined = words.front();
+    for (std::size_t i = 1; i < words.size(); ++i) joined += " " + words[i];
+    if (!fs::exists(directory / joined)) continue;
+    paths.push_back(joined);
+    words.clear();
+  }
+  paths.insert(paths.end(), words.begin(), words.end());
+  return paths;
+}
+
+}  // namespace
+
+JobArguments::JobArguments()
+    : app_("Calibrates the LiDARs, the cameras and the IMU of a rig from one recorded drive", "calibrate") {
+  app_.add_option("--rig", rig_, "rig file")->required();
+  app_.add_option("--bag", bags_, "ROS 1 bag; give it again for more")->required();
+  app_.add_option("--output", output_, "directory for the results, empty or new or of an earlier run")
+      ->required();
+  app_.add_option("--start", options_.load.start, "leave out the first seconds");
+  app_.add_option("--duration", duration_, "use no more than this many seconds; 0: all")
+      ->check(CLI::NonNegativeNumber);
+  const std::map<std::string, IntrinsicsStart> starts{{"trajectory", IntrinsicsStart::kTrajectory},
+                                                      {"colmap", IntrinsicsStart::kColmap}};
+  app_.add_option(
+          "--intrinsics", options_.calibration.intrinsics,
+          "where the intrinsics start of cameras with nothing but fov_deg: on the trajectory, or COLMAP")
+      ->transform(CLI::CheckedTransformer(starts, CLI::ignore_case));
+  app_.add_option("--matcher", matcher_, "what finds the same points in images: classical (SIFT) or learned")
+      ->check(CLI::IsMember({"classical", "learned"}));
+  app_.add_option("--matcher-weights", matcher_weights_,
+                  "directory with the networks of the learned matcher, see docs/learned_matcher.md");
+  app_.add_option("--threads", options_.threads, "threads to use; by default all cores")
+      ->check(CLI::Range(0, 1024));
+  app_.add_flag("--fresh", options_.fresh, "do the work even where DIR holds the results of the same inputs");
+}
+
+void JobArguments::ParseParameters(const std::function<std::string(const std::string&)>& parameter,
+                                   const fs::path& directory) {
+  directory_ = directory;
+  std::vector<std::string> arguments;
+  for (const CLI::Option* option : app_.get_options()) {
+    const std::string name = option->get_lnames().front();
+    std::string parameter_name = name;
+    std::replace(parameter_name.begin(), parameter_name.end(), '-', '_');
+    const std::string value = parameter(parameter_name);
+    const bool is_flag = option->get_expected_max() == 0;
+    if (value.empty() || name == "help") continue;
+    if (is_flag) {
+      arguments.push_back("--" + name + "=" + value);
+      continue;
+    }
+    const std::vector<std::string> values =
+        name == "bag" ? SplitPaths(value, directory) : std::vector<std::string>{value};
+    for (const std::string& one : values) arguments.insert(arguments.end(), {"--" + name, one});
+  }
+  std::reverse(arguments.begin(), arguments.end());  // as CLI11 takes them
+  try {
+    app_.parse(arguments);
+  } catch (const CLI::ParseError& error) {
+    throw InputError(std::string(error.what()) +
+                     "; give it to roslaunch mlic calibrate.launch as NAME:=VALUE");
+  }
+}
+
+JobOptions JobArguments::Options() const {
+  JobOptions options = options_;
+  options.rig = directory_ / rig_;
+  options.output = directory_ / output_;
+  for (const std::string& bag : bags_) options.bags.push_back(directory_ / bag);
+  if (duration_ > 0.0) options.load.duration = duration_;
+  const fs::path weights = matcher_weights_.empty() ? fs::path() : directory_ / matcher_weights_;
+  options.calibration.matcher = ChooseMatcher(matcher_, weights.string());
+  return options;
+}
+
+}  // namespace mlic

@@ -1,0 +1,80 @@
+#include "mlic_ros/programs/job_end.h"
+
+#include <cmath>
+#include <cstdio>
+#include <exception>
+
+#include "mlic_core/common/error.h"
+#include "mlic_core/io/report/report_verdict.h"
+#include "mlic_core/io/text_file.h"
+#include "mlic_ros/programs/program.h"
+
+namespace mlic {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string Absolute(const fs::path& path) { return fs::absolute(path).lexically_normal().string(); }
+
+std::string Trusted(const CalibrationResult& result) {
+  const LargestSigmas worst = FindLargestSigmas(result);
+  std::size_t held = 0;
+  for (const SensorResult& sensor : result.sensors) held += sensor.unobservable.size();
+  const std::size_t count = result.sensors.size();
+  std::string line = "TRUSTED: " + std::to_string(count) + (count == 1 ? " sensor" : " sensors") +
+                     ", worst sigma " + ShortNumber(worst.rotation * 180.0 / M_PI, 2) + " deg, " +
+                     ShortNumber(1e3 * worst.translation, 2) + " mm, " +
+                     ShortNumber(1e3 * worst.time_offset, 2) + " ms";
+  if (held > 0) line += "; " + std::to_string(held) + " directions not shown by the drive, see the report";
+  return line;
+}
+
+std::string Refused(const CalibrationResult& result) {
+  std::string line = "REFUSED: ";
+  for (std::size_t i = 0; i < result.reasons.size(); ++i) line += (i == 0 ? "" : "; ") + result.reasons[i];
+  return result.reasons.empty() ? line + "a check failed, see the log" : line;
+}
+
+JobEnd Failure(int status, const std::string& reason, const fs::path& log, const std::string& advice) {
+  return {
+      status,
+      {reason, "log: " + (log.empty() ? "none, nothing was written" : Absolute(log)), "to do: " + advice}};
+}
+
+}  // namespace
+
+JobEnd EndWithResult(const CalibrationResult& result, const fs::path& directory) {
+  const std::string report = "report: " + Absolute(directory / "report.html");
+  if (result.trusted) return {kTrusted, {Trusted(result), report, "use it: " + UseCommand(directory)}};
+  return {kRefused, {Refused(result), report, "to do: " + NextSteps(result, directory).front()}};
+}
+
+JobEnd EndWithException(const fs::path& log) {
+  const auto failure = [&](const std::string& what) {
+    return Failure(kFailure, "FAILED: internal failure: " + what, log,
+                   "the same command goes on after the last finished stage; if it fails again, report it "
+                   "with the log");
+  };
+  try {
+    throw;
+  } catch (const InputError& error) {
+    return Failure(kBadInput, std::string("BAD INPUT: ") + error.what(), log,
+                   "mend what the first of these lines names, then give the same command again");
+  } catch (const Cancelled&) {
+    return Failure(kInterrupted, "INTERRUPTED: the run was interrupted, no result was written", log,
+                   "the same command goes on after the last finished stage");
+  } catch (const std::bad_alloc&) {
+    return Failure(kFailure, "FAILED: out of memory", log,
+                   "give --duration for a shorter part of the drive, or fewer sensors (enabled: false)");
+  } catch (const std::exception& error) {
+    return failure(error.what());
+  } catch (...) {
+    return failure("unknown");
+  }
+}
+
+void PrintLastLines(const JobEnd& end) {
+  for (const std::string& line : end.lines) std::fprintf(stderr, "%s\n", line.c_str());
+}
+
+}  // namespace mlic

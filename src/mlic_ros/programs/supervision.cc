@@ -1,0 +1,74 @@
+#include "mlic_ros/programs/supervision.h"
+
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
+
+#include "mlic_ros/programs/program.h"
+
+namespace mlic {
+namespace {
+
+// roslaunch asks its nodes to end within a poll of its processes; this is far more.
+constexpr timespec kMostForRoslaunch{10, 0};
+
+volatile pid_t child = 0;
+volatile std::sig_atomic_t was_signalled = 0;
+
+extern "C" void HandOn(int signal) {
+  was_signalled = 1;
+  if (child > 0) kill(child, signal);
+}
+
+sigset_t EndSignals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  return signals;
+}
+
+[[noreturn]] void RunChild(const std::function<int()>& work, pid_t supervisor, const sigset_t& mask) {
+  // Its own group: what roslaunch sends to the node's group comes once, from the supervisor.
+  setpgid(0, 0);
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() != supervisor) _exit(kFailure);
+  sigprocmask(SIG_SETMASK, &mask, nullptr);
+  std::exit(work());
+}
+
+}  // namespace
+
+int Supervise(const std::function<int()>& work, const std::function<int(int)>& on_death) {
+  const sigset_t signals = EndSignals();
+  sigset_t before;
+  sigprocmask(SIG_BLOCK, &signals, &before);  // until the child is known, to whom they go
+  const pid_t supervisor = getpid();
+  child = fork();
+  if (child == 0) RunChild(work, supervisor, before);
+  if (child < 0) return on_death(0);
+  struct sigaction action {};
+  action.sa_handler = HandOn;
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+  sigprocmask(SIG_SETMASK, &before, nullptr);
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  child = 0;
+  return WIFEXITED(status) ? WEXITSTATUS(status) : on_death(WTERMSIG(status));
+}
+
+void EndLaunch() {
+  const sigset_t signals = EndSignals();
+  sigprocmask(SIG_BLOCK, &signals, nullptr);
+  if (was_signalled != 0) return;
+  kill(getppid(), SIGINT);
+  sigtimedwait(&signals, nullptr, &kMostForRoslaunch);
+}
+
+}  // namespace mlic

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <functional>
+
+namespace mlic {
+
+// Runs the work in a child process and waits for it, so that a node which dies (of a crash, or of memory that
+// ran out) still has a last word. Signals to this process are handed on to the child, which dies with it. To
+// be called before any thread is started. on_death(signal) is called, here, when a signal ended the child.
+// Returns the child's exit status, or what on_death returned.
+int Supervise(const std::function<int()>& work, const std::function<int(int)>& on_death);
+
+// Ends the launch that started this process, roslaunch being its parent, as Ctrl-C would; waits until
+// roslaunch asks this process to end too.
+void EndLaunch();
+
+}  // namespace mlic
