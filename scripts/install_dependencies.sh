@@ -46,6 +46,7 @@ declare -A optional=(
   [ccache]="repeated builds take longer"
   [catkin-tools]="no 'catkin build'; catkin_make and plain cmake work"
   [clang-format-14]="the formatting check is skipped"
+  [clang-tidy]="continuous integration skips clang-tidy"
   [libbenchmark-dev]="no benchmarks"
   [rviz]="no RViz: calibrate.launch works with rviz:=false only"
   [xvfb]="no scripts/screenshot.sh"
