@@ -47,6 +47,7 @@ declare -A optional=(
   [catkin-lint]="the check of package.xml by catkin_lint is skipped"
   [catkin-tools]="no 'catkin build'; catkin_make and plain cmake work"
   [clang-format-14]="the formatting check is skipped"
+  [clang-tidy]="continuous integration skips clang-tidy"
   [libbenchmark-dev]="no benchmarks"
   [libopengv-dev]="no comparison with OpenGV among the benchmarks"
   [rviz]="no RViz: calibrate.launch works with rviz:=false only"

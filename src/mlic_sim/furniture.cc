@@ -22,17 +22,23 @@ struct Facade {
   }
 };
 
-void AddRectangle(const Facade& f, double a0, double a1, double z0, double z1, double out, Material material,
-                  std::uint32_t object, Mesh& mesh) {
+// Part of a facade, along it and upwards.
+struct Area {
+  double a0, a1, z0, z1;
+};
+
+void AddRectangle(const Facade& f, const Area& area, double out, Material material, std::uint32_t object,
+                  Mesh& mesh) {
+  const auto& [a0, a1, z0, z1] = area;
   if (a1 - a0 < 1e-6 || z1 - z0 < 1e-6) return;
   mesh.AddQuad(f.At(a0, z0, out), f.At(a1, z0, out), f.At(a1, z1, out), f.At(a0, z1, out), material, object);
 }
 
-// An opening from (a0, z0) to (a1, z1), filled with `filling` at `depth` behind the wall, with its four
-// reveals.
-void AddOpening(const Facade& f, double a0, double a1, double z0, double z1, double depth, Material filling,
-                std::uint32_t object, Mesh& mesh) {
-  AddRectangle(f, a0, a1, z0, z1, -depth, filling, object, mesh);
+// An opening, filled with `filling` at `depth` behind the wall, with its four reveals.
+void AddOpening(const Facade& f, const Area& area, double depth, Material filling, std::uint32_t object,
+                Mesh& mesh) {
+  const double a0 = area.a0, a1 = area.a1, z0 = area.z0, z1 = area.z1;
+  AddRectangle(f, area, -depth, filling, object, mesh);
   const auto reveal = [&](double b0, double y0, double b1, double y1) {
     mesh.AddQuad(f.At(b0, y0, 0), f.At(b1, y1, 0), f.At(b1, y1, -depth), f.At(b0, y0, -depth),
                  Material::kWindowFrame, object);
@@ -55,17 +61,17 @@ void AddFacade(const Facade& f, Material wall, std::uint32_t object, Mesh& mesh)
       const double low = j == 0 ? -kBelow : j * kStorey;
       const double high = j + 1 == storeys ? f.height : (j + 1) * kStorey;
       const double z0 = door ? 0.1 : j * kStorey + 0.95, z1 = j * kStorey + (door ? 2.2 : 2.45);
-      AddRectangle(f, left, a0, low, high, 0, wall, object, mesh);
-      AddRectangle(f, a1, right, low, high, 0, wall, object, mesh);
-      AddRectangle(f, a0, a1, low, z0, 0, wall, object, mesh);
-      AddRectangle(f, a0, a1, z1, high, 0, wall, object, mesh);
-      AddOpening(f, a0, a1, z0, z1, door ? 0.3 : 0.14, door ? Material::kDoor : Material::kGlass, object,
+      AddRectangle(f, {left, a0, low, high}, 0, wall, object, mesh);
+      AddRectangle(f, {a1, right, low, high}, 0, wall, object, mesh);
+      AddRectangle(f, {a0, a1, low, z0}, 0, wall, object, mesh);
+      AddRectangle(f, {a0, a1, z1, high}, 0, wall, object, mesh);
+      AddOpening(f, {a0, a1, z0, z1}, door ? 0.3 : 0.14, door ? Material::kDoor : Material::kGlass, object,
                  mesh);
     }
     // A pilaster between the bays.
     if (i > 0) {
       const double a = left - 0.15, b = left + 0.15;
-      AddRectangle(f, a, b, -kBelow, f.height, 0.18, Material::kConcrete, object, mesh);
+      AddRectangle(f, {a, b, -kBelow, f.height}, 0.18, Material::kConcrete, object, mesh);
       for (double side : {a, b}) {
         mesh.AddQuad(f.At(side, -kBelow, 0), f.At(side, -kBelow, 0.18), f.At(side, f.height, 0.18),
                      f.At(side, f.height, 0), Material::kConcrete, object);
@@ -193,11 +199,10 @@ void AddShelf(double x, double y, double yaw, Random random, Mesh& mesh) {
   }
 }
 
-void AddLeaningBoard(double x, double y, double yaw, double tilt, double width, double height,
-                     Material material, std::uint32_t object, Mesh& mesh) {
-  Isometry3d T = Upright(x, y, 0, yaw);
-  T.rotate(Eigen::AngleAxisd(-tilt, Vector3d::UnitY())).translate(Vector3d(0, 0, 0.5 * height));
-  mesh.AddBox(T, Vector3d(0.02, 0.5 * width, 0.5 * height), material, object);
+void AddLeaningBoard(const LeaningBoard& board, Material material, std::uint32_t object, Mesh& mesh) {
+  Isometry3d T = Upright(board.x, board.y, 0, board.yaw);
+  T.rotate(Eigen::AngleAxisd(-board.tilt, Vector3d::UnitY())).translate(Vector3d(0, 0, 0.5 * board.height));
+  mesh.AddBox(T, Vector3d(0.02, 0.5 * board.width, 0.5 * board.height), material, object);
 }
 
 }  // namespace mlic::sim

@@ -37,7 +37,9 @@ void AddShelf(double x, double y, double yaw, Random random, Mesh& mesh);
 
 // A flat board of width by height that leans back by tilt from the vertical and looks along yaw; its lower
 // edge is on the ground.
-void AddLeaningBoard(double x, double y, double yaw, double tilt, double width, double height,
-                     Material material, std::uint32_t object, Mesh& mesh);
+struct LeaningBoard {
+  double x, y, yaw, tilt, width, height;
+};
+void AddLeaningBoard(const LeaningBoard& board, Material material, std::uint32_t object, Mesh& mesh);
 
 }  // namespace mlic::sim

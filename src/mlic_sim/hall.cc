@@ -43,11 +43,11 @@ void AddEdges(const Random& random, Mesh& mesh) {
   AddShelf(11.35, 3.4, M_PI, random.Fork(++index), mesh);
   mesh.AddBox(Vector3d(11.85, -2.2, 0), Vector3d(12.0, -0.2, 2.4), Material::kDoor);
   mesh.AddBox(Vector3d(-2.0, 7.9, 0), Vector3d(0.4, 8.0, 2.5), Material::kDoor);
-  AddLeaningBoard(-5.6, 7.0, -0.5 * M_PI, 0.35, 2.4, 2.6, Material::kWood, 0, mesh);
-  AddLeaningBoard(5.4, 6.9, -0.5 * M_PI + 0.25, 0.5, 2.2, 2.4, Material::kSignBoard, 3, mesh);
-  AddLeaningBoard(11.0, -5.2, M_PI - 0.3, 0.42, 2.0, 2.8, Material::kSignBoard, 4, mesh);
-  AddLeaningBoard(-10.9, 5.3, -0.4, 0.6, 2.2, 2.2, Material::kWood, 0, mesh);
-  AddLeaningBoard(2.8, -5.3, 0.5 * M_PI + 0.5, 0.3, 1.4, 2.0, Material::kSignBoard, 5, mesh);
+  AddLeaningBoard({-5.6, 7.0, -0.5 * M_PI, 0.35, 2.4, 2.6}, Material::kWood, 0, mesh);
+  AddLeaningBoard({5.4, 6.9, -0.5 * M_PI + 0.25, 0.5, 2.2, 2.4}, Material::kSignBoard, 3, mesh);
+  AddLeaningBoard({11.0, -5.2, M_PI - 0.3, 0.42, 2.0, 2.8}, Material::kSignBoard, 4, mesh);
+  AddLeaningBoard({-10.9, 5.3, -0.4, 0.6, 2.2, 2.2}, Material::kWood, 0, mesh);
+  AddLeaningBoard({2.8, -5.3, 0.5 * M_PI + 0.5, 0.3, 1.4, 2.0}, Material::kSignBoard, 5, mesh);
   // A ramp to a platform and stacks of crates.
   mesh.AddPrism(Upright(9.6, 6.6, 0, M_PI), {{-2.2, 0.0}, {2.6, 0.0}, {-0.6, 1.2}, {-2.2, 1.2}}, 1.1,
                 Material::kConcrete);

@@ -67,8 +67,10 @@ double IntensityOf(double near_infrared, double cos_incidence, double range) {
 
 std::vector<SimulatedPoint> CastScan(const World& world, const Trajectory& trajectory,
                                      const RigidTransform& T_imu_lidar, const LidarModel& model,
-                                     const std::vector<Firing>& firings, double start, bool with_noise,
-                                     Random random) {
+                                     const std::vector<Firing>& firings, double start,
+                                     std::optional<Random> noise) {
+  const bool with_noise = noise.has_value();
+  Random random = noise.value_or(Random(0));
   std::vector<SimulatedPoint> points(firings.size());
   const double divergence = model.beam_divergence_deg * kDegree;
   RigidTransform T_map_lidar;

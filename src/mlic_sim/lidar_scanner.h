@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "mlic_core/common/random.h"
@@ -20,13 +21,13 @@ struct SimulatedPoint {
 };
 
 // Casts the beams of one scan that starts at `start` (s, IMU clock), each from where the LiDAR is at the
-// beam's own time. With noise: range noise, mixed pixels at edges, drop-outs by received power and by chance.
-// Without: every beam that hits something within the ranges returns exactly. The outcome depends on the
-// arguments only.
+// beam's own time. With `noise` (drawn from): of the range, mixed pixels at edges, drop-outs by received
+// power and by chance. Without: every beam that hits something within the ranges returns exactly. The outcome
+// depends on the arguments only.
 std::vector<SimulatedPoint> CastScan(const World& world, const Trajectory& trajectory,
                                      const RigidTransform& T_imu_lidar, const LidarModel& model,
-                                     const std::vector<Firing>& firings, double start, bool with_noise,
-                                     Random random);
+                                     const std::vector<Firing>& firings, double start,
+                                     std::optional<Random> noise);
 
 // What a LiDAR reports as intensity, 0 to 255: reflectance x cosine of incidence x range falloff.
 double IntensityOf(double near_infrared, double cos_incidence, double range);

@@ -134,9 +134,10 @@ class Simulator {
     scan.received = TimeFrom(kSimulationEpoch, job.received) + kScanDelay;
     scan.start = TimeFrom(kSimulationEpoch, job.start - lidar.calibration.time_offset);
     scan.stamp = lidar.stamp_at_end ? TimeFrom(scan.start, lidar.model.Period()) : scan.start;
+    std::optional<Random> noise;
+    if (options_.with_noise) noise = random_.Fork(1 + job.sensor).Fork(static_cast<std::uint64_t>(job.index));
     scan.points = CastScan(stage_->world(), stage_->trajectory(), lidar.calibration.T_imu_sensor, lidar.model,
-                           repeating ? patterns_[job.sensor] : own, job.start, options_.with_noise,
-                           random_.Fork(1 + job.sensor).Fork(static_cast<std::uint64_t>(job.index)));
+                           repeating ? patterns_[job.sensor] : own, job.start, noise);
     return scan;
   }
 

@@ -60,7 +60,7 @@ void AddStreetFurniture(const Random& random, Mesh& mesh) {
     AddSignPole(side * 15.6, -0.8, side > 0 ? 2.5 : 0.4, ++object, mesh);
     AddTree(side * 14.4, 0.7, 5.0, random.Fork(900 + object), mesh);
     AddTree(side * 31.6, 6.0, 6.5, random.Fork(910 + object), mesh);
-    AddLeaningBoard(side * 31.4, -4.0, side > 0 ? M_PI : 0.0, 0.35, 2.4, 1.9, Material::kSignBoard,
+    AddLeaningBoard({side * 31.4, -4.0, side > 0 ? M_PI : 0.0, 0.35, 2.4, 1.9}, Material::kSignBoard,
                     40 + object, mesh);
     // Containers, askew.
     Eigen::Isometry3d T = Upright(side * 27.0, side * 17.0, 1.2, 0.35 * side);

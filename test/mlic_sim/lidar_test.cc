@@ -78,7 +78,7 @@ TEST(Scanner, NoiseFreePointsLieOnTheSurfacesWhileTheRigMoves) {
   const RigidTransform T_imu_lidar{FromRollPitchYaw({0.1, 0.2, 0.3}), Vector3d(0.1, 0.2, 0.3)};
   LidarModel model;
   const std::vector<SimulatedPoint> points =
-      CastScan(world, *trajectory, T_imu_lidar, model, MakeScanPattern(model, 0), 4.0, false, Random(1));
+      CastScan(world, *trajectory, T_imu_lidar, model, MakeScanPattern(model, 0), 4.0, std::nullopt);
   int returns = 0;
   for (const SimulatedPoint& p : points) {
     if (!p.returned) continue;
@@ -109,7 +109,7 @@ TEST(Scanner, NoiseFreePointsLieOnTheHall) {
   model.azimuth_steps = 40;
   int returns = 0;
   for (const SimulatedPoint& p :
-       CastScan(*hall, *trajectory, {}, model, MakeScanPattern(model, 0), 1.0, false, Random(1))) {
+       CastScan(*hall, *trajectory, {}, model, MakeScanPattern(model, 0), 1.0, std::nullopt)) {
     if (!p.returned) continue;
     ++returns;
     const Vector3d in_map = trajectory->PoseAt(1.0 + p.time) * p.position.cast<double>();
@@ -138,9 +138,9 @@ TEST(Scanner, HalfOfTheInfraredCanBeInverted) {
   LidarModel model;
   model.azimuth_steps = 40;
   const std::vector<Firing> firings = MakeScanPattern(model, 0);
-  const auto related = CastScan(*MakeHall(), *trajectory, {}, model, firings, 1.0, false, Random(1));
-  const auto mixed = CastScan(*MakeHall(InfraredLook::kInvertedHalf), *trajectory, {}, model, firings, 1.0,
-                              false, Random(1));
+  const auto related = CastScan(*MakeHall(), *trajectory, {}, model, firings, 1.0, std::nullopt);
+  const auto mixed =
+      CastScan(*MakeHall(InfraredLook::kInvertedHalf), *trajectory, {}, model, firings, 1.0, std::nullopt);
   int differ = 0, returned = 0;
   for (std::size_t i = 0; i < related.size(); ++i) {
     if (!related[i].returned) continue;
@@ -161,7 +161,7 @@ TEST(Scanner, RangeNoiseHasTheStatedSigma) {
   double sum = 0.0, square = 0.0, count = 0.0;
   for (std::uint64_t scan = 0; scan < 5; ++scan) {
     const auto points =
-        CastScan(world, *trajectory, AtOrigin(*trajectory), model, firings, 0.0, true, Random(scan));
+        CastScan(world, *trajectory, AtOrigin(*trajectory), model, firings, 0.0, Random(scan));
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (!points[i].returned) continue;
       const double error = points[i].position.norm() - 10.0 / firings[i].direction.x();
@@ -183,17 +183,17 @@ TEST(Scanner, EdgesGiveMixedPixelsOnlyWithNoise) {
   LidarModel model = SmallRaster();
   model.columns = 2000;
   model.range_noise = 0.0;
-  const auto between = [&](bool with_noise) {
+  const auto between = [&](const std::optional<Random>& noise) {
     int mixed = 0;
-    for (const SimulatedPoint& p : CastScan(world, *trajectory, AtOrigin(*trajectory), model,
-                                            MakeScanPattern(model, 0), 0.0, with_noise, Random(7))) {
+    for (const SimulatedPoint& p :
+         CastScan(world, *trajectory, AtOrigin(*trajectory), model, MakeScanPattern(model, 0), 0.0, noise)) {
       mixed += p.returned && p.position.x() > 9.25 && p.position.x() < 9.95;
     }
     return mixed;
   };
-  EXPECT_EQ(between(false), 0);
-  EXPECT_GT(between(true), 10);
-  EXPECT_LT(between(true), 2000 * 40 / 50);
+  EXPECT_EQ(between(std::nullopt), 0);
+  EXPECT_GT(between(Random(7)), 10);
+  EXPECT_LT(between(Random(7)), 2000 * 40 / 50);
 }
 
 TEST(Scanner, FarAndDarkBeamsDropOut) {
@@ -202,8 +202,8 @@ TEST(Scanner, FarAndDarkBeamsDropOut) {
   LidarModel model = SmallRaster();
   const auto share = [&](double range_at_10_percent) {
     model.range_at_10_percent = range_at_10_percent;
-    const auto points = CastScan(world, *trajectory, AtOrigin(*trajectory), model, MakeScanPattern(model, 0),
-                                 0.0, true, Random(3));
+    const auto points =
+        CastScan(world, *trajectory, AtOrigin(*trajectory), model, MakeScanPattern(model, 0), 0.0, Random(3));
     const auto returned =
         std::count_if(points.begin(), points.end(), [](const auto& p) { return p.returned; });
     return static_cast<double>(returned) / static_cast<double>(points.size());

@@ -106,16 +106,14 @@ RenderedStructure StructureOf(const RenderedView& view, const CameraIntrinsics& 
 
 std::vector<MapMatch> MatchView(const RenderedView& view, const CameraIntrinsics& intrinsics,
                                 const ViewPose& pose, const cv::Mat& gray, const cv::Mat& mask,
-                                const CameraUncertainty& uncertainty, const CrossModalOptions& options,
-                                StructureMatchCounts* counts) {
+                                const CameraUncertainty& uncertainty, const CrossModalOptions& options) {
   const StructurePyramid photo = PhotoStructure(gray, mask, options.structure);
-  return MatchView(view, intrinsics, pose, photo, uncertainty, options, counts);
+  return MatchView(view, intrinsics, pose, photo, uncertainty, options);
 }
 
 std::vector<MapMatch> MatchView(const RenderedView& view, const CameraIntrinsics& intrinsics,
                                 const ViewPose& pose, const StructurePyramid& photo,
-                                const CameraUncertainty& uncertainty, const CrossModalOptions& options,
-                                StructureMatchCounts* counts) {
+                                const CameraUncertainty& uncertainty, const CrossModalOptions& options) {
   Check(!photo.empty() && view.intensity.cols == photo[0].width && view.intensity.rows == photo[0].height,
         "MatchView: rendering and photo of different sizes");
   const StructurePyramid rendering = MapStructure(StructureOf(view, intrinsics, pose), options.structure);
@@ -128,7 +126,7 @@ std::vector<MapMatch> MatchView(const RenderedView& view, const CameraIntrinsics
   StructureMatchOptions match_options = options.match;
   match_options.finest_level = options.structure.finest_level;
   std::vector<MapMatch> matches;
-  for (const StructureMatch& found : MatchStructure(rendering, photo, predicted, match_options, counts)) {
+  for (const StructureMatch& found : MatchStructure(rendering, photo, predicted, match_options)) {
     MapMatch match;
     if (!SurfaceAt(view, intrinsics, pose, found.rendered, &match.point)) continue;
     const int row = static_cast<int>(found.rendered.y()), column = static_cast<int>(found.rendered.x());

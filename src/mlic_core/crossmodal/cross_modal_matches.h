@@ -51,14 +51,12 @@ RenderedStructure StructureOf(const RenderedView& view, const CameraIntrinsics& 
 // the same for any number of threads.
 std::vector<MapMatch> MatchView(const RenderedView& view, const CameraIntrinsics& intrinsics,
                                 const ViewPose& pose, const cv::Mat& gray, const cv::Mat& mask,
-                                const CameraUncertainty& uncertainty, const CrossModalOptions& options,
-                                StructureMatchCounts* counts = nullptr);
+                                const CameraUncertainty& uncertainty, const CrossModalOptions& options);
 
 // The same with the photo's structure made before (PhotoStructure with options.structure): a photo's does not
 // change while its camera is found.
 std::vector<MapMatch> MatchView(const RenderedView& view, const CameraIntrinsics& intrinsics,
                                 const ViewPose& pose, const StructurePyramid& photo,
-                                const CameraUncertainty& uncertainty, const CrossModalOptions& options,
-                                StructureMatchCounts* counts = nullptr);
+                                const CameraUncertainty& uncertainty, const CrossModalOptions& options);
 
 }  // namespace mlic

@@ -23,8 +23,6 @@ constexpr double kLeastSharpness = 2e-3;  // 1/px^2, of a template's worse direc
 constexpr double kSigmaFactor = 4.3;  // from: measured
 constexpr double kLeastSigma = 0.08;  // px: rendering and photo are sampled
 
-enum class Outcome { kNothing, kNoPeak, kAmbiguous, kNoReturn, kUncertain, kMatched };
-
 struct Place {
   int column = 0, row = 0;
   bool any = false;
@@ -49,10 +47,10 @@ class Matcher {
       : rendering_(rendering), photo_(photo), predicted_(predicted), options_(options) {}
 
   Place PlaceIn(int left, int top) const;
-  Outcome Match(const Place& place, StructureMatch* match) const;
+  bool Match(const Place& place, StructureMatch* match) const;
 
  private:
-  bool Search(const Place& place, StructureMatch* match, Outcome* why) const;
+  bool Search(const Place& place, StructureMatch* match) const;
   bool Returns(const Place& place, const Eigen::Vector2d& displacement) const;
 
   const StructurePyramid& rendering_;
@@ -82,7 +80,7 @@ Place Matcher::PlaceIn(int left, int top) const {
 }
 
 // From the coarsest level that the window needs down to level 0.
-bool Matcher::Search(const Place& place, StructureMatch* match, Outcome* why) const {
+bool Matcher::Search(const Place& place, StructureMatch* match) const {
   const Eigen::Matrix2d prior = predicted_(match->rendered);
   const double window = std::min(
       options_.largest_search, options_.search_sigmas * std::sqrt(std::max(prior(0, 0), prior(1, 1))) + 1.0);
@@ -94,7 +92,6 @@ bool Matcher::Search(const Place& place, StructureMatch* match, Outcome* why) co
   for (; level >= options_.finest_level; --level) {
     const int column = static_cast<int>(std::lround(ToLevel(place.column, level)));
     const int row = static_cast<int>(std::lround(ToLevel(place.row, level)));
-    *why = Outcome::kNothing;
     const StructureImage& image = rendering_[static_cast<std::size_t>(level)];
     if (column < 0 || row < 0 || column >= image.width || row >= image.height) return false;
     const StructureTemplate piece(image, column, row, options_.template_half);
@@ -104,14 +101,11 @@ bool Matcher::Search(const Place& place, StructureMatch* match, Outcome* why) co
       return false;
     const ScoreMap map = Correlate(piece, photo_[static_cast<std::size_t>(level)], column, row, u, v, radius);
     const ScorePeak peak = HighestScore(map);
-    *why = Outcome::kNoPeak;
     if (!peak.inside || peak.score < options_.least_score) return false;
-    *why = Outcome::kAmbiguous;
     if (coarsest) match->peak_ratio = SecondPeak(map, peak, kPeakDistance) / peak.score;
     if (match->peak_ratio > options_.largest_peak_ratio) return false;
     u = peak.u, v = peak.v;
     if (level == options_.finest_level) {
-      *why = Outcome::kNoPeak;
       Eigen::Matrix2d curvature;
       if (!FitPeak(map, peak, &match->displacement, &curvature)) return false;
       match->score = peak.score;
@@ -145,48 +139,36 @@ bool Matcher::Returns(const Place& place, const Eigen::Vector2d& displacement) c
          (scale * back + displacement).norm() <= scale * options_.largest_return_error;
 }
 
-Outcome Matcher::Match(const Place& place, StructureMatch* match) const {
+bool Matcher::Match(const Place& place, StructureMatch* match) const {
   match->rendered = Eigen::Vector2d(place.column, place.row);
-  Outcome why = Outcome::kNothing;
-  if (!Search(place, match, &why)) return why;
+  if (!Search(place, match)) return false;
   const Eigen::Matrix2d& C = match->covariance;
   const double largest = C.trace() - SmallerEigenvalue(C);
   const double limit = options_.largest_sigma * (1 << options_.finest_level);
-  if (!(largest <= limit * limit)) return Outcome::kUncertain;
-  if (options_.largest_return_error > 0.0 && !Returns(place, match->displacement)) return Outcome::kNoReturn;
-  return Outcome::kMatched;
+  return largest <= limit * limit &&
+         (options_.largest_return_error <= 0.0 || Returns(place, match->displacement));
 }
 
 }  // namespace
 
 std::vector<StructureMatch> MatchStructure(const StructurePyramid& rendering, const StructurePyramid& photo,
                                            const PredictedCovariance& predicted,
-                                           const StructureMatchOptions& options,
-                                           StructureMatchCounts* counts) {
+                                           const StructureMatchOptions& options) {
   const Matcher matcher(rendering, photo, predicted, options);
   const int columns = (rendering[0].width + options.cell - 1) / options.cell;
   const int rows = (rendering[0].height + options.cell - 1) / options.cell;
   const auto count = static_cast<std::size_t>(columns * rows);
   std::vector<StructureMatch> found(count);
-  std::vector<Outcome> outcomes(count, Outcome::kNothing);
+  std::vector<char> matched(count, 0);
   ParallelFor(count, [&](std::size_t i) {
     const int cell = static_cast<int>(i);
     const Place place = matcher.PlaceIn(cell % columns * options.cell, cell / columns * options.cell);
-    if (place.any) outcomes[i] = matcher.Match(place, &found[i]);
+    matched[i] = place.any && matcher.Match(place, &found[i]);
   });
   std::vector<StructureMatch> matches;
-  StructureMatchCounts tally;
   for (std::size_t i = 0; i < count; ++i) {
-    if (outcomes[i] == Outcome::kNothing) continue;
-    ++tally.places;
-    tally.no_peak += outcomes[i] == Outcome::kNoPeak;
-    tally.ambiguous += outcomes[i] == Outcome::kAmbiguous;
-    tally.no_return += outcomes[i] == Outcome::kNoReturn;
-    tally.uncertain += outcomes[i] == Outcome::kUncertain;
-    tally.matched += outcomes[i] == Outcome::kMatched;
-    if (outcomes[i] == Outcome::kMatched) matches.push_back(found[i]);
+    if (matched[i]) matches.push_back(found[i]);
   }
-  if (counts != nullptr) *counts = tally;
   return matches;
 }
 

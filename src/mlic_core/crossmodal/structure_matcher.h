@@ -38,23 +38,12 @@ struct StructureMatch {
 // What is known of the displacement at a pixel of the rendering before looking: covariance, px^2.
 using PredictedCovariance = std::function<Eigen::Matrix2d(const Eigen::Vector2d& pixel)>;
 
-// How many places were looked at and why they were left out.
-struct StructureMatchCounts {
-  int places = 0;
-  int no_peak = 0;    // the best score lies at the window's edge, or is low
-  int ambiguous = 0;  // a second peak
-  int no_return = 0;  // the way back ends elsewhere
-  int uncertain = 0;
-  int matched = 0;
-};
-
 // Finds places of the rendering in the photo of the same camera: templates where the rendering has structure,
 // searched by normalised correlation within what `predicted` allows, from the coarsest level that it needs
 // down to full resolution, there to a fraction of a pixel. In order of cells. Places do not hang on each
 // other, so a view's outliers are not consistent. Covariance: see PeakCovariance.
 std::vector<StructureMatch> MatchStructure(const StructurePyramid& rendering, const StructurePyramid& photo,
                                            const PredictedCovariance& predicted,
-                                           const StructureMatchOptions& options,
-                                           StructureMatchCounts* counts = nullptr);
+                                           const StructureMatchOptions& options);
 
 }  // namespace mlic

@@ -114,17 +114,21 @@ NormalEquations MatchPoints(const std::vector<TimedPoint>& points, std::size_t s
   return equations;
 }
 
-// Adds |residual / sigma|^2, the residual's Jacobian being first_factor * I to the block at `first` and
-// second_factor * I to the block at `second`.
-void AddPrior(const Eigen::Vector3d& residual, double sigma, int first, double first_factor, int second,
-              double second_factor, Matrix12d* hessian, Vector12d* right_side) {
-  const int blocks[2] = {first, second};
-  const double factors[2] = {first_factor, second_factor};
+// The part factor * I of a Jacobian that belongs to the three parameters from `block` on.
+struct ScaledBlock {
+  int block;
+  double factor;
+};
+
+// Adds |residual / sigma|^2, the residual's Jacobian consisting of `first` and `second`.
+void AddPrior(const Eigen::Vector3d& residual, double sigma, const ScaledBlock& first,
+              const ScaledBlock& second, Matrix12d* hessian, Vector12d* right_side) {
+  const ScaledBlock parts[2] = {first, second};
   const double information = 1.0 / (sigma * sigma);
-  for (int i = 0; i < 2; ++i) {
-    right_side->segment<3>(blocks[i]) -= information * factors[i] * residual;
-    for (int k = 0; k < 2; ++k) {
-      hessian->block<3, 3>(blocks[i], blocks[k]).diagonal().array() += information * factors[i] * factors[k];
+  for (const ScaledBlock& a : parts) {
+    right_side->segment<3>(a.block) -= information * a.factor * residual;
+    for (const ScaledBlock& b : parts) {
+      hessian->block<3, 3>(a.block, b.block).diagonal().array() += information * a.factor * b.factor;
     }
   }
 }
@@ -136,18 +140,18 @@ void AddMotionPrior(const MotionPrior& prior, const MotionState& state, Matrix12
   const MeanVelocity mean = VelocityBetween(prior.previous, pose, prior.interval);
   const double gain = (1.0 + prior.extrapolation) / prior.interval;
 
-  AddPrior(Log(prior.predicted.pose.rotation.conjugate() * pose.rotation), prior.sigma_rotation, kRotation,
-           1.0, kAngularVelocity, 0.0, hessian, right_side);
+  AddPrior(Log(prior.predicted.pose.rotation.conjugate() * pose.rotation), prior.sigma_rotation,
+           {kRotation, 1.0}, {kAngularVelocity, 0.0}, hessian, right_side);
   AddPrior(to_lidar * (pose.translation - prior.predicted.pose.translation), prior.sigma_translation,
-           kTranslation, 1.0, kLinearVelocity, 0.0, hessian, right_side);
+           {kTranslation, 1.0}, {kLinearVelocity, 0.0}, hessian, right_side);
   const Eigen::Vector3d angular =
       mean.angular + prior.extrapolation * (mean.angular - prior.velocity_before.angular);
-  AddPrior(state.twist.angular - angular, prior.sigma_angular_velocity, kRotation, -gain, kAngularVelocity,
-           1.0, hessian, right_side);
+  AddPrior(state.twist.angular - angular, prior.sigma_angular_velocity, {kRotation, -gain},
+           {kAngularVelocity, 1.0}, hessian, right_side);
   const Eigen::Vector3d linear =
       mean.linear + prior.extrapolation * (mean.linear - prior.velocity_before.linear);
-  AddPrior(state.twist.linear - to_lidar * linear, prior.sigma_linear_velocity, kTranslation, -gain,
-           kLinearVelocity, 1.0, hessian, right_side);
+  AddPrior(state.twist.linear - to_lidar * linear, prior.sigma_linear_velocity, {kTranslation, -gain},
+           {kLinearVelocity, 1.0}, hessian, right_side);
 }
 
 void Update(const Vector12d& step, MotionState* state) {

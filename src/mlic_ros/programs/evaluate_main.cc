@@ -40,6 +40,13 @@ class Silence : public ProgressSink {
   void OnProgress(const std::string&, double) override {}
 };
 
+// The calibration, and what it is compared with; all stand on the same trajectory.
+struct Compared {
+  CalibrationResult calibration;
+  std::optional<CalibrationResult> initial, truth;
+  std::vector<StampedPose> trajectory;
+};
+
 // Tables for evaluation.txt and the screen, CSV files by name. Written together once all is done.
 struct Evaluation {
   std::string text;
@@ -60,58 +67,54 @@ std::size_t CountPoints(const Drive& drive) {
   return count;
 }
 
-void EvaluateMaps(const BagSet& bags, const Rig& rig, const Drive& drive,
-                  const CalibrationResult& calibration, const std::optional<CalibrationResult>& truth,
-                  const std::vector<StampedPose>& trajectory, const CancellationToken& cancellation,
-                  Evaluation* evaluation) {
+void EvaluateMaps(const BagSet& bags, const Rig& rig, const Drive& drive, const Compared& compared,
+                  const CancellationToken& cancellation, Evaluation* evaluation) {
   std::vector<std::string> names;
   for (const LidarConfig& lidar : rig.lidars) names.push_back(lidar.name);
   if (names.empty()) return;
   const std::size_t stride = CountPoints(drive) / kMostMapPoints + 1;
   const auto add = [&](const std::string& title, const std::string& file, const CalibrationResult& poses) {
     cancellation.ThrowIfCancelled();
-    const MapEvaluation map = EvaluateMap(BuildMap(drive, names, trajectory, poses, stride), poses);
+    const MapEvaluation map = EvaluateMap(BuildMap(drive, names, compared.trajectory, poses, stride), poses);
     evaluation->Add(title, TableOf(map, poses), file, CsvOf(map, poses));
     return map.all;
   };
-  const MapEntropy found = add("map quality, calibration", "map_quality.csv", calibration);
+  const MapEntropy found = add("map quality, calibration", "map_quality.csv", compared.calibration);
   if (found.queries_used == 0) {
     throw InputError("bag " + bags.names() +
                      ": no points within the trajectory; is it the bag that was calibrated?");
   }
-  if (truth) {
+  if (compared.truth) {
     add("map quality, sensors at the truth (on the same trajectory)", "map_quality_truth.csv",
-        WithPosesOf(calibration, *truth));
+        WithPosesOf(compared.calibration, *compared.truth));
   }
 }
 
-// The matches are the same for all calibrations; all stand on the same trajectory.
+// The matches are the same for all calibrations.
 void EvaluateCameras(const EvaluateOptions& options, const Rig& rig, const Drive& drive,
-                     const CalibrationResult& calibration, const std::optional<CalibrationResult>& initial,
-                     const std::optional<CalibrationResult>& truth,
-                     const std::vector<StampedPose>& trajectory, const CancellationToken& cancellation,
+                     const Compared& compared, const CancellationToken& cancellation,
                      Evaluation* evaluation) {
   if (rig.cameras.size() < 2) return;
   std::vector<std::string> names;
   for (const CameraConfig& camera : rig.cameras) names.push_back(camera.name);
   const std::vector<FreshMatch> matches =
-      FindFreshMatches(drive, names, calibration, trajectory, ReadKeyframesBeside(options.calibration),
-                       FreshMatchOptions(), cancellation);
+      FindFreshMatches(drive, names, compared.calibration, compared.trajectory,
+                       ReadKeyframesBeside(options.calibration), FreshMatchOptions(), cancellation);
   std::vector<EpipolarColumn> columns;
   const auto add = [&](const std::string& name, const CalibrationResult& poses) {
-    columns.push_back({name, MeasureEpipolarErrors(matches, poses, trajectory)});
+    columns.push_back({name, MeasureEpipolarErrors(matches, poses, compared.trajectory)});
   };
+  const CalibrationResult& calibration = compared.calibration;
   add("calibration", calibration);
-  if (initial) add("before the joint adjustment", WithPosesOf(calibration, *initial));
-  if (truth) add("truth", WithPosesOf(calibration, *truth));
+  if (compared.initial) add("before the joint adjustment", WithPosesOf(calibration, *compared.initial));
+  if (compared.truth) add("truth", WithPosesOf(calibration, *compared.truth));
   evaluation->Add("epipolar errors of new matches", TableOf(columns), "epipolar_errors.csv", CsvOf(columns));
 }
 
-void EvaluateData(const EvaluateOptions& options, const BagSet& bags, const CalibrationResult& calibration,
-                  const std::optional<CalibrationResult>& initial,
-                  const std::optional<CalibrationResult>& truth, const std::vector<StampedPose>& trajectory,
+void EvaluateData(const EvaluateOptions& options, const BagSet& bags, const Compared& compared,
                   const CancellationToken& cancellation, Evaluation* evaluation) {
-  const Rig rig = options.rig.empty() ? RigOfCalibration(bags, calibration) : LoadRigFile(options.rig);
+  const Rig rig =
+      options.rig.empty() ? RigOfCalibration(bags, compared.calibration) : LoadRigFile(options.rig);
   if (rig.lidars.empty() && rig.cameras.empty()) return;
   LoadReport report;
   Silence silence;
@@ -119,8 +122,8 @@ void EvaluateData(const EvaluateOptions& options, const BagSet& bags, const Cali
   load.rig_directory = options.rig.parent_path();
   const Dataset dataset = LoadDataset(rig, {options.bag}, load, report, cancellation, silence);
   const Drive& drive = dataset.drives.front();
-  EvaluateMaps(bags, rig, drive, calibration, truth, trajectory, cancellation, evaluation);
-  EvaluateCameras(options, rig, drive, calibration, initial, truth, trajectory, cancellation, evaluation);
+  EvaluateMaps(bags, rig, drive, compared, cancellation, evaluation);
+  EvaluateCameras(options, rig, drive, compared, cancellation, evaluation);
 }
 
 void CompareTo(const CalibrationResult& truth, const std::string& of, const std::string& prefix,
@@ -136,30 +139,30 @@ void CompareTo(const CalibrationResult& truth, const std::string& of, const std:
 
 int Evaluate(const EvaluateOptions& options, const CancellationToken& cancellation) {
   OutputDirectory output(options.output, "evaluate");
-  const CalibrationResult calibration = ReadCalibrationFile(options.calibration);
-  std::optional<CalibrationResult> truth;
-  if (!options.truth.empty()) truth = ReadCalibrationFile(options.truth);
-  std::optional<CalibrationResult> initial;
+  Compared compared;
+  compared.calibration = ReadCalibrationFile(options.calibration);
+  if (!options.truth.empty()) compared.truth = ReadCalibrationFile(options.truth);
   const fs::path initial_file = options.calibration.parent_path() / "initial_calibration.yaml";
-  if (fs::exists(initial_file)) initial = ReadCalibrationFile(initial_file);
+  if (fs::exists(initial_file)) compared.initial = ReadCalibrationFile(initial_file);
   const BagSet bags({options.bag});
   Evaluation evaluation;
-  evaluation.text = "verdict: " + std::string(calibration.trusted ? "trusted" : "refused") + "\n";
-  if (truth) {
-    CompareTo(*truth, "", "", calibration, &evaluation);
-    if (initial) CompareTo(*truth, "before the joint adjustment: ", "initial_", *initial, &evaluation);
+  evaluation.text = "verdict: " + std::string(compared.calibration.trusted ? "trusted" : "refused") + "\n";
+  if (compared.truth) {
+    CompareTo(*compared.truth, "", "", compared.calibration, &evaluation);
+    if (compared.initial)
+      CompareTo(*compared.truth, "before the joint adjustment: ", "initial_", *compared.initial, &evaluation);
   }
-  if (calibration.sensors.empty() && options.reference_topic.empty()) {
+  if (compared.calibration.sensors.empty() && options.reference_topic.empty()) {
     evaluation.text += "no sensor's link to the IMU was shown: there is no map to evaluate\n";
   } else {
-    const std::vector<StampedPose> trajectory = ReadTrajectoryBeside(options.calibration);
+    compared.trajectory = ReadTrajectoryBeside(options.calibration);
     if (!options.reference_topic.empty()) {
       const TrajectoryError error =
-          CompareTrajectories(trajectory, ReadPoseTopic(bags, options.reference_topic));
+          CompareTrajectories(compared.trajectory, ReadPoseTopic(bags, options.reference_topic));
       evaluation.Add("trajectory against " + options.reference_topic, TableOf(error), "trajectory_errors.csv",
                      CsvOf(error));
     }
-    EvaluateData(options, bags, calibration, initial, truth, trajectory, cancellation, &evaluation);
+    EvaluateData(options, bags, compared, cancellation, &evaluation);
   }
   cancellation.ThrowIfCancelled();
   const std::vector<std::string> kept = output.Replace([&](const fs::path& directory) {

@@ -163,7 +163,7 @@ TEST(LidarOdometry, SetsOutAfterAStand) {
     LidarScan scan;
     scan.time = i * kPeriod;
     for (const sim::SimulatedPoint& simulated :
-         sim::CastScan(*world, trajectory, RigidTransform(), model, firings, scan.time, true, Random(i))) {
+         sim::CastScan(*world, trajectory, RigidTransform(), model, firings, scan.time, Random(i))) {
       if (!simulated.returned) continue;
       LidarPoint point;
       point.position = simulated.position;

@@ -170,10 +170,10 @@ void Append(const FeatureSet& added, FeatureSet* features) {
 }  // namespace
 
 std::vector<PairMatches> FollowFeatures(const ImageSource& images, const cv::Mat& mask,
-                                        const std::vector<Keyframe>& keyframes, std::size_t first,
-                                        std::size_t last, const FollowOptions& options,
-                                        std::vector<FeatureSet>* features,
+                                        const std::vector<Keyframe>& keyframes, const KeyframeRange& range,
+                                        const FollowOptions& options, std::vector<FeatureSet>* features,
                                         const CancellationToken* cancellation) {
+  const std::size_t first = range.first, last = range.last;
   if (last < first + 2) return {};
   const std::size_t steps = last - first - 1;
   std::vector<PairMatches> matches(steps);

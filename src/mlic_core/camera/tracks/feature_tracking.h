@@ -22,14 +22,18 @@ struct FollowOptions {
   double largest_interval = 3.0;     // s between keyframes
 };
 
-// Follows features of one camera's keyframes (indices first .. last - 1 of `keyframes`, all of one camera).
+// Indices first .. last - 1.
+struct KeyframeRange {
+  std::size_t first = 0, last = 0;
+};
+
+// Follows features of one camera's keyframes (`range` of `keyframes`, all of one camera).
 // Where no feature of the next keyframe is at the place found, one without descriptor is added to it
 // (features[k] grows at its end). mask: as FindStaticPixels makes it. Returns the matches of consecutive
 // keyframes, not verified.
 std::vector<PairMatches> FollowFeatures(const ImageSource& images, const cv::Mat& mask,
-                                        const std::vector<Keyframe>& keyframes, std::size_t first,
-                                        std::size_t last, const FollowOptions& options,
-                                        std::vector<FeatureSet>* features,
+                                        const std::vector<Keyframe>& keyframes, const KeyframeRange& range,
+                                        const FollowOptions& options, std::vector<FeatureSet>* features,
                                         const CancellationToken* cancellation = nullptr);
 
 }  // namespace mlic

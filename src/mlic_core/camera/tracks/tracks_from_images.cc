@@ -111,9 +111,10 @@ void Follow(const std::vector<TrackedCamera>& cameras, const std::vector<cv::Mat
     const auto begin = result->keyframes.begin(), end = result->keyframes.end();
     const auto first = std::lower_bound(begin, end, static_cast<int>(c), before);
     const auto last = std::lower_bound(begin, end, static_cast<int>(c) + 1, before);
-    const auto matches =
-        FollowFeatures(*cameras[c].recording->images, masks[c], result->keyframes, first - begin,
-                       last - begin, options.follow, &result->features, watch.cancellation);
+    const KeyframeRange range{static_cast<std::size_t>(first - begin),
+                              static_cast<std::size_t>(last - begin)};
+    const auto matches = FollowFeatures(*cameras[c].recording->images, masks[c], result->keyframes, range,
+                                        options.follow, &result->features, watch.cancellation);
     result->followed.insert(result->followed.end(), matches.begin(), matches.end());
     if (watch.progress != nullptr) {
       watch.progress->OnProgress("following", static_cast<double>(c + 1) / cameras.size());
