@@ -19,11 +19,6 @@ bool IsLivox(const std::string& type) {
   return type == "livox_ros_driver/CustomMsg" || type == "livox_ros_driver2/CustomMsg";
 }
 
-const char* NameOfType(std::uint8_t datatype) {
-  constexpr const char* names[] = {"?", "i8", "u8", "i16", "u16", "i32", "u32", "f32", "f64"};
-  return datatype <= PointField::FLOAT64 ? names[datatype] : names[0];
-}
-
 // Calls store(index, value) for the field's value of every point.
 template <typename T, typename Store>
 void ReadFieldOf(const PointCloudView& cloud, const PointField& field, const Store& store) {
@@ -136,18 +131,6 @@ DecodedCloud DecodeLivox(const SerializedMessage& bytes, const std::string& topi
 }  // namespace
 
 bool IsLidarType(const std::string& type) { return type == "sensor_msgs/PointCloud2" || IsLivox(type); }
-
-std::string DescribeFields(const std::vector<PointField>& fields) {
-  std::string text;
-  for (std::size_t i = 0; i < fields.size(); ++i) {
-    text += (text.empty() ? "" : " ") + fields[i].name;
-    const bool last = i + 1 == fields.size();
-    if (last || fields[i + 1].datatype != fields[i].datatype) {
-      text += std::string(" ") + NameOfType(fields[i].datatype) + (last ? "" : ",");
-    }
-  }
-  return text.empty() ? "no fields" : text;
-}
 
 const std::vector<std::string>& PointTimeFieldNames() {
   static const std::vector<std::string> names{"time", "t", "timestamp", kLivoxTimeField, "time_stamp"};

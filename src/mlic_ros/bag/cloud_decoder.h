@@ -13,9 +13,6 @@ namespace mlic {
 // sensor_msgs/PointCloud2, livox_ros_driver/CustomMsg or livox_ros_driver2/CustomMsg.
 bool IsLidarType(const std::string& type);
 
-// Field names and types, for reports, such as "x y z intensity f32, ring u16, time f32".
-std::string DescribeFields(const std::vector<sensor_msgs::PointField>& fields);
-
 // The fields that may hold point times, in the order in which they are to be tried.
 const std::vector<std::string>& PointTimeFieldNames();
 

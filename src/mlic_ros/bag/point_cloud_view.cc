@@ -5,10 +5,14 @@
 #include <stdexcept>
 
 #include "mlic_core/common/error.h"
-#include "mlic_ros/bag/cloud_decoder.h"
 
 namespace mlic {
 namespace {
+
+const char* NameOfType(std::uint8_t datatype) {
+  constexpr const char* names[] = {"?", "i8", "u8", "i16", "u16", "i32", "u32", "f32", "f64"};
+  return datatype <= PointField::FLOAT64 ? names[datatype] : names[0];
+}
 
 using sensor_msgs::PointField;
 
@@ -73,6 +77,18 @@ void CheckFields(const PointCloudView& cloud, const std::string& topic) {
 }
 
 }  // namespace
+
+std::string DescribeFields(const std::vector<PointField>& fields) {
+  std::string text;
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    text += (text.empty() ? "" : " ") + fields[i].name;
+    const bool last = i + 1 == fields.size();
+    if (last || fields[i + 1].datatype != fields[i].datatype) {
+      text += std::string(" ") + NameOfType(fields[i].datatype) + (last ? "" : ",");
+    }
+  }
+  return text.empty() ? "no fields" : text;
+}
 
 std::size_t SizeOfType(std::uint8_t datatype) {
   switch (datatype) {

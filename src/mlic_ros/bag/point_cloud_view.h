@@ -24,6 +24,9 @@ struct PointCloudView {
   std::size_t Count() const { return height * width; }
 };
 
+// Field names and types, for reports, such as "x y z intensity f32, ring u16, time f32".
+std::string DescribeFields(const std::vector<sensor_msgs::PointField>& fields);
+
 // Bytes of one value of a PointField's datatype; 0 for a type that there is none of.
 std::size_t SizeOfType(std::uint8_t datatype);
 
