@@ -31,7 +31,7 @@ std::function<void(const fs::path&)> Writer(const Files& files) {
   };
 }
 
-void Run(const fs::path& directory, const Files& files, const std::string& program = "calibrate") {
+void WriteInto(const fs::path& directory, const Files& files, const std::string& program = "calibrate") {
   OutputDirectory output(directory, program);
   output.Replace(Writer(files));
 }
@@ -61,14 +61,14 @@ TEST(OutputDirectory, FilesThatMlicDidNotWriteAreRefusedAndStay) {
 TEST(OutputDirectory, OfAnEarlierRunNothingIsLeftButWhatOthersAdded) {
   TemporaryDirectory directory;
   const fs::path place = directory.Path() / "new" / "results";
-  Run(place, {{"calibration.yaml", "1"},
-              {"trajectory.tum", "1"},
-              {"trajectory_2.tum", "1"},
-              {"images/a.png", "1"},
-              {"camera_info/a.yaml", "1"}});
+  WriteInto(place, {{"calibration.yaml", "1"},
+                    {"trajectory.tum", "1"},
+                    {"trajectory_2.tum", "1"},
+                    {"images/a.png", "1"},
+                    {"camera_info/a.yaml", "1"}});
   WriteFileAtomically(place / "notes.txt", "mine");
   WriteFileAtomically(place / "images" / "holiday.png", "mine");
-  Run(place, {{"calibration.yaml", "2"}, {"trajectory.tum", "2"}});
+  WriteInto(place, {{"calibration.yaml", "2"}, {"trajectory.tum", "2"}});
   EXPECT_EQ(ResultsIn(place), (Files{{"calibration.yaml", "2"},
                                      {"trajectory.tum", "2"},
                                      {"notes.txt", "mine"},
@@ -78,11 +78,11 @@ TEST(OutputDirectory, OfAnEarlierRunNothingIsLeftButWhatOthersAdded) {
 
 TEST(OutputDirectory, AChangedFileIsNotLost) {
   TemporaryDirectory directory;
-  Run(directory.Path(), {{"calibration.yaml", "1"}, {"report.html", "1"}});
+  WriteInto(directory.Path(), {{"calibration.yaml", "1"}, {"report.html", "1"}});
   WriteFileAtomically(directory.Path() / "report.html", "1 and my remarks");
   const Files before = FilesIn(directory.Path());
   EXPECT_TRUE(Contains(InputErrorOf([&] {
-                         Run(directory.Path(), {{"calibration.yaml", "2"}});
+                         WriteInto(directory.Path(), {{"calibration.yaml", "2"}});
                        }),
                        "report.html was changed since calibrate wrote it"));
   EXPECT_EQ(FilesIn(directory.Path()), before);
@@ -90,7 +90,7 @@ TEST(OutputDirectory, AChangedFileIsNotLost) {
 
 TEST(OutputDirectory, AFileInTheWayIsKeptUnderAnotherName) {
   TemporaryDirectory directory;
-  Run(directory.Path(), {{"calibration.yaml", "1"}});
+  WriteInto(directory.Path(), {{"calibration.yaml", "1"}});
   WriteFileAtomically(directory.Path() / "map.pcd", "mine");
   WriteFileAtomically(directory.Path() / "map.pcd.kept", "mine, older");
   OutputDirectory output(directory.Path(), "calibrate");
@@ -104,8 +104,8 @@ TEST(OutputDirectory, AFileInTheWayIsKeptUnderAnotherName) {
 
 TEST(OutputDirectory, ResultsOfAnotherProgramAreRefused) {
   TemporaryDirectory directory;
-  Run(directory.Path(), {{"calibration.yaml", "1"}});
-  EXPECT_TRUE(Contains(InputErrorOf([&] { Run(directory.Path(), {}, "evaluate"); }),
+  WriteInto(directory.Path(), {{"calibration.yaml", "1"}});
+  EXPECT_TRUE(Contains(InputErrorOf([&] { WriteInto(directory.Path(), {}, "evaluate"); }),
                        "holds results of calibrate; evaluate needs a folder of its own"));
   EXPECT_EQ(ResultsIn(directory.Path()), (Files{{"calibration.yaml", "1"}}));
 }
@@ -119,7 +119,7 @@ TEST(OutputDirectory, AManifestNamesNoFilesOutside) {
     const std::string hash = ListFiles(directory.Path()).back().hash;
     WriteFileAtomically(place / kManifestName, "mlic_manifest/1 calibrate\n" + hash + " " + outside + "\n");
     EXPECT_TRUE(Contains(InputErrorOf([&] {
-                           Run(place, {{"calibration.yaml", "1"}});
+                           WriteInto(place, {{"calibration.yaml", "1"}});
                          }),
                          "that MLIC did not write"));
     EXPECT_EQ(ReadFile(directory.Path() / "victim"), "mine");
@@ -128,7 +128,7 @@ TEST(OutputDirectory, AManifestNamesNoFilesOutside) {
 
 TEST(OutputDirectory, AWriterThatThrowsLeavesTheResultsBefore) {
   TemporaryDirectory directory;
-  Run(directory.Path(), {{"calibration.yaml", "1"}});
+  WriteInto(directory.Path(), {{"calibration.yaml", "1"}});
   const Files before = FilesIn(directory.Path());
   OutputDirectory output(directory.Path(), "calibrate");
   const auto fail = [](const fs::path& partial) {
@@ -144,7 +144,7 @@ TEST(OutputDirectory, AWriterThatThrowsLeavesTheResultsBefore) {
 // calibration.yaml is what others take for a result: it is there only with everything beside it.
 TEST(OutputDirectory, WhereMovingFailsThereIsNoResultFile) {
   TemporaryDirectory directory;
-  Run(directory.Path(), {{"calibration.yaml", "1"}});
+  WriteInto(directory.Path(), {{"calibration.yaml", "1"}});
   WriteFileAtomically(directory.Path() / "images", "a file where a folder must be");
   OutputDirectory output(directory.Path(), "calibrate");
   const Files fresh{{"calibration.yaml", "2"}, {"images/a.png", "2"}};
@@ -156,7 +156,7 @@ TEST(OutputDirectory, WhereMovingFailsThereIsNoResultFile) {
 // A process that was killed in any step leaves files of its own results or of those before, all listed.
 TEST(OutputDirectory, AKilledRunLeavesAFolderThatCanBeUsed) {
   TemporaryDirectory directory;
-  Run(directory.Path(), {{"calibration.yaml", "1"}, {"a", "1"}, {"b", "1"}});
+  WriteInto(directory.Path(), {{"calibration.yaml", "1"}, {"a", "1"}, {"b", "1"}});
   const pid_t child = fork();
   if (child == 0) {
     OutputDirectory output(directory.Path(), "calibrate");
@@ -168,7 +168,7 @@ TEST(OutputDirectory, AKilledRunLeavesAFolderThatCanBeUsed) {
   }
   waitpid(child, nullptr, 0);
   EXPECT_TRUE(fs::exists(directory.Path() / kLockName)) << "the lock file of the dead process";
-  Run(directory.Path(), {{"calibration.yaml", "3"}});
+  WriteInto(directory.Path(), {{"calibration.yaml", "3"}});
   EXPECT_EQ(ResultsIn(directory.Path()), (Files{{"calibration.yaml", "3"}}));
 }
 
