@@ -8,8 +8,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mlic_core/common/order_statistics.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/imu/hand_eye_rotation.h"
 #include "mlic_core/imu/robust.h"
 #include "mlic_core/solver/small_fit.h"
 
@@ -26,22 +26,6 @@ constexpr int kRoundsOfAStart = 8;  // from: guard, enough to tell a wrong start
 constexpr int kMostRounds = 40;     // from: guard, ends by kSettled
 constexpr int kStepsInARound = 3;   // from: guard, weights change by more than further steps would
 constexpr double kSettled = 1e-12;  // rad + m; from: guard, rounding
-
-Eigen::Quaterniond Positive(const Eigen::Quaterniond& q) {
-  return q.w() < 0.0 ? Eigen::Quaterniond(-q.coeffs()) : q;
-}
-
-// A with A * q = q_imu * q - q * q_lidar; q as (x, y, z, w).
-Eigen::Matrix4d QuaternionEquation(const Eigen::Quaterniond& q_imu, const Eigen::Quaterniond& q_lidar) {
-  const Eigen::Vector3d difference = q_imu.vec() - q_lidar.vec();
-  Eigen::Matrix4d A;
-  A.topLeftCorner<3, 3>() = (q_imu.w() - q_lidar.w()) * Eigen::Matrix3d::Identity() +
-                            Hat(Eigen::Vector3d(q_imu.vec() + q_lidar.vec()));
-  A.topRightCorner<3, 1>() = difference;
-  A.bottomLeftCorner<1, 3>() = -difference.transpose();
-  A(3, 3) = q_imu.w() - q_lidar.w();
-  return A;
-}
 
 // Log of a unit quaternion, for doubles and for Ceres' dual numbers.
 template <typename T>
@@ -240,55 +224,6 @@ void Fit::FillResult(const RigidTransform& T, HandEyeResult* result) {
   result->covariance = posterior.ldlt().solve(Matrix6d::Identity());
 }
 
-struct Start {
-  Eigen::Quaterniond rotation;
-  Eigen::Vector3d open_axis;  // IMU frame: what the rotations show least
-  bool open = false;          // whether the rotation about it must be searched
-};
-
-Start SolveRotation(const std::vector<RelativeMotion>& motions, const std::optional<ExtrinsicGuess>& guess) {
-  std::vector<double> mismatches;
-  for (const RelativeMotion& m : motions) {
-    const double difference = Log(m.imu.rotation).norm() - Log(m.lidar.rotation).norm();
-    mismatches.push_back(std::abs(difference) / m.sigma_rotation);
-  }
-  const double scale = std::max(kSmallestScale, 1.4826 * Median(mismatches));
-  std::vector<double> weights;
-  for (const double mismatch : mismatches) weights.push_back(TukeyWeight(mismatch, scale));
-  Start start;
-  Eigen::Vector4d spectrum = Eigen::Vector4d::Zero();
-  for (int iteration = 0; iteration < 6; ++iteration) {
-    Eigen::Matrix4d M = Eigen::Matrix4d::Zero();
-    for (std::size_t i = 0; i < motions.size(); ++i) {
-      const Eigen::Matrix4d A =
-          QuaternionEquation(Positive(motions[i].imu.rotation), Positive(motions[i].lidar.rotation));
-      const double sigma = motions[i].sigma_rotation * scale;
-      M += 4.0 * weights[i] / (sigma * sigma) * A.transpose() * A;
-    }
-    spectrum = Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d>(M).eigenvalues();
-    if (guess) {
-      const Eigen::Vector4d q = guess->T_imu_sensor.rotation.coeffs();
-      M +=
-          4.0 / guess->sigma_rotation.squaredNorm() * 3.0 * (Eigen::Matrix4d::Identity() - q * q.transpose());
-    }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> eigen(M);
-    start.rotation = Eigen::Quaterniond(Eigen::Vector4d(eigen.eigenvectors().col(0)));
-    // The neighbouring null direction, as a left rotation: q2 = (axis / 2) * q to first order.
-    const Eigen::Quaterniond second(Eigen::Vector4d(eigen.eigenvectors().col(1)));
-    start.open_axis = (second * start.rotation.conjugate()).vec().normalized();
-    std::vector<double> norms;
-    for (const RelativeMotion& m : motions) {
-      const double unweighted = 1.0;
-      norms.push_back(RotationEquation{m, unweighted}.Error(start.rotation).norm() / m.sigma_rotation);
-    }
-    const double sigma = std::max(kSmallestScale, SigmaFromNorms(norms));
-    for (std::size_t i = 0; i < motions.size(); ++i) weights[i] = TukeyWeight(norms[i], sigma);
-  }
-  // spectrum[1] - spectrum[0] is the information, 1/rad^2 times 4, about the open axis.
-  start.open = !guess && spectrum[1] - spectrum[0] < 4.0 * 25.0 / (kShownSigma * kShownSigma);
-  return start;
-}
-
 }  // namespace
 
 HandEyeResult SolveHandEye(const std::vector<RelativeMotion>& motions,
@@ -299,15 +234,15 @@ HandEyeResult SolveHandEye(const std::vector<RelativeMotion>& motions,
     return result;
   }
   const Prior prior(guess);
-  const Start start = SolveRotation(motions, guess);
+  const HandEyeRotation start = SolveHandEyeRotation(motions, guess);
   Fit fit(motions, prior, overlap);
-  RigidTransform T = fit.Refine(start.rotation, kConvexRounds);
+  RigidTransform T = fit.Refine(start.R_imu_lidar, kConvexRounds);
   if (start.open) {
     double least = fit.Weigh(T, false).cost;
     constexpr int kStarts = 12;  // from: guard, every 30 deg
     for (int i = 1; i < kStarts; ++i) {
       const Eigen::Vector3d turn = start.open_axis * (2.0 * M_PI * i / kStarts);
-      const RigidTransform candidate = fit.Refine(ExpQuaternion(turn) * start.rotation, kRoundsOfAStart);
+      const RigidTransform candidate = fit.Refine(ExpQuaternion(turn) * start.R_imu_lidar, kRoundsOfAStart);
       const double cost = fit.Weigh(candidate, false).cost;
       if (cost >= least) continue;
       least = cost;
