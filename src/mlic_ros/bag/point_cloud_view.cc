@@ -9,12 +9,12 @@
 namespace mlic {
 namespace {
 
+using sensor_msgs::PointField;
+
 const char* NameOfType(std::uint8_t datatype) {
   constexpr const char* names[] = {"?", "i8", "u8", "i16", "u16", "i32", "u32", "f32", "f64"};
   return datatype <= PointField::FLOAT64 ? names[datatype] : names[0];
 }
-
-using sensor_msgs::PointField;
 
 // Of a serialised PointField: length of name, offset, type, count; from: standard.
 constexpr std::size_t kLeastFieldBytes = 13;
