@@ -68,7 +68,8 @@ class Launch(unittest.TestCase):
         self.addCleanup(os.remove, self.path("bin", "rviz"))
 
     def expect_end(self, text, *lines):
-        """The three lines stand on the terminal in one piece; after them roslaunch says nothing alarming."""
+        """The three lines stand on the terminal when the node ends, roslaunch says nothing alarming after that, and
+        they are the last ones."""
         status, last = self.status()
         self.assertEqual(len(last), 3, text)
         begin = text.find("\n".join(last))
@@ -78,6 +79,7 @@ class Launch(unittest.TestCase):
         rest = text[begin + len("\n".join(last)):]
         for alarm in ["REQUIRED", "has died", "\x1b[31m", "warning", "escalating"]:
             self.assertNotIn(alarm, rest)
+        self.assertEqual(text.splitlines()[-3:], last)
         return status
 
     def calibrated(self, *arguments, **options):

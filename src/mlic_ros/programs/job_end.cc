@@ -73,8 +73,12 @@ JobEnd EndWithException(const fs::path& log) {
   }
 }
 
-void PrintLastLines(const JobEnd& end) {
-  for (const std::string& line : end.lines) std::fprintf(stderr, "%s\n", line.c_str());
+std::string LastLinesText(const JobEnd& end) {
+  std::string text;
+  for (const std::string& line : end.lines) text += line + "\n";
+  return text;
 }
+
+void PrintLastLines(const JobEnd& end) { std::fputs(LastLinesText(end).c_str(), stderr); }
 
 }  // namespace mlic

@@ -24,4 +24,7 @@ JobEnd EndWithException(const std::filesystem::path& log);
 // The lines on stderr, after everything else.
 void PrintLastLines(const JobEnd& end);
 
+// The lines as one text.
+std::string LastLinesText(const JobEnd& end);
+
 }  // namespace mlic

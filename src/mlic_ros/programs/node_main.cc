@@ -2,8 +2,10 @@
 // parameters: the options of `calibrate` with _ for - (bag: several separated by blanks), directory (what
 // relative paths start from), rviz and rviz_config, keep_open (stay after the result, for other viewers).
 // --end-launch: once all is done the launch ends.
+#include <fcntl.h>
 #include <ros/file_log.h>
 #include <ros/ros.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <csignal>
@@ -59,9 +61,32 @@ std::unique_ptr<RvizWindow> OpenRviz() {
 void WriteStatusFile(const JobEnd& end) {
   const char* path = std::getenv("MLIC_STATUS_FILE");
   if (path == nullptr) return;
-  std::ofstream stream(path);
-  stream << end.status << "\n";
-  for (const std::string& line : end.lines) stream << line << "\n";
+  std::ofstream(path) << end.status << "\n" << LastLinesText(end);
+}
+
+// From the process that calibrates to the one that supervises it, which says the last lines once more.
+class LinesPipe {
+ public:
+  LinesPipe() { open_ = pipe2(ends_, O_CLOEXEC | O_NONBLOCK) == 0; }
+  void Send(const JobEnd& end) const {
+    const std::string text = LastLinesText(end);
+    if (open_ && write(ends_[1], text.data(), text.size()) < 0) std::perror("calibrate_node: last lines");
+  }
+  std::string Receive() const {
+    char text[1 << 14];  // far more than three lines
+    const ssize_t size = open_ ? read(ends_[0], text, sizeof(text)) : 0;
+    return size > 0 ? std::string(text, static_cast<std::size_t>(size)) : "";
+  }
+
+ private:
+  int ends_[2] = {};
+  bool open_ = false;
+};
+
+void Announce(const JobEnd& end, const LinesPipe& pipe) {
+  PrintLastLines(end);
+  WriteStatusFile(end);
+  pipe.Send(end);
 }
 
 // Latched messages live as long as their publisher, so the node stays as long as somebody may look.
@@ -75,7 +100,7 @@ void StayForViewers(const CancellationToken& cancellation, RvizWindow* rviz) {
   }
 }
 
-int RunNode(int argc, char** argv) {
+int RunNode(int argc, char** argv, const LinesPipe& pipe) {
   ros::init(argc, argv, "mlic_calibrate", ros::init_options::NoSigintHandler);
   ros::NodeHandle node;
   const CancellationToken& cancellation = CancelOnSignals();
@@ -89,21 +114,19 @@ int RunNode(int argc, char** argv) {
   } else if (rviz != nullptr && rviz->Problem().empty()) {
     std::fprintf(stderr, "warning: RViz ended before the calibration; what it said: %s\n", RvizLog().c_str());
   }
-  PrintLastLines(end);
-  WriteStatusFile(end);
+  Announce(end, pipe);
   StayForViewers(cancellation, rviz.get());
   return end.status;
 }
 
-int ReportDeath(int signal) {
+int ReportDeath(int signal, const LinesPipe& pipe) {
   const JobEnd end{kFailure,
                    {"FAILED: calibrate_node was ended by signal " + std::to_string(signal) +
                         (signal == SIGKILL ? ", which often means that the memory ran out" : ""),
                     "log: log.txt in the output directory",
                     "to do: the same command goes on after the last finished stage; give duration for a "
                     "shorter part if memory is short"}};
-  PrintLastLines(end);
-  WriteStatusFile(end);
+  Announce(end, pipe);
   return end.status;
 }
 
@@ -113,7 +136,9 @@ int ReportDeath(int signal) {
 int main(int argc, char** argv) {
   bool end_launch = false;
   for (int i = 1; i < argc; ++i) end_launch = end_launch || std::string(argv[i]) == "--end-launch";
-  const int status = mlic::Supervise([&] { return mlic::RunNode(argc, argv); }, mlic::ReportDeath);
-  if (end_launch) mlic::EndLaunch();
+  const mlic::LinesPipe pipe;
+  const int status = mlic::Supervise([&] { return mlic::RunNode(argc, argv, pipe); },
+                                     [&](int signal) { return mlic::ReportDeath(signal, pipe); });
+  if (end_launch) mlic::EndLaunch(pipe.Receive());
   return status;
 }

@@ -1,6 +1,8 @@
 #include "mlic_ros/programs/supervision.h"
 
+#include <poll.h>
 #include <sys/prctl.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -41,6 +43,18 @@ sigset_t EndSignals() {
   std::exit(work());
 }
 
+// A process that outlives this one and roslaunch, and writes the text once roslaunch is gone.
+void WriteAfter(pid_t roslaunch, const std::string& text) {
+  if (fork() != 0) return;
+  setsid();  // not of the group that roslaunch ends
+  pollfd end{static_cast<int>(syscall(SYS_pidfd_open, roslaunch, 0)), POLLIN, 0};
+  if (end.fd >= 0 && poll(&end, 1, -1) == 1) {
+    const ssize_t written = write(STDERR_FILENO, text.data(), text.size());
+    _exit(written < 0 ? kFailure : kTrusted);
+  }
+  _exit(kFailure);
+}
+
 }  // namespace
 
 int Supervise(const std::function<int()>& work, const std::function<int(int)>& on_death) {
@@ -63,7 +77,8 @@ int Supervise(const std::function<int()>& work, const std::function<int(int)>& o
   return WIFEXITED(status) ? WEXITSTATUS(status) : on_death(WTERMSIG(status));
 }
 
-void EndLaunch() {
+void EndLaunch(const std::string& last_words) {
+  WriteAfter(getppid(), last_words);
   const sigset_t signals = EndSignals();
   sigprocmask(SIG_BLOCK, &signals, nullptr);
   if (was_signalled != 0) return;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <string>
 
 namespace mlic {
 
@@ -10,8 +11,9 @@ namespace mlic {
 // Returns the child's exit status, or what on_death returned.
 int Supervise(const std::function<int()>& work, const std::function<int(int)>& on_death);
 
-// Ends the launch that started this process, roslaunch being its parent, as Ctrl-C would; waits until
-// roslaunch asks this process to end too.
-void EndLaunch();
+// Ends the launch that started this process, roslaunch being its parent, as Ctrl-C would, unless it is ending
+// already; waits until roslaunch asks this process to end too. roslaunch then says which processes it ends:
+// last_words are written to stderr after that, so that they are the last ones on the terminal.
+void EndLaunch(const std::string& last_words);
 
 }  // namespace mlic
