@@ -155,11 +155,11 @@ class Programs(unittest.TestCase):
         resumed = self.calibrate(DRIVE[1], DRIVE[0])
         self.assertEqual(resumed.returncode, 0, resumed.stderr)
         for stage in ["LiDAR odometry", "initialisation", "joint adjustment"]:
-            self.assertIn(stage + ": taken over from an earlier run", resumed.stderr)
+            self.assertIn(stage + ": reused from an earlier run", resumed.stderr)
         with open(self.path("out/calibration.yaml")) as file:
             first = file.read()
         fresh = self.calibrate(DRIVE[1], DRIVE[0], "--fresh")
-        self.assertNotIn("taken over", fresh.stderr)
+        self.assertNotIn("reused from", fresh.stderr)
         with open(self.path("out/calibration.yaml")) as file:
             self.assertEqual(file.read(), first)
 

@@ -8,7 +8,7 @@ namespace mlic {
 // The noise of one camera's observations, of what the tracks claim (the calibration's own errors come on top
 // while it is far from right).
 struct LandmarkNoise {
-  double spread = 1.0;  // of single observations, outliers aside: what a observation is judged by
+  double spread = 1.0;  // of single observations, outliers aside: what an observation is judged by
   double dependence =
       1.0;  // observations that share errors count for less: their sigmas are that much larger
 };

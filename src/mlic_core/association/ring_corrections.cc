@@ -181,7 +181,7 @@ std::vector<std::size_t> RichRings(const std::array<Rings, 4>& halves) {
   return which;
 }
 
-// False where nothing is beyond doubt.
+// False where nothing is confirmed.
 bool Improve(const Quarters& quarters, RingCorrections* corrections) {
   // from: structural.
   constexpr int kHalves[4][2] = {{0, 1}, {2, 3}, {0, 2}, {1, 3}};  // early, late; left, right

@@ -53,7 +53,7 @@ void RejectLostLidars(const AdjustmentContext& context, Adjustment* adjustment) 
       continue;
     }
     adjustment->rejected_lidars[l] = adjustment->problem.lidar_fixed[l] = true;
-    context.monitor.line(config.name + ": left out, its planes lead far from where it started");
+    context.monitor.line(config.name + ": rejected, its planes lead far from where it started");
   }
 }
 

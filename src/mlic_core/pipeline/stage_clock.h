@@ -60,7 +60,7 @@ class StageClock : public ProgressSink {
   // lines: what an earlier run said, for the report.
   void TakeOver(const std::vector<std::string>& lines, const std::string& how_far = "") {
     summary_.lines = lines;
-    Line("taken over from an earlier run" + how_far);
+    Line("reused from an earlier run" + how_far);
   }
   const std::vector<std::string>& lines() const { return summary_.lines; }
 

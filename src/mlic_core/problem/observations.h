@@ -29,7 +29,7 @@ struct PlaneAssociation {
   std::vector<std::size_t> begin;  // of each plane's observations; one more than planes
 };
 
-// A observation of a point landmark.
+// An observation of a point landmark.
 struct LandmarkObservation {
   std::int32_t camera;
   float sigma;  // px, of each coordinate of shape * error

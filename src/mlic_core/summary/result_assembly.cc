@@ -110,7 +110,7 @@ std::vector<std::string> Judge(const Sensor& config, const ObservabilityAnalysis
   if (!translation_shown && !config.has_guess) {
     reasons.push_back(config.name +
                       ": the motion does not show its whole translation to 5 cm, and the rig file gives no "
-                      "T_imu_sensor to hold; measure it by hand, or turn about more axes");
+                      "T_imu_sensor to fall back on; measure it by hand, or turn about more axes");
   }
   return reasons;
 }
@@ -258,7 +258,7 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
   if (adjustment.rounds.unsettled > 0.5) {
     char text[200];
     std::snprintf(text, sizeof(text),
-                  "the calibration does not stand still: the last round moved it by %.1f of its sigma, which "
+                  "the calibration has not converged: the last round moved it by %.1f of its sigma, which "
                   "the sigmas here include",
                   adjustment.rounds.unsettled);
     result->warnings.push_back(text);

@@ -6,8 +6,8 @@
 
 namespace mlic {
 
-// What the adjustment found, judged (SPEC section 5): trusted when the data show every LiDAR's rotation and
-// time offset, and what they do not show of the translations has a guess.
+// What the adjustment found, judged (docs/method.md, section 12): trusted when the data show every LiDAR's
+// rotation and time offset, and what they do not show of the translations has a guess.
 void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& adjustment,
                     CalibrationResult* result);
 

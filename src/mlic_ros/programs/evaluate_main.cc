@@ -153,7 +153,7 @@ int Evaluate(const EvaluateOptions& options, const CancellationToken& cancellati
       CompareTo(*compared.truth, "before the joint adjustment: ", "initial_", *compared.initial, &evaluation);
   }
   if (compared.calibration.sensors.empty() && options.reference_topic.empty()) {
-    evaluation.text += "no sensor's link to the IMU was shown: there is no map to evaluate\n";
+    evaluation.text += "no sensor is calibrated to the IMU: there is no map to evaluate\n";
   } else {
     compared.trajectory = ReadTrajectoryBeside(options.calibration);
     if (!options.reference_topic.empty()) {

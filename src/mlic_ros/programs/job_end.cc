@@ -25,7 +25,7 @@ std::string Trusted(const CalibrationResult& result) {
                      ", worst sigma " + ShortNumber(worst.rotation * 180.0 / M_PI, 2) + " deg, " +
                      ShortNumber(1e3 * worst.translation, 2) + " mm, " +
                      ShortNumber(1e3 * worst.time_offset, 2) + " ms";
-  if (held > 0) line += "; " + std::to_string(held) + " directions not shown by the drive, see the report";
+  if (held > 0) line += "; " + std::to_string(held) + " unobservable directions, see the report";
   return line;
 }
 

@@ -46,7 +46,7 @@ LinearRow ForceRow(const PositionUnknowns& unknowns, std::size_t drive, double t
 LinearRow ObservationRow(const PositionUnknowns& unknowns, const PointObservations& point,
                          const DirectionObservation& observation);
 
-// Information of a observation across its direction, 1/m^2.
+// Information of an observation across its direction, 1/m^2.
 Eigen::Matrix3d WeightOf(const DirectionObservation& observation);
 // Of a point, from its observations alone; along the rays of points without parallax next to nothing is
 // known.

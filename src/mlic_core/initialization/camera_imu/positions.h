@@ -32,7 +32,7 @@ struct VisualPositions {
 
 // Positions p(t) of the IMU, lever arms l_c, gravity g(t) (it turns slowly with the gyro frame's drift) and
 // accelerometer bias b, all at once. With the rotations R known everything is linear: for a sample a_m, and
-// for a observation of point P along d from c(t) = p(t) + R(t) l,
+// for an observation of point P along d from c(t) = p(t) + R(t) l,
 //   p''(t) - g(t) + R(t) b - R(t) a_m         (m/s^2)
 //   (I - d d^T) (P - c(t)) / |P - c(t)|       (rad; the distance from the round before)
 // Points are eliminated one by one; what is left is banded in time. The accelerometer sets the scale: no

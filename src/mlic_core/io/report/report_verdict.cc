@@ -33,7 +33,7 @@ std::string Tiles(const CalibrationResult& result) {
     html +=
         Tile(FixedNumber(kDegreesPerRadian * sigmas.rotation, 4) + "&deg;", "largest &sigma; of a rotation");
     html += Tile(FixedNumber(1e3 * sigmas.translation, 1) + " mm",
-                 "largest &sigma; of a translation that was shown");
+                 "largest &sigma; of an observable translation");
     html += Tile(FixedNumber(1e3 * sigmas.time_offset, 3) + " ms", "largest &sigma; of a time offset");
   }
   if (!result.trajectories.empty() && result.trajectories[0].size() > 1) {
