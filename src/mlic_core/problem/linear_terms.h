@@ -83,7 +83,7 @@ inline std::vector<std::size_t> CutByObservations(const std::vector<std::size_t>
   return cut;
 }
 
-// The ties of one landmark while its observations are summed; slots are found by control point.
+// The couplings of one landmark while its observations are summed; slots are found by control point.
 class CouplingSlots {
  public:
   explicit CouplingSlots(int knots) : slot_(knots / 3, -1) {}

@@ -7,7 +7,7 @@
 namespace mlic {
 
 // The normal equations of the joint problem at a state: all that the problem says but for the priors.
-// landmarks: for each drive the planes' ties, then the points'.
+// landmarks: for each drive the planes' couplings, then the points'.
 Accumulator Linearize(const LinearizationPoint& at, std::vector<LandmarkCoupling>* landmarks);
 
 // The cost of Linearize alone, several times faster.
