@@ -67,11 +67,7 @@ JointProblem WithShortCouplings(const JointProblem& given, const CalibrationStat
 
 }  // namespace
 
-SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
-                               const CancellationToken& cancellation, CalibrationState* state) {
-  std::vector<std::vector<std::size_t>> origins;
-  JointProblem problem = WithShortCouplings(given, *state, &origins);  // the landmarks move with the solve
-  const Layout layout(*state, problem.estimate_imu_matrices);
+std::vector<bool> FreeCalibration(const JointProblem& problem, const Layout& layout) {
   std::vector<bool> free_calibration(layout.calibration, true);
   for (std::size_t i = 0; i < problem.lidar_fixed.size(); ++i) {
     if (problem.lidar_fixed[i])
@@ -84,6 +80,15 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
   for (std::size_t c = 0; c < problem.camera_fixed.size(); ++c) {
     FixCamera(problem.camera_fixed[c], layout, c, &free_calibration);
   }
+  return free_calibration;
+}
+
+SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
+                               const CancellationToken& cancellation, CalibrationState* state) {
+  std::vector<std::vector<std::size_t>> origins;
+  JointProblem problem = WithShortCouplings(given, *state, &origins);  // the landmarks move with the solve
+  const Layout layout(*state, problem.estimate_imu_matrices);
+  const std::vector<bool> free_calibration = FreeCalibration(problem, layout);
   SolveSummary summary;
   for (const PlaneAssociation& association : problem.planes)
     summary.observations += association.observations.size();

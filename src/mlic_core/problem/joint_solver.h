@@ -6,6 +6,7 @@
 
 #include "mlic_core/common/progress.h"
 #include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/layout.h"
 #include "mlic_core/problem/state.h"
 
 namespace mlic {
@@ -30,5 +31,8 @@ struct SolveSummary {
 // start. The result does not depend on the number of threads but for the rounding of the dense factorisation.
 SolveSummary SolveJointProblem(const JointProblem& problem, int iterations,
                                const CancellationToken& cancellation, CalibrationState* state);
+
+// Which calibration parameters (Layout) the problem lets move.
+std::vector<bool> FreeCalibration(const JointProblem& problem, const Layout& layout);
 
 }  // namespace mlic

@@ -255,7 +255,7 @@ void AddLandmarks(const LinearizationPoint& at, std::size_t d, std::size_t begin
 }
 
 std::vector<ReprojectionRows> RowsOfLandmark(const LinearizationPoint& at, std::size_t d, std::size_t p) {
-  const Eigen::Matrix3d J_chart = PointChart(at.problem.landmarks[d].points[p]).Jacobian().transpose();
+  const Eigen::Matrix3d J_chart = PointChartJacobian(at.problem.landmarks[d].points[p]).transpose();
   std::vector<ReprojectionRows> observations;
   double cost = 0.0;
   const auto add = [&](const CameraObservation& observation, const Bases& bases, const Rows& rows) {
@@ -305,6 +305,8 @@ double LandmarkCost(const LinearizationPoint& at, std::size_t d, std::size_t beg
   }
   return cost;
 }
+
+Eigen::Matrix3d PointChartJacobian(const PointLandmark& point) { return PointChart(point).Jacobian(); }
 
 void MovePoint(const Eigen::Vector3d& step, PointLandmark* point) {
   const PointChart chart(*point);

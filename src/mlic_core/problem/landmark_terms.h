@@ -31,6 +31,9 @@ double LandmarkCost(const LinearizationPoint& at, std::size_t drive, std::size_t
 // distance.
 void MovePoint(const Eigen::Vector3d& step, PointLandmark* point);
 
+// Of the point's position to these three parameters.
+Eigen::Matrix3d PointChartJacobian(const PointLandmark& point);
+
 // Reprojection errors in pixels of all observations of one drive's landmarks, in their order; not a number
 // where the point cannot be projected.
 std::vector<Eigen::Vector2d> LandmarkResiduals(const LandmarkSet& landmarks, const CalibrationState& state,

@@ -7,16 +7,6 @@
 namespace mlic {
 namespace {
 
-PointToPlane PlaneFactor(const MapPlane& plane) {
-  PointToPlane factor;
-  factor.normal = plane.plane.normal;
-  factor.anchor = plane.center;
-  factor.tangent_u = plane.plane.normal.unitOrthogonal();
-  factor.tangent_v = plane.plane.normal.cross(factor.tangent_u);
-  factor.offset = plane.plane.offset - plane.plane.normal.dot(plane.center);
-  return factor;
-}
-
 std::vector<PointToPlane::Extrinsic> Extrinsics(const CalibrationState& state) {
   std::vector<PointToPlane::Extrinsic> extrinsics;
   for (const SensorCalibration& lidar : state.lidars) {
@@ -26,6 +16,16 @@ std::vector<PointToPlane::Extrinsic> Extrinsics(const CalibrationState& state) {
 }
 
 }  // namespace
+
+PointToPlane PlaneFactor(const MapPlane& plane) {
+  PointToPlane factor;
+  factor.normal = plane.plane.normal;
+  factor.anchor = plane.center;
+  factor.tangent_u = plane.plane.normal.unitOrthogonal();
+  factor.tangent_v = plane.plane.normal.cross(factor.tangent_u);
+  factor.offset = plane.plane.offset - plane.plane.normal.dot(plane.center);
+  return factor;
+}
 
 // Sums of J^T J of rows that touch the same control points and LiDAR, written to the large matrices once.
 class PlaneTerms::RowBuffer {

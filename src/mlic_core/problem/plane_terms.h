@@ -29,6 +29,9 @@ class PlaneTerms {
   std::vector<PointToPlane::Extrinsic> extrinsics_;
 };
 
+// The factor of points tied to the plane, its three parameters about the plane's centre.
+PointToPlane PlaneFactor(const MapPlane& plane);
+
 // The plane moved by a step in its three parameters.
 void MovePlane(const Eigen::Vector3d& step, MapPlane* plane);
 

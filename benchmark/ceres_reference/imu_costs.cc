@@ -1,0 +1,106 @@
+#include "ceres_reference/imu_costs.h"
+
+#include <ceres/loss_function.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "mlic_core/factors/gauge.h"
+#include "mlic_core/factors/imu_residual.h"
+#include "mlic_core/problem/state.h"
+
+namespace mlic::ceres_reference {
+namespace {
+
+constexpr double kImuHuber = 4.0;    // sigmas, as in imu_terms.cc
+constexpr double kKnotScale = 1e-3;  // 1/m, 1/rad, as in AddGauge
+
+}  // namespace
+
+ImuCost::ImuCost(EvaluationPoint* at, std::size_t drive, const ImuSample& sample, const ImuSigma& sigma,
+                 bool with_matrices, BlockList* blocks)
+    : at_(*at),
+      drive_(drive),
+      sample_(sample),
+      sigma_(sigma),
+      with_matrices_(with_matrices),
+      knots_(at->state.drives[drive].trajectory, sample.time, 0.0) {
+  DriveState& state = at->state.drives[drive];
+  knots_.AddTo(&at->drives[drive], blocks);
+  blocks->Add(state.gyroscope_bias.data(), 3);
+  blocks->Add(state.accelerometer_bias.data(), 3);
+  if (with_matrices) {
+    blocks->Add(at->state.gyroscope_matrix.data(), 9);
+    blocks->Add(at->state.accelerometer_matrix.data(), 9);
+  }
+  *mutable_parameter_block_sizes() = blocks->ambients;
+  set_num_residuals(7);
+}
+
+bool ImuCost::Evaluate(double const* const*, double* residuals, double** jacobians) const {
+  const SplitSpline& trajectory = at_.state.drives[drive_].trajectory;
+  const SplineBasis rb = knots_.rotation.Basis(trajectory.rotation.knots(), sample_.time);
+  const SplineBasis pb = knots_.position.Basis(trajectory.position.knots(), sample_.time);
+  ImuResidual::Jacobian J;
+  const Eigen::Matrix<double, 6, 1> r = ImuResidual::Evaluate(
+      trajectory, rb, pb, at_.state.Imu(drive_), kGravity, sample_, jacobians != nullptr ? &J : nullptr);
+  const ceres::HuberLoss loss(kImuHuber);
+  Eigen::Matrix<double, ImuResidual::kColumns, 7> rows;
+  double remainder = 0.0;
+  for (int i = 0; i < 6; ++i) {
+    const double sigma = i < 3 ? sigma_.gyroscope[i] : sigma_.accelerometer[i - 3];
+    const double square = r[i] * r[i] / (sigma * sigma);
+    double rho[3];
+    loss.Evaluate(square, rho);
+    remainder += rho[0] - rho[1] * square;
+    const double scale = std::sqrt(rho[1]) / sigma;
+    residuals[i] = scale * r[i];
+    if (jacobians != nullptr) rows.col(i) = scale * J.col(i);
+  }
+  residuals[6] = std::sqrt(std::max(0.0, remainder));
+  if (jacobians == nullptr) return true;
+  rows.col(6).setZero();
+  knots_.Write(rows, rb, pb, jacobians);
+  double** rest = jacobians + knots_.Count();
+  WriteBlock(rows, ImuResidual::kBias, 3, 3, rest[0]);
+  WriteBlock(rows, ImuResidual::kBias + 3, 3, 3, rest[1]);
+  if (!with_matrices_) return true;
+  WriteBlock(rows, ImuResidual::kMatrices, 9, 9, rest[2]);
+  WriteBlock(rows, ImuResidual::kMatrices + 9, 6, 9, rest[3]);
+  return true;
+}
+
+GaugeCost::GaugeCost(EvaluationPoint* at, std::size_t drive, BlockList* blocks)
+    : at_(*at),
+      drive_(drive),
+      knots_(at->state.drives[drive].trajectory, at->state.drives[drive].trajectory.Start(), 0.0) {
+  knots_.AddTo(&at->drives[drive], blocks);
+  *mutable_parameter_block_sizes() = blocks->ambients;
+  set_num_residuals(4);
+}
+
+bool GaugeCost::Evaluate(double const* const*, double* residuals, double** jacobians) const {
+  std::fill_n(residuals, 4, 0.0);
+  if (jacobians == nullptr) return true;
+  const SplitSpline& trajectory = at_.state.drives[drive_].trajectory;
+  const double start = trajectory.Start();
+  const SplineBasis rb = knots_.rotation.Basis(trajectory.rotation.knots(), start);
+  const SplineBasis pb = knots_.position.Basis(trajectory.position.knots(), start);
+  knots_.Write(GaugeResidual::JacobianAtZero(trajectory, rb, pb), rb, pb, jacobians);
+  return true;
+}
+
+KnotCost::KnotCost(int ambient) {
+  mutable_parameter_block_sizes()->push_back(ambient);
+  set_num_residuals(3);
+}
+
+bool KnotCost::Evaluate(double const* const*, double* residuals, double** jacobians) const {
+  std::fill_n(residuals, 3, 0.0);
+  if (jacobians == nullptr) return true;
+  WriteBlock(Eigen::Matrix3d(kKnotScale * Eigen::Matrix3d::Identity()), 0, 3, parameter_block_sizes()[0],
+             jacobians[0]);
+  return true;
+}
+
+}  // namespace mlic::ceres_reference

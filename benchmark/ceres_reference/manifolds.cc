@@ -1,0 +1,59 @@
+#include "ceres_reference/manifolds.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+#include "ceres_reference/evaluation_point.h"
+#include "mlic_core/geometry/so3.h"
+#include "mlic_core/problem/landmark_terms.h"
+#include "mlic_core/problem/plane_terms.h"
+
+namespace mlic::ceres_reference {
+
+using ConstQuaternion = Eigen::Map<const Eigen::Quaterniond>;
+using ConstVector = Eigen::Map<const Eigen::Vector3d>;
+
+void PlusRight(const double* x, const double* step, double* moved) {
+  Eigen::Map<Eigen::Quaterniond> out(moved);
+  out = (ConstQuaternion(x) * ExpQuaternion(ConstVector(step))).normalized();
+}
+
+void PlusLeft(const double* x, const double* step, double* moved) {
+  Eigen::Map<Eigen::Quaterniond> out(moved);
+  out = (ExpQuaternion(ConstVector(step)) * ConstQuaternion(x)).normalized();
+}
+
+void PlusMatrix(const double* x, const double* step, double* moved) {
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) moved[3 * c + r] = x[3 * c + r] + step[3 * r + c];
+  }
+}
+
+void PlusLowerTriangle(const double* x, const double* step, double* moved) {
+  std::copy_n(x, 9, moved);
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c <= r; ++c) moved[3 * c + r] += *step++;
+  }
+}
+
+void PlusPlane(const double* x, const double* step, double* moved) {
+  MapPlane plane = PlaneOf(x);
+  MovePlane(ConstVector(step), &plane);
+  const PlaneBlock block = BlockOf(plane);
+  std::copy(block.begin(), block.end(), moved);
+}
+
+void PlusPoint(const double* x, const double* step, double* moved) {
+  PointLandmark point = PointOf(x);
+  MovePoint(ConstVector(step), &point);
+  const PointBlock block = BlockOf(point);
+  std::copy(block.begin(), block.end(), moved);
+}
+
+bool LiftedManifold::Lift(double* jacobian) const {
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  Eigen::Map<RowMajor>(jacobian, ambient_, tangent_).setIdentity();
+  return true;
+}
+
+}  // namespace mlic::ceres_reference
