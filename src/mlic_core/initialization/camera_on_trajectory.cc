@@ -5,7 +5,7 @@
 #include <cstdio>
 
 #include "mlic_core/association/landmark_noise.h"
-#include "mlic_core/camera/colmap/colmap_database.h"  // FitCameraModel
+#include "mlic_core/camera/colmap/colmap_camera.h"
 #include "mlic_core/common/error.h"
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/initialization/camera_rotation.h"
