@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "mlic_core/association/landmark_noise.h"
+#include "mlic_core/camera/colmap/colmap_camera.h"
 #include "mlic_core/common/error.h"
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/initialization/camera_rotation.h"
@@ -20,6 +21,9 @@ constexpr std::size_t kFewestObservations = 200;
 // Of visual rotations that agree with the trajectory's. By chance a few per cent do; with a rough focal
 // length and unknown distortion not many more than this.
 constexpr double kLeastShare = 0.15;
+
+// px, of a match that agrees with a lens of the unified model, or with a given one.
+constexpr double kRoughLensError = 8.0, kLensError = 3.0;
 
 // What one round of triangulation and solve does.
 struct Round {
@@ -78,6 +82,13 @@ double ChangeInSigmas(const CalibrationState& before, const CalibrationState& af
   return largest;
 }
 
+// rad, of rays that a lens of this model is fitted to: polynomials in the tangent of the angle grow without
+// bounds before 90 deg, and the sixth power of that at 70 deg (400) is what a fit from no distortion bears.
+double WidestAngle(CameraModel model) {
+  const bool pinhole = model == CameraModel::kPlumbBob || model == CameraModel::kRationalPolynomial;
+  return pinhole ? 70.0 * M_PI / 180.0 : M_PI;
+}
+
 }  // namespace
 
 std::vector<CameraStart> StartFromRig(const Rig& rig, const Dataset& dataset) {
@@ -104,27 +115,32 @@ std::vector<CameraStart> StartFromRig(const Rig& rig, const Dataset& dataset) {
   return starts;
 }
 
-bool AlignCamera(const CameraConfig& config, const CameraStart& start, std::size_t c,
-                 const std::vector<TrackSet>& tracks, const std::vector<const SplitSpline*>& T_map_imu,
-                 CameraCalibration* camera, CameraRotation* rotation) {
-  // Distortion that is not known yet bends bearings by several pixels.
-  const double largest_error = start.from_field_of_view ? 8.0 : 3.0;
-  *rotation = CameraRotation();
-  CameraIntrinsics intrinsics = camera->intrinsics;
-  for (int iteration = 0; iteration < 4; ++iteration) {
-    const auto motions = VisualMotions(tracks, static_cast<int>(c), intrinsics, largest_error);
-    const CameraRotation next = AlignCameraRotation(motions, T_map_imu, config.guess, config.time_offset);
-    // In a narrow view rotation and translation trade, and the ratio may mislead: it has to prove itself.
-    if (!next.valid || (rotation->valid && next.cost >= rotation->cost)) break;
-    *rotation = next;
-    camera->intrinsics = intrinsics;
-    if (!start.from_field_of_view || std::abs(rotation->focal_ratio - 1.0) < 0.02) break;
-    intrinsics.parameters[0] *= rotation->focal_ratio;
-    intrinsics.parameters[1] *= rotation->focal_ratio;
+bool AlignCamera(const CameraConfig& config, const CameraStart& start, const std::vector<PixelMatches>& pairs,
+                 const std::vector<const SplitSpline*>& T_map_imu, CameraCalibration* camera,
+                 CameraAlignment* alignment) {
+  if (start.from_field_of_view) {
+    const auto fit =
+        SearchLens(pairs, T_map_imu, {start.intrinsics, config.guess, config.time_offset, alignment->lens});
+    if (!fit) return false;
+    const CameraModel model = start.intrinsics.model;
+    camera->intrinsics = fit->at.lens;
+    if (model != fit->at.lens.model) {
+      camera->intrinsics = FitCameraModel(fit->at.lens, model, WidestAngle(model));
+    }
+    alignment->lens = fit->at;
   }
-  if (!rotation->valid || rotation->inlier_share < kLeastShare) return false;
-  camera->sensor.T_imu_sensor.rotation = rotation->R_imu_camera;
-  camera->sensor.time_offset = rotation->time_offset;
+  const auto motions =
+      VisualMotions(pairs, camera->intrinsics, start.from_field_of_view ? kRoughLensError : kLensError);
+  CameraRotation& rotation = alignment->rotation;
+  rotation = AlignCameraRotation(motions, T_map_imu, config.guess, config.time_offset);
+  if (!rotation.valid || rotation.inlier_share < kLeastShare) return false;
+  camera->sensor.T_imu_sensor.rotation = rotation.R_imu_camera;
+  camera->sensor.time_offset = rotation.time_offset;
+  // Where the motion turns about one axis, the directions of motion say the rest, which FitLens does not use.
+  if (alignment->lens && rotation.weakest_axis >= kWeakAxis) {
+    camera->sensor.T_imu_sensor.rotation = alignment->lens->R_imu_camera;
+    camera->sensor.time_offset = alignment->lens->time_offset;
+  }
   return true;
 }
 
@@ -216,13 +232,14 @@ CameraInitialization InitializeCameras(const Rig& rig, const std::vector<CameraS
     cancellation.ThrowIfCancelled();
     const CameraConfig& config = rig.cameras[c];
     CameraCalibration& camera = result.cameras[c] = CameraAsGiven(config, start[c]);
-    CameraRotation rotation;
+    CameraAlignment alignment;
     result.found[c] =
-        config.fixed || AlignCamera(config, start[c], c, tracks, trajectories, &camera, &rotation);
+        config.fixed || AlignCamera(config, start[c], MatchesOfKeyframes(tracks, static_cast<int>(c)),
+                                    trajectories, &camera, &alignment);
     if (!result.found[c]) {
       result.problems.push_back(AlignmentProblem(config.name));
     } else if (!config.fixed) {
-      result.notes.push_back(AlignmentNote(config.name, camera, rotation));
+      result.notes.push_back(AlignmentNote(config.name, camera, alignment.rotation));
     }
   }
   CalibrationState state;

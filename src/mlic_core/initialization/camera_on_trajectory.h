@@ -7,6 +7,7 @@
 #include "mlic_core/camera/tracks/tracks.h"
 #include "mlic_core/common/progress.h"
 #include "mlic_core/initialization/camera_rotation.h"
+#include "mlic_core/initialization/lens_search.h"
 #include "mlic_core/problem/joint_problem.h"
 #include "mlic_core/problem/state.h"
 
@@ -52,11 +53,17 @@ void AdjustCamerasFurther(const Rig& rig, const std::vector<CameraStart>& start,
 // A camera before anything is estimated: from the rig file and its start.
 CameraCalibration CameraAsGiven(const CameraConfig& config, const CameraStart& start);
 
-// Rotation, time offset and, where it only comes from the field of view, focal length of camera c from visual
-// rotations against the trajectories' (of each drive). False: its images do not turn as the IMU does.
-bool AlignCamera(const CameraConfig& config, const CameraStart& start, std::size_t c,
-                 const std::vector<TrackSet>& tracks, const std::vector<const SplitSpline*>& T_map_imu,
-                 CameraCalibration* camera, CameraRotation* rotation);
+struct CameraAlignment {
+  CameraRotation rotation;
+  std::optional<LensHypothesis> lens;  // where the intrinsics come from a field of view; one that is there
+                                       // already is only fitted again
+};
+
+// Rotation, time offset and, where it only comes from the field of view, the lens of a camera from its
+// matches and the trajectories (of each drive). False: its images do not turn as the IMU does.
+bool AlignCamera(const CameraConfig& config, const CameraStart& start, const std::vector<PixelMatches>& pairs,
+                 const std::vector<const SplitSpline*>& T_map_imu, CameraCalibration* camera,
+                 CameraAlignment* alignment);
 std::string AlignmentNote(const std::string& name, const CameraCalibration& camera,
                           const CameraRotation& rotation);
 std::string AlignmentProblem(const std::string& name);

@@ -14,39 +14,9 @@
 namespace mlic {
 namespace {
 
-constexpr double kLargestGap = 3.0;      // s, between keyframes
 constexpr double kAgreement = 0.05;      // rad, residual beyond which a motion has no more say
 constexpr double kRotationSigma = 0.01;  // rad, of a visual rotation
 constexpr double kDirectionSigma = 0.3;  // rad, of a direction of motion: the lever arm is not known
-
-struct KeyframePair {
-  std::size_t drive = 0;
-  double time_a = 0.0, time_b = 0.0;
-  std::vector<Eigen::Vector3d> bearings_a, bearings_b;
-};
-
-void CollectPairs(const TrackSet& tracks, std::size_t drive, int camera, const CameraIntrinsics& intrinsics,
-                  std::vector<KeyframePair>* pairs) {
-  std::vector<int> pair_of(tracks.keyframes.size(), -1);  // of each keyframe with the next one
-  for (std::size_t k = 0; k + 1 < tracks.keyframes.size(); ++k) {
-    const Keyframe &a = tracks.keyframes[k], &b = tracks.keyframes[k + 1];
-    if (a.camera != camera || b.camera != camera || b.time - a.time > kLargestGap) continue;
-    pair_of[k] = static_cast<int>(pairs->size());
-    pairs->push_back({drive, a.time, b.time, {}, {}});
-  }
-  for (const Track& track : tracks.tracks) {
-    for (std::size_t i = 0; i + 1 < track.observations.size(); ++i) {
-      const TrackObservation &a = track.observations[i], &b = track.observations[i + 1];
-      if (b.keyframe != a.keyframe + 1 || pair_of[a.keyframe] < 0) continue;
-      Eigen::Vector3d bearing_a, bearing_b;
-      if (!Unproject(intrinsics, a.pixel.cast<double>(), &bearing_a)) continue;
-      if (!Unproject(intrinsics, b.pixel.cast<double>(), &bearing_b)) continue;
-      KeyframePair& pair = (*pairs)[pair_of[a.keyframe]];
-      pair.bearings_a.push_back(bearing_a);
-      pair.bearings_b.push_back(bearing_b);
-    }
-  }
-}
 
 // Rotation vectors of IMU and camera over the same intervals, and their directions of motion in the frame at
 // the interval's end.
@@ -142,15 +112,21 @@ double FocalRatio(const Correspondences& c, const Eigen::Quaterniond& R_imu_came
 
 }  // namespace
 
-std::vector<VisualMotion> VisualMotions(const std::vector<TrackSet>& tracks, int camera,
+std::vector<VisualMotion> VisualMotions(const std::vector<PixelMatches>& pairs,
                                         const CameraIntrinsics& intrinsics, double largest_error) {
-  std::vector<KeyframePair> pairs;
-  for (std::size_t d = 0; d < tracks.size(); ++d) CollectPairs(tracks[d], d, camera, intrinsics, &pairs);
   TwoViewOptions options;
   options.largest_error = largest_error / intrinsics.parameters[0];
   std::vector<std::optional<TwoViewGeometry>> geometries(pairs.size());
   ParallelFor(pairs.size(), [&](std::size_t k) {
-    geometries[k] = EstimateTwoView(pairs[k].bearings_a, pairs[k].bearings_b, options);
+    std::vector<Eigen::Vector3d> bearings_a, bearings_b;
+    for (std::size_t i = 0; i < pairs[k].pixels_a.size(); ++i) {
+      Eigen::Vector3d a, b;
+      if (!Unproject(intrinsics, pairs[k].pixels_a[i], &a)) continue;
+      if (!Unproject(intrinsics, pairs[k].pixels_b[i], &b)) continue;
+      bearings_a.push_back(a);
+      bearings_b.push_back(b);
+    }
+    geometries[k] = EstimateTwoView(bearings_a, bearings_b, options);
   });
   std::vector<VisualMotion> motions;
   for (std::size_t k = 0; k < pairs.size(); ++k) {
@@ -203,7 +179,7 @@ CameraRotation AlignCameraRotation(const std::vector<VisualMotion>& motions,
     for (const Eigen::Vector3d& v : c.imu) information += v * v.transpose();
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(information);
     result.weakest_axis = std::sqrt(std::max(0.0, eigen.eigenvalues()[1])) / kRotationSigma;
-    use_directions = result.weakest_axis < 20.0;
+    use_directions = result.weakest_axis < kWeakAxis;
     result.focal_ratio = FocalRatio(c, best.rotation);
     scale = 1.0 / result.focal_ratio;
   }

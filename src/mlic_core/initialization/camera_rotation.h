@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "mlic_core/camera/tracks/tracks.h"
+#include "mlic_core/initialization/pixel_matches.h"
 #include "mlic_core/sensors/rig.h"
 #include "mlic_core/trajectory/split_spline.h"
 
@@ -19,10 +19,13 @@ struct VisualMotion {
       Eigen::Vector3d::Zero();  // of the motion from a to b in frame b; zero: not shown
 };
 
-// Motions between consecutive keyframes of one camera (at most 3 s apart), from the tracks that both see.
-// largest_error: px, of a observation that agrees; the intrinsics may be rough.
-std::vector<VisualMotion> VisualMotions(const std::vector<TrackSet>& tracks, int camera,
+// Motions between these keyframes of one camera. largest_error: px, of an observation that agrees; the
+// intrinsics may be rough.
+std::vector<VisualMotion> VisualMotions(const std::vector<PixelMatches>& pairs,
                                         const CameraIntrinsics& intrinsics, double largest_error);
+
+// 1/rad, of CameraRotation::weakest_axis: below, directions of motion tell what rotations do not.
+constexpr double kWeakAxis = 20.0;
 
 struct CameraRotation {
   bool valid = false;

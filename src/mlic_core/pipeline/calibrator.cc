@@ -1,5 +1,6 @@
 #include "mlic_core/pipeline/calibrator.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -44,18 +45,20 @@ std::vector<DriveOdometry> OdometryStage(const StageContext& context) {
   return odometry;
 }
 
-// make: the first state, and the cameras where the stage finds them as well (null: it does not).
+// make: the first state, and the cameras where the stage finds them as well (null: it does not). suffix: of
+// the names under which they are kept.
 template <typename Make>
-Initialization InitializationStage(const StageContext& context, CameraInitialization* cameras,
-                                   const Make& make) {
+Initialization InitializationStage(const StageContext& context, const std::string& suffix,
+                                   CameraInitialization* cameras, const Make& make) {
   StageClock stage("initialisation", context);
   Initialization start;
-  if (context.Load("initialisation", &start) && (cameras == nullptr || context.Load("cameras", cameras))) {
+  if (context.Load("initialisation" + suffix, &start) &&
+      (cameras == nullptr || context.Load("cameras" + suffix, cameras))) {
     stage.TakeOver({});
   } else {
     start = make();
-    if (cameras != nullptr) context.Save("cameras", *cameras);
-    context.Save("initialisation", start);
+    if (cameras != nullptr) context.Save("cameras" + suffix, *cameras);
+    context.Save("initialisation" + suffix, start);
   }
   for (const std::string& note : start.notes) stage.Line(note);
   for (const std::string& problem : start.problems) stage.Line(problem);
@@ -170,10 +173,30 @@ void ResultStage(const StageContext& context, const Adjustment& adjustment) {
   AssembleResult(context.rig, context.dataset, adjustment, context.result);
 }
 
+bool ColmapWanted(const StageContext& context) {
+  return context.options.intrinsics == IntrinsicsStart::kColmap;
+}
+
+std::vector<bool> AllOf(const std::vector<CameraStart>& cameras) {
+  return std::vector<bool>(cameras.size(), true);
+}
+
+// COLMAP for the cameras that could not be started from their fields of view. Whether one starts from it now.
+bool StartLostFromColmap(const StageContext& context, const std::vector<bool>& found,
+                         const std::vector<TrackSet>& tracks, std::vector<CameraStart>* intrinsics) {
+  if (ColmapWanted(context)) return false;  // all did already
+  std::vector<bool> lost;
+  for (std::size_t c = 0; c < found.size(); ++c) {
+    lost.push_back(!found[c] && (*intrinsics)[c].from_field_of_view);
+  }
+  if (std::find(lost.begin(), lost.end(), true) == lost.end()) return false;
+  return ColmapStage(context, lost, tracks, intrinsics);
+}
+
 // The LiDARs first, then the cameras on their trajectory, then all.
 void CalibrateFromLidars(const StageContext& context) {
   const auto odometry = OdometryStage(context);
-  Initialization start = InitializationStage(context, nullptr, [&] {
+  Initialization start = InitializationStage(context, "", nullptr, [&] {
     return Initialize(context.rig, context.dataset, odometry, context.cancellation);
   });
   CalibrationResult* result = context.result;
@@ -190,9 +213,12 @@ void CalibrateFromLidars(const StageContext& context) {
     std::vector<CameraStart> intrinsics = StartFromRig(context.rig, context.dataset);
     const auto features = FeatureStage(context, intrinsics, adjustment.state);
     const auto tracks = TrackStage(context, intrinsics, features);
-    ColmapStage(context, tracks, &intrinsics);
-    const CameraInitialization found =
-        CameraInitializationStage(context, intrinsics, tracks, adjustment.state);
+    if (ColmapWanted(context)) ColmapStage(context, AllOf(intrinsics), tracks, &intrinsics);
+    CameraInitialization found =
+        CameraInitializationStage(context, "cameras", intrinsics, tracks, adjustment.state);
+    if (StartLostFromColmap(context, found.found, tracks, &intrinsics)) {
+      found = CameraInitializationStage(context, "cameras_from_colmap", intrinsics, tracks, adjustment.state);
+    }
     AddReasons(found, result);
     adjustment = CameraStages(context, intrinsics, found, features, std::move(adjustment));
   }
@@ -204,12 +230,16 @@ void CalibrateFromCameras(const StageContext& context) {
   std::vector<CameraStart> intrinsics = StartFromRig(context.rig, context.dataset);
   const auto features = FeatureStage(context, intrinsics, {});
   const auto tracks = TrackStage(context, intrinsics, features);
-  ColmapStage(context, tracks, &intrinsics);
+  if (ColmapWanted(context)) ColmapStage(context, AllOf(intrinsics), tracks, &intrinsics);
   CameraInitialization cameras;
-  Initialization start = InitializationStage(context, &cameras, [&] {
+  const auto initialize = [&] {
     return InitializeFromCameras(context.rig, context.dataset, intrinsics, tracks, context.cancellation,
                                  &cameras);
-  });
+  };
+  Initialization start = InitializationStage(context, "", &cameras, initialize);
+  if (StartLostFromColmap(context, cameras.found, tracks, &intrinsics)) {
+    start = InitializationStage(context, "_from_colmap", &cameras, initialize);
+  }
   CalibrationResult* result = context.result;
   result->reasons = start.problems;
   if (start.state.drives.size() < context.dataset.drives.size()) return FinishRefused(result);

@@ -166,17 +166,17 @@ std::vector<TrackSet> SharedTrackStage(const StageContext& context, SharedPass p
   return tracks;
 }
 
-CameraInitialization CameraInitializationStage(const StageContext& context,
+CameraInitialization CameraInitializationStage(const StageContext& context, const std::string& file,
                                                const std::vector<CameraStart>& start,
                                                const std::vector<TrackSet>& tracks,
                                                const CalibrationState& state) {
   StageClock stage("camera initialisation", context);
   CameraInitialization cameras;
-  if (context.Load("cameras", &cameras)) {
+  if (context.Load(file, &cameras)) {
     stage.TakeOver({});
   } else {
     cameras = InitializeCameras(context.rig, start, tracks, state, context.cancellation);
-    context.Save("cameras", cameras);
+    context.Save(file, cameras);
   }
   for (const std::string& note : cameras.notes) stage.Line(note);
   for (const std::string& problem : cameras.problems) stage.Line(problem);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "mlic_core/camera/tracks/tracks_from_images.h"
@@ -28,14 +29,15 @@ std::vector<TrackSet> SharedTrackStage(const StageContext& context, SharedPass p
                                        const CalibrationState& state,
                                        const std::vector<ImageFeatures>& features);
 
-// Intrinsics from COLMAP for the cameras that the rig file gives only a field of view of, where the options
-// ask for it, from the drive that shows each camera most. A camera on which COLMAP fails keeps its start, and
-// a line says why; where there is no COLMAP, all do, and a warning says so.
-void ColmapStage(const StageContext& context, const std::vector<TrackSet>& tracks,
-                 std::vector<CameraStart>* start);
+// Intrinsics from COLMAP for these of the cameras that the rig file gives only a field of view of, from the
+// drive that shows each camera most. A camera on which COLMAP fails keeps its start, and a line says why;
+// where there is no COLMAP, all do, and a warning says what to install. Returns whether a camera starts from
+// COLMAP now.
+bool ColmapStage(const StageContext& context, const std::vector<bool>& asked,
+                 const std::vector<TrackSet>& tracks, std::vector<CameraStart>* start);
 
-// Cameras (docs/method.md, section 7.5) on the state's trajectories.
-CameraInitialization CameraInitializationStage(const StageContext& context,
+// Cameras (docs/method.md, section 7.5) on the state's trajectories. file: under which the stage is kept.
+CameraInitialization CameraInitializationStage(const StageContext& context, const std::string& file,
                                                const std::vector<CameraStart>& start,
                                                const std::vector<TrackSet>& tracks,
                                                const CalibrationState& state);

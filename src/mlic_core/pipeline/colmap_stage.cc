@@ -26,7 +26,7 @@ ColmapInput RichestInput(const std::vector<TrackSet>& tracks, std::size_t camera
 // What the stage says of one camera; whether its intrinsics are to be taken.
 bool Judge(const std::string& name, const ColmapOutcome& outcome, std::vector<std::string>* lines) {
   if (!outcome.model) {
-    lines->push_back(name + " starts from its field of view: " + outcome.problem);
+    lines->push_back(name + " keeps the start from its field of view: " + outcome.problem);
     return false;
   }
   const ColmapModel& model = *outcome.model;
@@ -38,13 +38,14 @@ bool Judge(const std::string& name, const ColmapOutcome& outcome, std::vector<st
                 model.reprojection_rms, 100.0 * model.coverage);
   lines->push_back(line);
   for (const std::string& doubt : model.doubts) {
-    lines->push_back(name + " starts from its field of view: " + doubt);
+    lines->push_back(name + " keeps the start from its field of view: " + doubt);
   }
   return model.doubts.empty();
 }
 
 // Runs COLMAP on the cameras that need it. The intrinsics of those found, and what is to be said.
-CameraInitialization IntrinsicsByColmap(const StageContext& context, const std::vector<TrackSet>& tracks,
+CameraInitialization IntrinsicsByColmap(const StageContext& context, const std::vector<bool>& wanted,
+                                        const std::vector<TrackSet>& tracks,
                                         const std::vector<CameraStart>& start, bool* installed,
                                         StageClock* stage) {
   CameraInitialization result;
@@ -53,7 +54,7 @@ CameraInitialization IntrinsicsByColmap(const StageContext& context, const std::
   std::vector<std::size_t> asked;
   std::vector<ColmapInput> inputs;
   for (std::size_t c = 0; c < start.size(); ++c) {
-    if (!start[c].from_field_of_view) continue;
+    if (!wanted[c] || !start[c].from_field_of_view) continue;
     asked.push_back(c);
     inputs.push_back(RichestInput(tracks, c, start[c].intrinsics));
     inputs.back().folder = context.rig.cameras[c].name;
@@ -66,7 +67,7 @@ CameraInitialization IntrinsicsByColmap(const StageContext& context, const std::
   for (std::size_t i = 0; i < asked.size(); ++i) {
     if (!outcomes[i].installed) {
       *installed = false;
-      result.notes = {outcomes[i].problem + "; the cameras start from their fields of view"};
+      result.notes = {outcomes[i].problem + "; the cameras keep the start from their fields of view"};
       return result;
     }
     const std::size_t c = asked[i];
@@ -78,9 +79,8 @@ CameraInitialization IntrinsicsByColmap(const StageContext& context, const std::
 
 }  // namespace
 
-void ColmapStage(const StageContext& context, const std::vector<TrackSet>& tracks,
-                 std::vector<CameraStart>* start) {
-  if (context.options.intrinsics != IntrinsicsStart::kColmap) return;
+bool ColmapStage(const StageContext& context, const std::vector<bool>& asked,
+                 const std::vector<TrackSet>& tracks, std::vector<CameraStart>* start) {
   constexpr const char* kName = "colmap";
   StageClock stage("intrinsics by COLMAP", context);
   CameraInitialization result;
@@ -88,15 +88,19 @@ void ColmapStage(const StageContext& context, const std::vector<TrackSet>& track
   if (context.Load(kName, &result)) {
     stage.TakeOver({});
   } else {
-    result = IntrinsicsByColmap(context, tracks, *start, &installed, &stage);
+    result = IntrinsicsByColmap(context, asked, tracks, *start, &installed, &stage);
     // Without COLMAP nothing is kept: it may be there when the run is taken up again.
     if (installed) context.Save(kName, result);
   }
   for (const std::string& note : result.notes) stage.Line(note);
   if (!installed) context.result->warnings.push_back(result.notes.front());
-  for (std::size_t c = 0; c < start->size(); ++c) {
-    if (result.found[c]) (*start)[c] = {result.cameras[c].intrinsics, false};
+  bool changed = false;
+  for (std::size_t c = 0; c < result.found.size(); ++c) {
+    if (!result.found[c]) continue;
+    (*start)[c] = {result.cameras[c].intrinsics, false};
+    changed = true;
   }
+  return changed;
 }
 
 }  // namespace mlic

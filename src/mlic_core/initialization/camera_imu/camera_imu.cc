@@ -88,6 +88,7 @@ Initialization Solve(const Rig& rig, const Dataset& dataset, const std::vector<C
         "record one with turns (by hand: about all axes)");
     return result;
   }
+  cameras->found = rotations.found;
   std::vector<KnotSpacing> spacing;
   for (const Drive& drive : dataset.drives) spacing.push_back(ChooseKnotSpacing(drive.imu));
   const KnownRotations known = Known(rig, dataset, start, tracks, result.imu_sigma, spacing, rotations);
@@ -106,7 +107,6 @@ Initialization Solve(const Rig& rig, const Dataset& dataset, const std::vector<C
   JointProblem problem;
   problem.dataset = &dataset;
   problem.imu_sigma = result.imu_sigma;
-  cameras->found = rotations.found;
   AdjustCameras(rig, start, tracks, std::move(problem), cancellation, &state, cameras, rounds);
   cameras->cameras = state.cameras;
   return result;
@@ -191,7 +191,10 @@ Initialization InitializeFromCameras(const Rig& rig, const Dataset& dataset,
   if (rough) start = IntrinsicsOfPart(rig, dataset, std::move(start), tracks, cancellation);
   CameraInitialization adjusted;
   Initialization result = Solve(rig, dataset, start, tracks, {2, 8}, cancellation, &adjusted);
-  if (result.state.drives.empty()) return result;
+  if (result.state.drives.empty()) {
+    cameras->found = adjusted.found;
+    return result;
+  }
   JudgeCameras(rig, &adjusted);
   result.notes.insert(result.notes.end(), adjusted.notes.begin(), adjusted.notes.end());
   result.problems.insert(result.problems.end(), adjusted.problems.begin(), adjusted.problems.end());

@@ -70,6 +70,9 @@ VisualRotations AlignWithGyroscope(const Rig& rig, const Dataset& dataset,
     const ImuNoise noise = rig.imu.noise ? *rig.imu.noise : EstimateImuNoise(drive.imu);
     result.gyroscope_bias.push_back(MeanAngularVelocity(drive.imu, StaticIntervals(drive.imu, noise)));
   }
+  std::vector<std::vector<PixelMatches>> pairs;
+  for (std::size_t c = 0; c < cameras; ++c) pairs.push_back(MatchesOfKeyframes(tracks, static_cast<int>(c)));
+  std::vector<CameraAlignment> alignments(cameras);
   for (int turn = 0; turn <= kTurns; ++turn) {
     std::vector<GyroIntegration> gyro;
     std::vector<SplitSpline> splines;
@@ -89,15 +92,13 @@ VisualRotations AlignWithGyroscope(const Rig& rig, const Dataset& dataset,
       const CameraConfig& config = rig.cameras[c];
       result.cameras.push_back(CameraAsGiven(config, start[c]));
       CameraCalibration& camera = result.cameras.back();
-      CameraRotation rotation;
       result.found[c] =
-          config.fixed || AlignCamera(config, start[c], c, tracks, trajectories, &camera, &rotation);
+          config.fixed || AlignCamera(config, start[c], pairs[c], trajectories, &camera, &alignments[c]);
       if (!result.found[c]) {
         result.problems.push_back(AlignmentProblem(config.name));
       } else {
-        if (!config.fixed) result.notes.push_back(AlignmentNote(config.name, camera, rotation));
-        motions[c] = VisualMotions(tracks, static_cast<int>(c), camera.intrinsics,
-                                   start[c].from_field_of_view ? 8.0 : 3.0);
+        if (!config.fixed) result.notes.push_back(AlignmentNote(config.name, camera, alignments[c].rotation));
+        motions[c] = VisualMotions(pairs[c], camera.intrinsics, start[c].from_field_of_view ? 8.0 : 3.0);
       }
     }
     if (turn == kTurns) break;
