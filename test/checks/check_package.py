@@ -15,7 +15,7 @@ KEY_OF_PACKAGE = {
     'OpenCV': 'libopencv-dev', 'PCL': 'libpcl-all-dev', 'pcl_io': 'libpcl-all-dev', 'SQLite3': 'libsqlite3-dev',
     'TBB': 'tbb', 'benchmark': 'benchmark', 'embree': 'embree', 'openblas': 'libopenblas-dev', 'spdlog': 'spdlog',
     'tsl-robin-map': 'robin-map-dev', 'yaml-cpp': 'yaml-cpp', 'catkin': 'catkin',
-    'Threads': None, 'OnnxRuntime': None, 'Torch': None, 'onnxruntime': None, 'Python3': None,
+    'opengv': None, 'Threads': None, 'OnnxRuntime': None, 'Torch': None, 'onnxruntime': None, 'Python3': None,
 }
 # Likewise of the first part of an included path.
 KEY_OF_INCLUDE = {
@@ -23,8 +23,9 @@ KEY_OF_INCLUDE = {
     'ceres': 'libceres-dev', 'embree3': 'embree', 'embree4': 'embree', 'gmock': 'gtest', 'gtest': 'gtest',
     'opencv2': 'libopencv-dev', 'pcl': 'libpcl-all-dev', 'ros': 'roscpp', 'spdlog': 'spdlog',
     'sqlite3.h': 'libsqlite3-dev', 'tbb': 'tbb', 'tsl': 'robin-map-dev', 'yaml-cpp': 'yaml-cpp',
+    'opengv': None,  # compared with in a benchmark where it is installed
     'ATen': None, 'torch': None, 'onnxruntime_cxx_api.h': None,  # the learned matcher, which is optional
-    'emmintrin.h': None, 'immintrin.h': None, 'fcntl.h': None, 'sched.h': None, 'signal.h': None, 'sys': None,
+    'emmintrin.h': None, 'immintrin.h': None, 'fcntl.h': None, 'poll.h': None, 'sched.h': None, 'signal.h': None, 'sys': None,
     'unistd.h': None,
 }
 # What no source names, and where it is in use: a file, and the words that show it there.

@@ -138,10 +138,13 @@ class Launch(unittest.TestCase):
 
     def test_a_node_that_is_killed_has_a_last_word(self):
         process = self.start("bag:=the drive.bag", "output:=killed", "rviz:=false")
-        while not os.path.exists(self.path("killed", ".mlic_lock")) or not open(self.path("killed", ".mlic_lock")).read():
+        owner = ""
+        while not owner:
             self.assertIsNone(process.poll())
-        with open(self.path("killed", ".mlic_lock")) as file:
-            os.kill(int(file.read()), signal.SIGKILL)
+            if os.path.exists(self.path("killed", ".mlic_lock")):
+                with open(self.path("killed", ".mlic_lock")) as file:
+                    owner = file.read()
+        os.kill(int(owner), signal.SIGKILL)
         text = process.communicate(timeout=60)[0]
         self.assertEqual(self.expect_end(text, "FAILED: calibrate_node was ended by signal 9", "log: ", "to do: "), 3)
 

@@ -64,7 +64,9 @@ class Reader {
     pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);  // the one line is ours
     bool read = false;
     try {
-      read = pcl::PCDReader().read(name_, cloud_) == 0;
+      // PCL 1.13 crashes where it reads on after a header that says nothing.
+      pcl::PCDReader reader;
+      read = reader.readHeader(name_, cloud_) == 0 && !cloud_.data.empty() && reader.read(name_, cloud_) == 0;
     } catch (const std::exception&) {
       // PCL throws for what it cannot parse, and std::bad_alloc for a header that claims too much.
     }
