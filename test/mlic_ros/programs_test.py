@@ -52,7 +52,7 @@ class Programs(unittest.TestCase):
         return self.run_program("calibrate", "--rig", rig, "--bag", bag, "--output", self.output, *more)
 
     def expect_nothing_but_the_log(self):
-        self.assertLessEqual(set(os.listdir(self.output)), {"log.txt", "manifest.txt", "stages"})
+        self.assertLessEqual(set(os.listdir(self.output)), {".mlic_lock", "log.txt", "manifest.txt", "stages"})
 
     def test_usage(self):
         self.expect_error(self.run_program("calibrate"), "calibrate", "required")
