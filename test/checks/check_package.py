@@ -25,7 +25,7 @@ KEY_OF_INCLUDE = {
     'sqlite3.h': 'libsqlite3-dev', 'tbb': 'tbb', 'tsl': 'robin-map-dev', 'yaml-cpp': 'yaml-cpp',
     'opengv': None,  # compared with in a benchmark where it is installed
     'ATen': None, 'torch': None, 'onnxruntime_cxx_api.h': None,  # the learned matcher, which is optional
-    'emmintrin.h': None, 'immintrin.h': None, 'fcntl.h': None, 'poll.h': None, 'sched.h': None, 'signal.h': None, 'sys': None,
+    'emmintrin.h': None, 'immintrin.h': None, 'fcntl.h': None, 'malloc.h': None, 'poll.h': None, 'sched.h': None, 'signal.h': None, 'sys': None,
     'unistd.h': None,
 }
 # What no source names, and where it is in use: a file, and the words that show it there.

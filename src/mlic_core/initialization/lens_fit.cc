@@ -13,24 +13,25 @@ namespace mlic {
 namespace {
 
 // What moves: log f, alpha, cx and cy (in image widths), left perturbation of R_imu_camera (rad), time offset
-// (s).
+// (s); from: structural.
 constexpr int kParameters = 8;
 using Parameters = Eigen::Matrix<double, kParameters, 1>;
 
-// The scales of the robust function in turn, px. The first is what the image's rim is off by with a focal
-// length 15 percent off.
+// The scales of the robust function in turn, px; from: derivation. The first is what the image's rim is off
+// by with a focal length 15 percent off; each halves the one before.
 constexpr double kScales[] = {16.0, 8.0, 4.0, kLensErrorScale};
-constexpr int kIterations = 8;  // at each scale; the next goes on from there
-constexpr int kDraws =
-    30;  // of two matches that give a first direction of translation: half of them may be wrong
+constexpr int kIterations = 8;  // at each scale, the next goes on from there; from: guard
+// Of two matches that give a first direction of translation; from: derivation: with half of the matches
+// wrong, all 30 are bad in 0.02 percent of the pairs.
+constexpr int kDraws = 30;
 
-// Of what is known beforehand. The field of view is good to 15 percent (SPEC, and what data sheets are);
-// alpha goes from 0 (perspective) to 1 (orthographic) with most lenses between 0 and 0.7; principal points
-// lie within some per cent.
+// Of what is known beforehand; from: definition. The field of view is asked for to 15 percent; alpha goes
+// from 0 (perspective) to 1 (orthographic) with most lenses between 0 and 0.7; principal points lie within
+// some percent.
 constexpr double kFieldOfViewSigma = 0.15, kAlpha = 0.35, kAlphaSigma = 0.35;
-constexpr double kCentreSigma = 0.03;  // image widths
-// Of the rotation and the time offset that a scale starts from: keeps them where the motion does not show
-// them (a vehicle that only yaws).
+constexpr double kCentreSigma = 0.03;  // image widths; from: definition
+// How far rotation and time offset may go from where a scale of the robust function begins; keeps them where
+// the motion does not show them (a vehicle that only yaws). Judgement, not measured.
 constexpr double kRotationSigma = 0.1;  // rad
 constexpr double kTimeSigma = 0.05;     // s
 
@@ -57,7 +58,7 @@ bool Unified(const std::vector<double>& p, const Eigen::Vector2d& pixel, Ray* ra
   const double f = p[0], alpha = p[5];
   const double x = (pixel.x() - p[2]) / f, y = (pixel.y() - p[3]) / f, rr = x * x + y * y;
   const double under_root = 1.0 - (2.0 * alpha - 1.0) * rr;
-  constexpr double kLeast = 1e-3;  // nearer to the end of the domain the derivative has no end
+  constexpr double kLeast = 1e-3;  // from: guard; at the end of the domain the derivative has no bound
   if (!(under_root > kLeast)) return false;
   const double root = std::sqrt(under_root), below = alpha * root + 1.0 - alpha;
   if (!(below > kLeast)) return false;
@@ -83,7 +84,7 @@ struct TurnedMatch {
   double Error(const Eigen::Vector3d& t, double* whitening = nullptr) const {
     const double variance = (a.by_pixel.transpose() * b.direction.cross(t)).squaredNorm() +
                             (b.by_pixel.transpose() * t.cross(a.direction)).squaredNorm();
-    constexpr double kLeastVariance = 1e-12;  // of a match at the epipole, rad^2
+    constexpr double kLeastVariance = 1e-12;  // of a match at the epipole, rad^2; from: guard
     const double inverse = 1.0 / std::sqrt(variance + kLeastVariance);
     if (whitening != nullptr) *whitening = inverse;
     return t.dot(normal) * inverse;
@@ -113,7 +114,7 @@ class PairRows {
     if (jacobian == nullptr) return true;
     Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, kParameters, Eigen::RowMajor>> J(jacobian, count(),
                                                                                       kParameters);
-    constexpr double kStep = 1e-6;
+    constexpr double kStep = 1e-6;  // from: derivation, near the root of the rounding error
     for (int k = 0; k < kParameters; ++k) {
       const TurnedMatches moved = Turn(Moved(start, x + kStep * Parameters::Unit(k)));
       for (int i = 0; i < count(); ++i) {
@@ -179,7 +180,7 @@ class PairRows {
         if (m.valid && n.valid) Try(matches, m.normal.cross(n.normal), &best);
       }
     }
-    constexpr int kRounds = 5;
+    constexpr int kRounds = 5;  // from: guard; each starts where the last ended
     for (int round = 0; round < kRounds; ++round) {
       Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
       for (const TurnedMatch& match : matches) {
@@ -235,7 +236,7 @@ double HalfFieldOfView(const CameraIntrinsics& lens) {
   return std::atan2(edge.direction.x(), edge.direction.z());
 }
 
-constexpr int kPriorRows = 8;
+constexpr int kPriorRows = 8;  // from: structural
 
 // Deviations from what is known beforehand in sigmas, with the weight that an error of 1 px has.
 bool PriorRows(const LensHypothesis& start, double half_field_of_view, double scale,
@@ -255,7 +256,7 @@ bool PriorRows(const LensHypothesis& start, double half_field_of_view, double sc
   values = rows(x);
   if (jacobians == nullptr || jacobians[0] == nullptr) return true;
   Eigen::Map<Eigen::Matrix<double, kPriorRows, kParameters, Eigen::RowMajor>> J(jacobians[0]);
-  constexpr double kStep = 1e-6;
+  constexpr double kStep = 1e-6;  // from: derivation, near the root of the rounding error
   for (int k = 0; k < kParameters; ++k) J.col(k) = (rows(x + kStep * Parameters::Unit(k)) - values) / kStep;
   return true;
 }
@@ -314,7 +315,7 @@ std::optional<CameraIntrinsics> UnifiedLens(int width, int height, double half_f
   CameraIntrinsics lens{
       CameraModel::kDoubleSphere, width, height, {f, f, 0.5 * (width - 1), 0.5 * (height - 1), 0.0, alpha}};
   // Images end well before the model's domain does, and a focal length is a quarter of the width in the
-  // widest.
+  // widest; from: guard.
   constexpr double kBeyondEdge = 1.2, kShortest = 0.05;
   Ray ray;
   const Eigen::Vector2d beyond(0.5 * (width - 1) + 0.5 * kBeyondEdge * width, 0.5 * (height - 1));

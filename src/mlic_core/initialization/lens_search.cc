@@ -7,7 +7,7 @@
 namespace mlic {
 namespace {
 
-// Some 4000 matches say 8 numbers better than the unified model can hold them; more cost time.
+// Some 4000 matches say 8 numbers better than the unified model can hold them; more cost time; from: guard.
 constexpr std::size_t kMostPairs = 40, kMostMatches = 100;
 // From each of them FitLens reaches lenses of bends 0.4 away (lens_search_test).
 constexpr double kBends[] = {0.2, 0.5};
