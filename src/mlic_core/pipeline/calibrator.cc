@@ -74,7 +74,7 @@ AdjustmentContext ContextOf(const StageContext& context, StageClock* stage) {
 }
 
 // What an earlier run kept of the stage, or the adjustment as it is.
-Adjustment TakeOver(const StageContext& context, const std::string& name, Adjustment adjustment,
+Adjustment TakeOver(const StageContext& context, const std::string& name, const Adjustment& adjustment,
                     bool* found) {
   Adjustment kept = adjustment;
   *found = context.Load(name, &kept);
