@@ -92,7 +92,7 @@ Adjustment LidarAdjustmentStage(const StageContext& context, Adjustment adjustme
   StageClock stage("plane adjustment of each LiDAR", context);
   const AdjustmentContext of_stage = ContextOf(context, &stage);
   bool found;
-  adjustment = TakeOver(context, kFile, std::move(adjustment), &found);
+  adjustment = TakeOver(context, kFile, adjustment, &found);
   if (found) {
     stage.TakeOver(adjustment.lines);
   } else {
@@ -121,7 +121,7 @@ Adjustment JointAdjustmentStage(const StageContext& context, Landmarks landmarks
   StageClock stage(NameOf(landmarks), context);
   const AdjustmentContext of_stage = ContextOf(context, &stage);
   bool found;
-  adjustment = TakeOver(context, FileOf(landmarks), std::move(adjustment), &found);
+  adjustment = TakeOver(context, FileOf(landmarks), adjustment, &found);
   if (found) stage.TakeOver(adjustment.lines, " up to round " + std::to_string(adjustment.rounds.done));
   JointOptions options;
   options.landmarks = landmarks;
