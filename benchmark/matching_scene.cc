@@ -1,6 +1,6 @@
 #include "matching_scene.h"
 
-#include "../test/true_spline.h"
+#include "support/true_spline.h"
 #include "mlic_core/camera/features/image_quality.h"
 #include "mlic_core/common/error.h"
 #include "mlic_core/common/parallel.h"

@@ -10,7 +10,7 @@
 #include <ctime>
 #include <exception>
 
-#include "../test/true_spline.h"
+#include "support/true_spline.h"
 #include "mlic_core/crossmodal/renderer.h"
 #include "mlic_core/lidar/scan_filter.h"
 #include "mlic_sim/image_stage.h"
