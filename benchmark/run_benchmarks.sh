@@ -47,6 +47,9 @@ if [ -x "$build/benchmark/two_view_benchmark" ]; then
   "$build/benchmark/two_view_benchmark"
 fi
 echo
+echo 'Joint solver beside Ceres, hand-held and car, 60 s'
+"$build/benchmark/joint_solver_benchmark" 60 "$build/benchmark/joint_solver.csv"
+echo
 echo 'LiDAR odometry, one thread'
 "$build/benchmark/odometry_benchmark"
 echo

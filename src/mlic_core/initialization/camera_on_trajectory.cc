@@ -169,9 +169,10 @@ CameraCalibration CameraAsGiven(const CameraConfig& config, const CameraStart& s
 }
 
 void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start,
-                   const std::vector<TrackSet>& all_tracks, JointProblem problem,
+                   const std::vector<TrackSet>& all_tracks, CameraAdjustment adjustment,
                    const CancellationToken& cancellation, CalibrationState* state,
-                   CameraInitialization* result, const AdjustmentRounds& rounds) {
+                   CameraInitialization* result) {
+  JointProblem& problem = adjustment.problem;
   const std::size_t cameras = rig.cameras.size();
   const std::vector<TrackSet> tracks = WithoutLostCameras(all_tracks, result->found);
   for (const CameraConfig& camera : rig.cameras) {
@@ -182,7 +183,7 @@ void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start,
   std::vector<FixedCameraParameters> held;
   const Layout layout(*state, false);
   constexpr int kPlanned = static_cast<int>(std::size(kRounds));  // from: structural
-  for (int round = rounds.first; round < rounds.end; ++round) {
+  for (int round = adjustment.rounds.first; round < adjustment.rounds.end; ++round) {
     cancellation.ThrowIfCancelled();
     const bool planned = round < kPlanned;
     options.least_sigma = planned ? kRounds[round].least_sigma : 0.0;
@@ -245,9 +246,9 @@ CameraInitialization InitializeCameras(const Rig& rig, const std::vector<CameraS
   CalibrationState state;
   state.drives = given.drives;
   state.cameras = result.cameras;
-  JointProblem problem;
-  problem.fix_trajectory = true;
-  AdjustCameras(rig, start, tracks, std::move(problem), cancellation, &state, &result);
+  CameraAdjustment adjustment;
+  adjustment.problem.fix_trajectory = true;
+  AdjustCameras(rig, start, tracks, std::move(adjustment), cancellation, &state, &result);
   result.cameras = state.cameras;
   JudgeCameras(rig, &result);
   return result;
@@ -259,11 +260,11 @@ void AdjustCamerasFurther(const Rig& rig, const std::vector<CameraStart>& start,
   CalibrationState state;
   state.drives = given.drives;
   state.cameras = cameras->cameras;
-  JointProblem problem;
-  problem.fix_trajectory = true;
+  CameraAdjustment adjustment;
+  adjustment.problem.fix_trajectory = true;
   // The last of the planned rounds lets cameras as they were found agree with other tracks.
-  const AdjustmentRounds rounds{static_cast<int>(std::size(kRounds)) - 1, AdjustmentRounds().end};
-  AdjustCameras(rig, start, tracks, std::move(problem), cancellation, &state, cameras, rounds);
+  adjustment.rounds.first = static_cast<int>(std::size(kRounds)) - 1;
+  AdjustCameras(rig, start, tracks, std::move(adjustment), cancellation, &state, cameras);
   cameras->cameras = state.cameras;
   JudgeCameras(rig, cameras);
 }

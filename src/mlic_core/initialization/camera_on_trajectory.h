@@ -75,12 +75,18 @@ struct AdjustmentRounds {
   int end = 12;
 };
 
-// Rounds of triangulation and solve from the state. problem: what else takes part and what
-// is held of the trajectories; its landmarks, held cameras and their guesses are set here. result: found is
-// read, the landmarks and what belongs to them are written.
+struct CameraAdjustment {
+  // What takes part beside the cameras and what is held of the trajectories; AdjustCameras sets the
+  // landmarks, the fixed parameters and the guesses of cameras.
+  JointProblem problem;
+  AdjustmentRounds rounds;
+};
+
+// Rounds of triangulation and solve from the state. result: found is read, the landmarks and what belongs to
+// them are written.
 void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start, const std::vector<TrackSet>& tracks,
-                   JointProblem problem, const CancellationToken& cancellation, CalibrationState* state,
-                   CameraInitialization* result, const AdjustmentRounds& rounds = {});
+                   CameraAdjustment adjustment, const CancellationToken& cancellation,
+                   CalibrationState* state, CameraInitialization* result);
 
 // Gives up cameras with too few observations; says so, or how good the others are.
 void JudgeCameras(const Rig& rig, CameraInitialization* result);

@@ -37,10 +37,10 @@ bool Judge(const std::string& name, const ColmapOutcome& outcome, std::vector<st
                 name.c_str(), model.intrinsics.parameters[0], 100.0 * model.registered_share,
                 model.reprojection_rms, 100.0 * model.coverage);
   lines->push_back(line);
-  for (const std::string& doubt : model.doubts) {
-    lines->push_back(name + " keeps the start from its field of view: " + doubt);
+  for (const std::string& problem : model.problems) {
+    lines->push_back(name + " keeps the start from its field of view: " + problem);
   }
-  return model.doubts.empty();
+  return model.problems.empty();
 }
 
 // Runs COLMAP on the cameras that need it. The intrinsics of those found, and what is to be said.

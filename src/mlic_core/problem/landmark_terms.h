@@ -4,8 +4,8 @@
 
 namespace mlic {
 
-// Adds the reprojection errors of the point landmarks [begin, end) of one drive; ties: one for each point of
-// the drive, filled for these.
+// Adds the reprojection errors of the point landmarks [begin, end) of one drive; couplings: one for each
+// point of the drive, filled for these.
 void AddLandmarks(const LinearizationPoint& at, std::size_t drive, std::size_t begin, std::size_t end,
                   LandmarkCoupling* couplings, Accumulator* sum);
 

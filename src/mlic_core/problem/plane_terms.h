@@ -12,7 +12,7 @@ class PlaneTerms {
  public:
   explicit PlaneTerms(const LinearizationPoint& at);
 
-  // Adds the planes [begin, end) of one drive; ties: one for each plane of the drive.
+  // Adds the planes [begin, end) of one drive; couplings: one for each plane of the drive.
   void Add(std::size_t drive, std::size_t begin, std::size_t end, LandmarkCoupling* couplings,
            Accumulator* sum) const;
 

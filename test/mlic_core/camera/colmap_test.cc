@@ -112,7 +112,7 @@ void ExpectRecovered(const CameraIntrinsics& truth, double fov_deg, double large
   const ColmapOutcome outcome = RunColmap(input, {}, place.Path() / "0", CancellationToken());
   ASSERT_TRUE(outcome.model.has_value()) << outcome.problem;
   const ColmapModel& model = *outcome.model;
-  EXPECT_TRUE(model.doubts.empty()) << model.doubts[0];
+  EXPECT_TRUE(model.problems.empty()) << model.problems[0];
   EXPECT_EQ(model.registered_share, 1.0);
   EXPECT_NEAR(model.reprojection_rms, 0.3 * std::sqrt(2.0), 0.06);
   EXPECT_GT(model.coverage, 0.6);

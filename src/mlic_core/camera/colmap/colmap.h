@@ -44,7 +44,7 @@ struct ColmapModel {
   double registered_share = 0.0;
   double reprojection_rms = 0.0;    // px, of both coordinates together
   double coverage = 0.0;            // share of 8 x 8 cells of the image with observations
-  std::vector<std::string> doubts;  // checks that failed, each one line; empty: to be trusted
+  std::vector<std::string> problems;  // checks that failed, each one line; empty: to be trusted
 };
 
 struct ColmapOutcome {

@@ -104,10 +104,11 @@ Initialization Solve(const Rig& rig, const Dataset& dataset, const std::vector<C
     state.drives.push_back(UprightTrajectory(dataset.drives[d], known.gyro[d], rotations.gyroscope_bias[d],
                                              positions.drives[d], spacing[d], result.imu_sigma[d]));
   }
-  JointProblem problem;
-  problem.dataset = &dataset;
-  problem.imu_sigma = result.imu_sigma;
-  AdjustCameras(rig, start, tracks, std::move(problem), cancellation, &state, cameras, rounds);
+  CameraAdjustment adjustment;
+  adjustment.problem.dataset = &dataset;
+  adjustment.problem.imu_sigma = result.imu_sigma;
+  adjustment.rounds = rounds;
+  AdjustCameras(rig, start, tracks, std::move(adjustment), cancellation, &state, cameras);
   cameras->cameras = state.cameras;
   return result;
 }
