@@ -117,7 +117,7 @@ Sensor ReadPlacement(const std::string& name, const char* topic, const Section& 
 SimulatedLidar ReadLidar(const std::string& name, const Section& s) {
   s.OnlyKeys({"topic", "frame_id", "T_imu_sensor", "time_offset", "layout", "stamp", "phase", "rate",
               "pattern", "min_range", "max_range", "range_noise", "beam_divergence_deg",
-              "range_at_10_percent", "random_dropouts"});
+              "range_at_10_percent", "random_dropouts", "ring_bias", "range_walk", "packet_loss", "rain"});
   auto lidar = ReadPlacement<SimulatedLidar>(name, "/points", s);
   s.ReadName<PointLayout>("layout",
                           {{"velodyne", PointLayout::kVelodyne},
@@ -144,6 +144,20 @@ SimulatedLidar ReadLidar(const std::string& name, const Section& s) {
   s.Read("beam_divergence_deg", m.beam_divergence_deg);
   s.ReadPositive("range_at_10_percent", m.range_at_10_percent);
   s.Read("random_dropouts", m.random_dropouts);
+  s.Read("ring_bias", m.ring_bias);
+  const auto rings = static_cast<std::size_t>(m.kind == ScanPatternKind::kSpinning ? m.rings
+                                              : m.kind == ScanPatternKind::kRaster ? m.rows
+                                                                                   : 1);
+  if (!m.ring_bias.empty() && m.ring_bias.size() != rings) {
+    s.Fail(s.Need("ring_bias"), "'ring_bias' must have a number for each of the " + std::to_string(rings) +
+                                    " rings (raster: rows)");
+  }
+  s.Read("range_walk", m.range_walk);
+  s.Read("packet_loss", m.packet_loss);
+  s.Read("rain", m.rain);
+  if (m.packet_loss < 0.0 || m.packet_loss > 1.0 || m.rain < 0.0) {
+    s.Fail(s.node(), "'packet_loss' must be a share from 0 to 1, 'rain' (1/m) not negative");
+  }
   return lidar;
 }
 
