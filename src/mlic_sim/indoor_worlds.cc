@@ -70,9 +70,8 @@ struct Piece {
   bool door;
 };
 
-void AddPiece(const Piece& p, Material wall, Random& draw, Mesh& mesh) {
+void AddPiece(const Piece& p, Material wall, std::uint32_t object, Mesh& mesh) {
   const double y = p.side * (p.half_width + p.depth), front = p.side * p.half_width;
-  const std::uint32_t object = AnyObject(draw);
   const double lintel = p.door ? 2.1 : 0.0;
   if (p.door)
     mesh.AddQuad({p.x0, y, 0}, {p.x1, y, 0}, {p.x1, y, lintel}, {p.x0, y, lintel}, Material::kDoor, object);
@@ -85,12 +84,13 @@ void AddPiece(const Piece& p, Material wall, Random& draw, Mesh& mesh) {
 
 void AddCorridorWall(double side, double half_width, const Room& room, Random& draw, Surroundings& world) {
   const Material wall = AnyWall(draw);
+  const std::uint32_t object = AnyObject(draw);
   for (double x = -room.x; x < room.x;) {
     const double kind = draw.Uniform();
     const bool door = kind < 0.25, niche = !door && kind < 0.6;
     const double end = std::min(room.x, x + (door ? 1.0 : draw.Uniform(0.8, 3.2)));
     const double depth = door ? draw.Uniform(0.04, 0.25) : niche ? draw.Uniform(0.15, 1.2) : 0.0;
-    AddPiece({x, end, side, half_width, depth, room.z, door}, wall, draw, world.mesh);
+    AddPiece({x, end, side, half_width, depth, room.z, door}, wall, object, world.mesh);
     const double middle = 0.5 * (x + end);
     if (niche && depth > 0.7 && draw.Uniform() < 0.6) {
       AddCrates(middle, side * (half_width + 0.6 * depth), draw, world.mesh);

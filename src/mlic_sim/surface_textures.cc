@@ -235,8 +235,9 @@ class SurfaceTextures::TileLight {
 
   float GroundHeight(float x, float y) const {
     const Vector3f p = s_.origin + (u0_ + x * size_) * s_.u + (v0_ + y * size_) * s_.v;
+    // The yard's ground is level but for millimetres.
     const auto& ground = world_.mesh().ground_height();
-    const double about = ground ? ground(p.x(), p.y()) : 0.0;
+    const double about = ground && s_.material != Material::kYardGround ? ground(p.x(), p.y()) : 0.0;
     const auto hit = world_.Cast(Vector3d(p.x(), p.y(), about + 0.05), -Vector3d::UnitZ(), 1.0);
     return hit ? static_cast<float>(hit->position.z()) : static_cast<float>(about);
   }
