@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "mlic_core/geometry/so3.h"
+#include "mlic_sim/hall.h"
 #include "mlic_sim/image_stage.h"
 #include "mlic_sim/simulation.h"
 
@@ -125,7 +126,7 @@ TEST(Simulate, NoiseFreeDriveIsConsistentWithItsTruth) {
   }
   // Seen again from the true poses at the points' own times, every point is on the first surface of its ray.
   // Times are floats in memory (some ns), so that the few rays that graze an edge may see past it.
-  const auto world = MakeWorld(options.scenario);
+  const auto world = MakeHall();
   const std::vector<SensorCalibration> truth = TrueCalibrations(set);
   int seen = 0, agree = 0;
   for (std::size_t l = 0; l < 2; ++l) {

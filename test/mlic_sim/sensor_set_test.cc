@@ -48,6 +48,16 @@ TEST(SensorSet, ReadsItsKeys) {
       1e-12);
 }
 
+TEST(SensorSet, RingBiasHasANumberForEachRow) {
+  const std::string good(kGood);
+  EXPECT_EQ(LoadSensorSet(Write(good + "    ring_bias: [1, 2, 3, 4, 5]\n")).lidars[0].model.ring_bias[4],
+            5.0);
+  EXPECT_NE(
+      ErrorOf(good + "    ring_bias: [1, 2]\n").find("'ring_bias' must have a number for each of the 5"),
+      std::string::npos);
+  EXPECT_NE(ErrorOf(good + "    packet_loss: 2\n").find("'packet_loss'"), std::string::npos);
+}
+
 TEST(SensorSet, SaysHowTheInfraredLooks) {
   EXPECT_EQ(LoadSensorSet(Write(kGood)).infrared, InfraredLook::kRelated);
   const std::string inverted = "world: {infrared: inverted_half}\n";
