@@ -273,7 +273,9 @@ TEST(Scanner, LostPacketsLeaveGapsAndNothingElse) {
   EXPECT_NEAR(some.returned / all.returned, 0.7, 0.12);
   int changes = 0;
   for (std::size_t i = 0; i < all.points.size(); ++i) {
-    if (some.points[i].returned) EXPECT_EQ(some.points[i].position, all.points[i].position);
+    if (some.points[i].returned) {
+      EXPECT_EQ(some.points[i].position, all.points[i].position);
+    }
     if (i > 0 && all.points[i].returned && all.points[i - 1].returned) {
       changes += some.points[i].returned != some.points[i - 1].returned;
     }
