@@ -113,6 +113,12 @@ def on_lidars(**keys):
     return apply
 
 
+def on_imu(**keys):
+    def apply(draw, trial):
+        trial['sensors']['imu'].update(keys)
+    return apply
+
+
 def ring_bias(draw, trial):
     for lidar in trial['sensors'].get('lidars', {}).values():
         lidar['ring_bias'] = [draw.gauss(0, 0.01) for _ in range(rings_of(lidar['pattern']))]
@@ -134,6 +140,10 @@ EFFECTS = {
     'accelerometer_turned_1': turned(1.0),
     'accelerometer_turned_3': turned(3.0),
     'imu_scale': scaled_imu,                      # 0.3 % of scale and shear
+    'imu_filtered': on_imu(low_pass={'gyroscope': 0.1, 'accelerometer': 0.1}),  # cut-off as a share of the rate
+    'vibration': on_imu(vibration=[{'frequency': 73, 'specific_force': 3, 'angular_velocity': 0.02}]),
+    'gravity': on_imu(gravity=9.79),
+    'imu_stamps': on_imu(stamps={'jitter': 0.0005, 'doubled': 0.3}),
 }
 
 
