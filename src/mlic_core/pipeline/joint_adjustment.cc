@@ -23,7 +23,6 @@ namespace {
 constexpr std::size_t kManyPoints = 2000;  // from: measured, kitti_0005 and the car of 4 LiDARs
 constexpr std::size_t kMostPoints = 6000;  // from: guard, time
 constexpr double kPointsOnPlanes = 500.0;  // from: measured, kitti_0005 and the car of 4 LiDARs
-constexpr double kMostUnsettled = 10.0;    // sigmas; from: guard
 constexpr int kLeastRounds = 5;
 constexpr int kMostRounds = 15;  // from: guard, time
 constexpr int kLeastRoundsWithCameras = 3;
@@ -206,13 +205,15 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     if (many && !more && !rings_moved && change < options.until && round + 1 >= least_rounds) break;
     // The map has settled once the noise has: then all points take part.
     if (!many && (change < 1.0 || round + 1 >= least_rounds - 1)) rounds.points_per_scan = kManyPoints;
-    if (cameras) FixUnobservableIntrinsics(context.dataset, &adjustment);
     ++rounds.done;
-    if (rounds.done < kMostRounds) {
-      options.after_round(adjustment);
-    } else {
-      rounds.unsettled = std::min(change, kMostUnsettled);
+    if (rounds.done == kMostRounds) {
+      // What is held stays as the last solve had it, or a parameter that never moved would pass for
+      // estimated.
+      rounds.unsettled = change;
+      break;
     }
+    if (cameras) FixUnobservableIntrinsics(context.dataset, &adjustment);
+    options.after_round(adjustment);
   }
   return adjustment;
 }

@@ -160,6 +160,29 @@ void WarnOfGuess(const Config& config, const SensorCalibration& found, std::vect
   if (!warning.empty()) warnings->push_back(config.name + ": " + warning);
 }
 
+// moved: by the last round of all that were allowed, in sigmas; 0 where the calibration stood still before.
+void JudgeConvergence(double moved, CalibrationResult* result) {
+  constexpr double kNotable = 0.5;  // sigmas; from: definition
+  // from: definition, a calibration that moves by more than its sigma has none.
+  constexpr double kMost = 1.0;  // sigmas
+  if (!(moved > kNotable)) return;
+  char text[240];
+  if (moved > kMost) {
+    std::snprintf(
+        text, sizeof(text),
+        "the calibration has not converged: the last round moved it by %.3g of its sigma, the limit "
+        "is %.0f; record a longer drive, with more turns and among more structure",
+        moved, kMost);
+    result->reasons.insert(result->reasons.begin(), text);
+  } else {
+    std::snprintf(text, sizeof(text),
+                  "the calibration has hardly converged: the last round moved it by %.2f of its sigma, which "
+                  "the sigmas here include",
+                  moved);
+    result->warnings.push_back(text);
+  }
+}
+
 // Of sensors whose scans do not keep one time offset to the IMU.
 void WarnOfStamps(const std::vector<Sensor>& sensors, const std::vector<StampErrors>& errors,
                   std::vector<std::string>* warnings) {
@@ -255,14 +278,7 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
   if (!state.lidars.empty() && adjustment.problem.planes[0].planes.size() < 20) {
     result->reasons.push_back("the map has hardly any planes; record near buildings or in a furnished hall");
   }
-  if (adjustment.rounds.unsettled > 0.5) {
-    char text[200];
-    std::snprintf(text, sizeof(text),
-                  "the calibration has not converged: the last round moved it by %.1f of its sigma, which "
-                  "the sigmas here include",
-                  adjustment.rounds.unsettled);
-    result->warnings.push_back(text);
-  }
+  JudgeConvergence(adjustment.rounds.unsettled, result);
   JudgeImuAgreement(dataset, adjustment, result);
   WarnOfStamps(sensors, adjustment.scale.stamps, &result->warnings);
   if (adjustment.rounds.landmarks == Landmarks::kTracksAndMap) WarnOfUnmatched(rig, adjustment, result);
