@@ -9,6 +9,8 @@
 namespace mlic {
 namespace {
 
+constexpr double kFar = 4.0;  // sigmas; from: derivation, 6 of 100000 normal errors lie beyond
+
 struct Distance {
   double angle = 0.0;   // rad
   double length = 0.0;  // m
@@ -39,8 +41,15 @@ std::string WhyRejected(const LidarConfig& config) {
          ", or leave it out by enabled: false";
 }
 
+double SigmasFromGuess(const ExtrinsicGuess& guess, const RigidTransform& T_imu_sensor) {
+  return FromGuess(guess, T_imu_sensor).sigmas;
+}
+
+bool ContradictsGuess(const ExtrinsicGuess& guess, const RigidTransform& T_imu_sensor) {
+  return FromGuess(guess, T_imu_sensor).sigmas > kFar;
+}
+
 std::string DescribeIfFarFromGuess(const ExtrinsicGuess& guess, const RigidTransform& T_imu_sensor) {
-  constexpr double kFar = 4.0;  // from: derivation, 6 of 100000 normal errors lie beyond
   const Distance distance = FromGuess(guess, T_imu_sensor);
   if (distance.sigmas < kFar) return "";
   char text[200];

@@ -24,6 +24,7 @@ Adjustment StartAdjustment(const Rig& rig, const Dataset& dataset, Initializatio
   adjustment.base_lidar = start.base_lidar;
   adjustment.unaligned_lidars = std::move(start.unaligned);
   adjustment.rejected_lidars.assign(rig.lidars.size(), false);
+  adjustment.contradicted_guesses.assign(rig.lidars.size(), false);
   adjustment.state = std::move(start.state);
   adjustment.initial.lidars = adjustment.state.lidars;
   adjustment.given_imu_sigma = start.imu_sigma;
@@ -46,6 +47,7 @@ void AddCameras(const Rig& rig, const CameraInitialization& cameras, const std::
   JointProblem& problem = adjustment->problem;
   state.cameras = adjustment->initial.cameras = cameras.cameras;
   adjusted.found = cameras.found;
+  adjustment->contradicted_guesses.resize(state.Sensors().size(), false);
   adjusted.tracks = WithoutLostCameras(tracks, cameras.found);
   // The cameras are not yet as right as single observations are sharp: the first round judges less strictly.
   for (const LandmarkNoise& noise : cameras.noise) {

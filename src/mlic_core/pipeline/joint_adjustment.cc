@@ -10,6 +10,7 @@
 #include "mlic_core/association/plane_association.h"
 #include "mlic_core/association/ring_corrections.h"
 #include "mlic_core/common/order_statistics.h"
+#include "mlic_core/initialization/guess_check.h"
 #include "mlic_core/problem/imu_terms.h"
 #include "mlic_core/problem/priors.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
@@ -119,6 +120,43 @@ void MeasureImuSigma(const Dataset& dataset, Adjustment* adjustment) {
   }
 }
 
+std::optional<ExtrinsicGuess>& GuessOf(SensorId sensor, JointProblem* problem) {
+  return sensor.IsLidar() ? problem->guesses[sensor.index] : problem->camera_guesses[sensor.index];
+}
+
+void DropContradictedGuesses(Adjustment* adjustment) {
+  JointProblem& problem = adjustment->problem;
+  const SensorOrder order = adjustment->state.Sensors();
+  for (std::size_t s = 0; s < order.size(); ++s) {
+    if (adjustment->contradicted_guesses[s]) GuessOf(order.At(s), &problem).reset();
+  }
+}
+
+// Guesses that the calibration contradicts count no more, once it hardly moves in terms of their sigmas (a
+// wrong one can keep it moving by many of its own). True if there is a new one. before: the round.
+bool FindContradictedGuesses(const AdjustmentContext& context, const CalibrationState& before,
+                             Adjustment* adjustment) {
+  const SensorOrder order = adjustment->state.Sensors();
+  bool found = false;
+  for (std::size_t s = 0; s < order.size(); ++s) {
+    const SensorId id = order.At(s);
+    const bool takes_part =
+        id.IsLidar() ? !adjustment->rejected_lidars[id.index] : adjustment->cameras.found[id.index];
+    const std::optional<ExtrinsicGuess>& guess = GuessOf(id, &adjustment->problem);
+    if (!takes_part || !guess) continue;
+    const RigidTransform& now = adjustment->state.Sensor(id).T_imu_sensor;
+    ExtrinsicGuess last = *guess;
+    last.T_imu_sensor = before.Sensor(id).T_imu_sensor;
+    if (SigmasFromGuess(last, now) > 1.0 || !ContradictsGuess(*guess, now)) continue;
+    found = adjustment->contradicted_guesses[s] = true;
+    const std::string& name =
+        id.IsLidar() ? context.rig.lidars[id.index].name : context.rig.cameras[id.index].name;
+    context.monitor.line(name + ": the given T_imu_sensor contradicts the data and counts no more");
+  }
+  if (found) DropContradictedGuesses(adjustment);
+  return found;
+}
+
 // True if the next round takes more points of each scan.
 bool TakeMorePoints(const Dataset& dataset, Adjustment* adjustment) {
   std::size_t& points_per_scan = adjustment->rounds.points_per_scan;
@@ -184,6 +222,7 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
   const int least_rounds = cameras ? kLeastRoundsWithCameras : kLeastRounds;
   JointRounds& rounds = adjustment.rounds;
   if (rounds.landmarks != options.landmarks) BeginRounds(options.landmarks, &adjustment);
+  DropContradictedGuesses(&adjustment);
   rounds.unsettled = 0.0;
   while (rounds.done < kMostRounds) {
     const int round = rounds.done;
@@ -202,7 +241,12 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     ShowAdjustment(context, NameOf(options.landmarks), round, adjustment);
     context.monitor.progress(std::min(0.95, (round + 1.0) / (least_rounds + 2)));
     const bool more = many && TakeMorePoints(context.dataset, &adjustment);
-    if (many && !more && !rings_moved && change < options.until && round + 1 >= least_rounds) break;
+    const bool guess_dropped =
+        round + 1 < kMostRounds && FindContradictedGuesses(context, before, &adjustment);
+    if (many && !more && !rings_moved && !guess_dropped && change < options.until &&
+        round + 1 >= least_rounds) {
+      break;
+    }
     // The map has settled once the noise has: then all points take part.
     if (!many && (change < 1.0 || round + 1 >= least_rounds - 1)) rounds.points_per_scan = kManyPoints;
     ++rounds.done;

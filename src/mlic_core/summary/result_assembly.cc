@@ -27,7 +27,7 @@ double PeakMemoryMegabytes() {
 // What LiDARs and cameras have in common, LiDARs first, as in Layout.
 struct Sensor {
   std::string name, frame_id, topic;
-  bool fixed = false, has_guess = false;
+  bool fixed = false, has_guess = false, guess_contradicted = false;
   SensorCalibration calibration;
 };
 
@@ -35,7 +35,7 @@ std::vector<Sensor> AllSensors(const Rig& rig, const CalibrationState& state) {
   std::vector<Sensor> sensors;
   const auto add = [&](const auto& config, const SensorCalibration& calibration) {
     sensors.push_back({config.name, config.frame_id.empty() ? config.name : config.frame_id, config.topic,
-                       config.fixed, config.guess.has_value(), calibration});
+                       config.fixed, config.guess.has_value(), false, calibration});
   };
   for (std::size_t l = 0; l < state.lidars.size(); ++l) add(rig.lidars[l], state.lidars[l]);
   for (std::size_t c = 0; c < state.cameras.size(); ++c) add(rig.cameras[c], state.cameras[c].sensor);
@@ -107,7 +107,11 @@ std::vector<std::string> Judge(const Sensor& config, const ObservabilityAnalysis
   for (const UnobservableDirection& direction : sensor.directions) {
     translation_shown &= direction.quantity != UnobservableDirection::Quantity::kTranslation;
   }
-  if (!translation_shown && !config.has_guess) {
+  if (!translation_shown && config.guess_contradicted) {
+    reasons.push_back(config.name +
+                      ": the motion does not show its whole translation to 5 cm, and contradicts the given "
+                      "T_imu_sensor where it does; does that map points of the sensor into the IMU's frame?");
+  } else if (!translation_shown && !config.has_guess) {
     reasons.push_back(config.name +
                       ": the motion does not show its whole translation to 5 cm, and the rig file gives no "
                       "T_imu_sensor to fall back on; measure it by hand, or turn about more axes");
@@ -261,7 +265,10 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
   Check(IsFinite(state), "the calibration holds what is not a number; please report this with the log");
   ObservabilityAnalysis analysis = Analyze(adjustment, dataset);
   InflateTimesFromAzimuth(dataset, &analysis);
-  const std::vector<Sensor> sensors = AllSensors(rig, state);
+  std::vector<Sensor> sensors = AllSensors(rig, state);
+  for (std::size_t s = 0; s < sensors.size(); ++s) {
+    sensors[s].guess_contradicted = adjustment.contradicted_guesses[s];
+  }
   const SensorOrder order = state.Sensors();
   const std::vector<bool>& found = adjustment.cameras.found;
   std::vector<bool> shown, lost;

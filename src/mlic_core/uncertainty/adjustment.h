@@ -63,6 +63,8 @@ struct Adjustment {
   std::size_t base_lidar = 0;
   std::vector<bool> unaligned_lidars;  // of each LiDAR: see Initialization
   std::vector<bool> rejected_lidars;   // of each LiDAR: takes no part, its planes lead far from its guess
+  // Of each LiDAR, then of each camera: what the data show of it contradicts its guess, which counts no more.
+  std::vector<bool> contradicted_guesses;
   JointProblem problem;
   std::vector<ImuSigma> given_imu_sigma;  // of each drive, before residuals were measured
   std::vector<PlaneNoise> plane_noise;    // of each LiDAR

@@ -95,6 +95,25 @@ TEST(Calibration, PlanarDriveWithoutGuessIsRefused) {
                    .result.trusted);
 }
 
+// Given the wrong way round, the guess is metres off along the axes that the drive shows, and right by no more
+// than chance along the one that it does not.
+TEST(Calibration, GuessTheWrongWayRoundDecidesNothing) {
+  sim::SensorSet sensors = ConfiguredSensors("handheld.yaml");
+  sensors.lidars[0].calibration.T_imu_sensor = {
+      Eigen::Quaterniond(Eigen::AngleAxisd(0.03, Eigen::Vector3d(0.6, 0.0, 0.8))), {0.9, -0.3, 0.4}};
+  SimulatedInput input = SimulateInput(sensors, DriveOptions(sim::Scenario::kPlanar, 15.0, 3), true);
+  const RigidTransform truth = sim::TrueCalibrations(sensors)[0].T_imu_sensor;
+  input.rig.lidars[0].guess->T_imu_sensor = truth.Inverse();
+  CalibrationObserver observer;
+  const CalibrationResult result = Calibrate(input.rig, input.dataset, CancellationToken(), observer);
+  EXPECT_FALSE(result.trusted);
+  ASSERT_FALSE(result.reasons.empty());
+  EXPECT_NE(result.reasons[0].find("contradicts the given T_imu_sensor"), std::string::npos)
+      << result.reasons[0];
+  input.rig.lidars[0].guess->T_imu_sensor = truth;
+  EXPECT_TRUE(Calibrate(input.rig, input.dataset, CancellationToken(), observer).trusted);
+}
+
 TEST(Calibration, DrivesWithoutExcitationAreRefusedThoughThereIsAGuess) {
   for (const auto scenario : {sim::Scenario::kStatic, sim::Scenario::kStraight, sim::Scenario::kCircle}) {
     const SimulatedRun run = CalibrateSimulated("handheld.yaml", scenario, 8.0, 1, true, true);

@@ -89,8 +89,8 @@ auto Members(LidarPointObservation& observation) {
 
 auto Members(LandmarkSet& set) { return std::tie(set.points, set.observations, set.begin, set.lidar_points); }
 auto Members(Adjustment& adjustment) {
-  return std::tie(adjustment.state, adjustment.plane_noise, adjustment.problem.imu_sigma,
-                  adjustment.problem.camera_fixed, adjustment.problem.landmarks,
+  return std::tie(adjustment.state, adjustment.contradicted_guesses, adjustment.plane_noise,
+                  adjustment.problem.imu_sigma, adjustment.problem.camera_fixed, adjustment.problem.landmarks,
                   adjustment.cameras.landmark_options.noise, adjustment.cameras.sigmas,
                   adjustment.map.cameras_before, adjustment.map.noise, adjustment.map.held_out,
                   adjustment.rounds.landmarks, adjustment.rounds.done, adjustment.rounds.points_per_scan,
