@@ -24,7 +24,9 @@ double SigmasFromGuess(const ExtrinsicGuess& guess, const RigidTransform& T_imu_
 // result to itself, fewer right guesses are taken for wrong than the four sigmas say.
 bool ContradictsGuess(const ExtrinsicGuess& guess, const RigidTransform& T_imu_sensor);
 
-// Empty, or a warning where the result is more than four of the guess' sigmas away from it.
-std::string DescribeIfFarFromGuess(const ExtrinsicGuess& guess, const RigidTransform& T_imu_sensor);
+constexpr double kFarFromGuess = 4.0;  // sigmas; from: derivation, 6 of 100000 normal errors lie beyond
+
+// How far the result is from the guess, for people.
+std::string DescribeDistance(const ExtrinsicGuess& guess, const RigidTransform& T_imu_sensor);
 
 }  // namespace mlic

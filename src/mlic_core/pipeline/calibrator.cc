@@ -11,6 +11,7 @@
 #include "mlic_core/pipeline/lidar_adjustment.h"
 #include "mlic_core/pipeline/stage_clock.h"
 #include "mlic_core/problem/state.h"
+#include "mlic_core/summary/checks.h"
 #include "mlic_core/summary/result_assembly.h"
 
 namespace mlic {
@@ -171,6 +172,13 @@ Adjustment CameraStages(const StageContext& context, const std::vector<CameraSta
 void ResultStage(const StageContext& context, const Adjustment& adjustment) {
   StageClock stage("result", context);
   AssembleResult(context.rig, context.dataset, adjustment, context.result);
+  const std::vector<QualityCheck>& checks = context.result->checks;
+  const auto passed =
+      std::count_if(checks.begin(), checks.end(), [](const QualityCheck& check) { return check.Passed(); });
+  stage.Line(std::to_string(passed) + " of " + std::to_string(checks.size()) + " checks passed");
+  for (const QualityCheck& check : checks) {
+    if (!check.Passed()) stage.Line(DescribeCheck(check));
+  }
 }
 
 bool ColmapWanted(const StageContext& context) {

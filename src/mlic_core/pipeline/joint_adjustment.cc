@@ -230,6 +230,7 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     const CalibrationState before = adjustment.state;
     AssociateAndSolve(context, many, &adjustment);
     const double change = ChangeInSigmas(adjustment, context.dataset, before);
+    rounds.last_change = change;
     // Not before: extrinsics on their way look like rings that err.
     const bool rings_moved =
         many && change < 1.0 && CorrectRings(adjustment.problem.planes, &adjustment.state);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "mlic_core/common/time.h"
+#include "mlic_core/result/quality_check.h"
 #include "mlic_core/sensors/images.h"
 #include "mlic_core/sensors/rig.h"
 
@@ -105,6 +106,7 @@ struct ResidualSummary {
   std::vector<double> over_time_rms;      // rms of each time bin, in units of `unit`
   double rms = 0.0;                       // of all, in units of `unit`; of each coordinate for cameras
   ResidualField over_image;               // cameras only
+  double drift = 0.0;  // rms of the means over time bins beyond what white residuals leave, in their sigmas
 };
 
 // Where one image sees a landmark, where the calibration projects it to, and where the same camera's images
@@ -158,6 +160,7 @@ struct CalibrationResult {
   bool trusted = false;
   std::vector<std::string> reasons;   // why it is refused, each one line
   std::vector<std::string> warnings;  // what to know though it is trusted
+  std::vector<QualityCheck> checks;   // what the verdict rests on
   std::string imu_frame_id;
   ImuCalibration imu;
   Eigen::Vector3d gravity{0.0, 0.0, -9.81};

@@ -2,6 +2,7 @@
 
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -10,6 +11,7 @@
 #include "mlic_core/problem/layout.h"
 #include "mlic_core/problem/observability_limits.h"
 #include "mlic_core/summary/camera_views.h"
+#include "mlic_core/summary/checks.h"
 #include "mlic_core/summary/map_projections.h"
 #include "mlic_core/summary/residual_summary.h"
 #include "mlic_core/summary/snapshot.h"
@@ -27,7 +29,7 @@ double PeakMemoryMegabytes() {
 // What LiDARs and cameras have in common, LiDARs first, as in Layout.
 struct Sensor {
   std::string name, frame_id, topic;
-  bool fixed = false, has_guess = false, guess_contradicted = false;
+  bool fixed = false;
   SensorCalibration calibration;
 };
 
@@ -35,7 +37,7 @@ std::vector<Sensor> AllSensors(const Rig& rig, const CalibrationState& state) {
   std::vector<Sensor> sensors;
   const auto add = [&](const auto& config, const SensorCalibration& calibration) {
     sensors.push_back({config.name, config.frame_id.empty() ? config.name : config.frame_id, config.topic,
-                       config.fixed, config.guess.has_value(), false, calibration});
+                       config.fixed, calibration});
   };
   for (std::size_t l = 0; l < state.lidars.size(); ++l) add(rig.lidars[l], state.lidars[l]);
   for (std::size_t c = 0; c < state.cameras.size(); ++c) add(rig.cameras[c], state.cameras[c].sensor);
@@ -86,55 +88,6 @@ std::vector<SensorResult> InitialSensors(const Rig& rig, const CalibrationState&
   return results;
 }
 
-// Reasons for refusal of one sensor; none when its result may be trusted.
-std::vector<std::string> Judge(const Sensor& config, const ObservabilityAnalysis::Sensor& sensor,
-                               const PoseSigma& sigma) {
-  std::vector<std::string> reasons;
-  if (!sigma.rotation.allFinite() || !sigma.translation.allFinite() || !std::isfinite(sigma.time_offset)) {
-    return {config.name +
-            ": its sigmas are not numbers, as the solve came out singular; turn about more axes"};
-  }
-  const auto all = [](const std::array<bool, 3>& axes) { return axes[0] && axes[1] && axes[2]; };
-  if (!all(sensor.rotation)) {
-    reasons.push_back(config.name +
-                      ": the motion does not show its whole rotation to 0.5 deg; turn about more axes");
-  }
-  if (!sensor.time_offset) {
-    reasons.push_back(config.name +
-                      ": the motion does not show its time offset to 5 ms; turn more, and not evenly");
-  }
-  bool translation_shown = all(sensor.translation);
-  for (const UnobservableDirection& direction : sensor.directions) {
-    translation_shown &= direction.quantity != UnobservableDirection::Quantity::kTranslation;
-  }
-  if (!translation_shown && config.guess_contradicted) {
-    reasons.push_back(config.name +
-                      ": the motion does not show its whole translation to 5 cm, and contradicts the given "
-                      "T_imu_sensor where it does; does that map points of the sensor into the IMU's frame?");
-  } else if (!translation_shown && !config.has_guess) {
-    reasons.push_back(config.name +
-                      ": the motion does not show its whole translation to 5 cm, and the rig file gives no "
-                      "T_imu_sensor to fall back on; measure it by hand, or turn about more axes");
-  }
-  return reasons;
-}
-
-// Cameras that found nothing of the map keep what tracks say of them.
-void WarnOfUnmatched(const Rig& rig, const Adjustment& adjustment, CalibrationResult* result) {
-  std::vector<std::size_t> matches(rig.cameras.size(), 0);
-  for (const LandmarkSet& set : adjustment.problem.landmarks) {
-    for (std::size_t p = 0; p < set.points.size(); ++p) {
-      if (set.IsOnMap(p)) ++matches[set.observations[set.begin[p]].camera];
-    }
-  }
-  for (std::size_t c = 0; c < matches.size(); ++c) {
-    if (matches[c] > 0 || !adjustment.cameras.found[c]) continue;
-    result->warnings.push_back(
-        rig.cameras[c].name +
-        ": its photos do not match the LiDAR map; its result rests on image tracks alone");
-  }
-}
-
 // Points without times got theirs from the azimuth, so that their scans' offset to the stamps is known to
 // where in the turn the driver cuts: good to some degrees.
 void InflateTimesFromAzimuth(const Dataset& dataset, ObservabilityAnalysis* analysis) {
@@ -157,64 +110,21 @@ bool DoesNotFit(const Adjustment& adjustment, std::size_t lidar) {
          adjustment.scale.stamps[lidar].excess > kExcess;
 }
 
-template <typename Config>
-void WarnOfGuess(const Config& config, const SensorCalibration& found, std::vector<std::string>* warnings) {
-  if (!config.guess || config.fixed) return;
-  const std::string warning = DescribeIfFarFromGuess(*config.guess, found.T_imu_sensor);
-  if (!warning.empty()) warnings->push_back(config.name + ": " + warning);
-}
-
 // moved: by the last round of all that were allowed, in sigmas; 0 where the calibration stood still before.
-void JudgeConvergence(double moved, CalibrationResult* result) {
-  constexpr double kNotable = 0.5;  // sigmas; from: definition
-  // from: definition, a calibration that moves by more than its sigma has none.
-  constexpr double kMost = 1.0;  // sigmas
-  if (!(moved > kNotable)) return;
-  char text[240];
-  if (moved > kMost) {
-    std::snprintf(
-        text, sizeof(text),
-        "the calibration has not converged: the last round moved it by %.3g of its sigma, the limit "
-        "is %.0f; record a longer drive, with more turns and among more structure",
-        moved, kMost);
-    result->reasons.insert(result->reasons.begin(), text);
-  } else {
-    std::snprintf(text, sizeof(text),
-                  "the calibration has hardly converged: the last round moved it by %.2f of its sigma, which "
-                  "the sigmas here include",
-                  moved);
-    result->warnings.push_back(text);
-  }
-}
-
-// Of sensors whose scans do not keep one time offset to the IMU.
-void WarnOfStamps(const std::vector<Sensor>& sensors, const std::vector<StampErrors>& errors,
-                  std::vector<std::string>* warnings) {
-  constexpr double kNotable = 4.0;  // of variances: sigmas are doubled; from: definition
-  for (std::size_t s = 0; s < errors.size(); ++s) {
-    if (errors[s].excess < kNotable) continue;
-    if (errors[s].wanders) {
-      warnings->push_back(
-          sensors[s].name +
-          ": its clock does not keep step with the IMU's, it drifts or jumps within the drive; "
-          "no time offset is right for all of it: synchronise the clocks, or cut the drive by "
-          "--start and --duration");
-    } else {
-      char text[200];
-      std::snprintf(
-          text, sizeof(text),
-          ": its stamps jitter by %.1f ms from message to message against the IMU's; let the device "
-          "stamp them, not the host on arrival",
-          1e3 * errors[s].jitter);
-      warnings->push_back(sensors[s].name + text);
-    }
-  }
+void WarnOfMovement(double moved, std::vector<std::string>* warnings) {
+  constexpr double kNotable = 0.5, kMost = 1.0;  // sigmas; from: definition, beyond that it is a reason
+  if (moved <= kNotable || moved > kMost) return;
+  char text[160];
+  std::snprintf(text, sizeof(text),
+                "the calibration has hardly converged: the last round moved it by %.2f of its sigma, which "
+                "the sigmas here include",
+                moved);
+  warnings->push_back(text);
 }
 
 // Where the IMU contradicts the trajectory something is lost, and sigmas say nothing.
 void JudgeImuAgreement(const Dataset& dataset, const Adjustment& adjustment, CalibrationResult* result) {
-  // White noise gives at most 3 in an hour; trajectories that were lost gave 17 and 35.
-  constexpr double kNotable = 8.0, kTooMuch = 12.0;  // from: definition
+  constexpr double kNotable = 8.0;  // from: definition
   for (const ImuDisagreement& found :
        FindImuDisagreements(dataset, adjustment.state, adjustment.problem.imu_sigma, kNotable)) {
     char text[320];
@@ -224,8 +134,22 @@ void JudgeImuAgreement(const Dataset& dataset, const Adjustment& adjustment, Cal
                   "--start and --duration",
                   found.drive + 1, found.begin, found.end, found.of_gyroscope ? "gyroscope" : "accelerometer",
                   found.mean, found.of_gyroscope ? "rad/s" : "m/s^2", found.ratio);
-    (found.ratio > kTooMuch ? result->reasons : result->warnings).push_back(text);
+    (found.ratio > kImuContradicts ? result->reasons : result->warnings).push_back(text);
   }
+}
+
+// Failures become reasons and warnings. A check without a failure's words has them elsewhere.
+void JudgeChecks(CalibrationResult* result) {
+  for (const QualityCheck& check : result->checks) {
+    if (check.Passed() || check.failure.empty()) continue;
+    (check.refuses ? result->reasons : result->warnings).push_back(check.failure + "; " + check.remedy);
+  }
+}
+
+bool IsRefused(const std::string& sensor, const std::vector<QualityCheck>& checks) {
+  return std::any_of(checks.begin(), checks.end(), [&](const QualityCheck& check) {
+    return check.sensor == sensor && check.refuses && !check.Passed();
+  });
 }
 
 // Every pair whose sensors are shown, and those that their own data tie to each other. lost: of each sensor,
@@ -265,41 +189,31 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
   Check(IsFinite(state), "the calibration holds what is not a number; please report this with the log");
   ObservabilityAnalysis analysis = Analyze(adjustment, dataset);
   InflateTimesFromAzimuth(dataset, &analysis);
-  std::vector<Sensor> sensors = AllSensors(rig, state);
-  for (std::size_t s = 0; s < sensors.size(); ++s) {
-    sensors[s].guess_contradicted = adjustment.contradicted_guesses[s];
-  }
+  const std::vector<Sensor> sensors = AllSensors(rig, state);
   const SensorOrder order = state.Sensors();
   const std::vector<bool>& found = adjustment.cameras.found;
-  std::vector<bool> shown, lost;
+  std::vector<bool> lost, taking_part;
   for (std::size_t s = 0; s < sensors.size(); ++s) {
     const SensorId id = order.At(s);
     lost.push_back(id.IsLidar() ? adjustment.rejected_lidars[id.index] || DoesNotFit(adjustment, id.index)
                                 : !found[id.index]);
-    std::vector<std::string> reasons;
-    if (id.IsLidar() && lost[s]) reasons = {WhyRejected(rig.lidars[id.index])};
-    if (!lost[s] && !sensors[s].fixed) reasons = Judge(sensors[s], analysis.sensors[s], analysis.sigmas[s]);
-    shown.push_back(!lost[s] && reasons.empty());
-    result->reasons.insert(result->reasons.end(), reasons.begin(), reasons.end());
+    taking_part.push_back(!lost[s]);
+    if (id.IsLidar() && lost[s]) result->reasons.push_back(WhyRejected(rig.lidars[id.index]));
   }
-  if (!state.lidars.empty() && adjustment.problem.planes[0].planes.size() < 20) {
-    result->reasons.push_back("the map has hardly any planes; record near buildings or in a furnished hall");
-  }
-  JudgeConvergence(adjustment.rounds.unsettled, result);
+  result->residuals = SummarizeResiduals(rig, dataset, adjustment);
+  result->checks = MakeChecks(rig, dataset, adjustment, analysis, taking_part, result->residuals);
+  JudgeChecks(result);
   JudgeImuAgreement(dataset, adjustment, result);
-  WarnOfStamps(sensors, adjustment.scale.stamps, &result->warnings);
-  if (adjustment.rounds.landmarks == Landmarks::kTracksAndMap) WarnOfUnmatched(rig, adjustment, result);
+  WarnOfMovement(adjustment.rounds.unsettled, &result->warnings);
   result->trusted = result->reasons.empty();
+  std::vector<bool> shown;
   for (std::size_t s = 0; s < sensors.size(); ++s) {
+    shown.push_back(!lost[s] && !IsRefused(sensors[s].name, result->checks));
     if (!shown[s]) continue;
     result->sensors.push_back(MakeSensor(sensors[s], analysis, s));
     const SensorId id = order.At(s);
-    if (id.IsLidar()) {
-      WarnOfGuess(rig.lidars[id.index], result->sensors.back().calibration, &result->warnings);
-      continue;
-    }
+    if (id.IsLidar()) continue;
     const std::size_t c = id.index;
-    WarnOfGuess(rig.cameras[c], result->sensors.back().calibration, &result->warnings);
     AddIntrinsics(state.cameras[c], analysis.cameras[c], &result->sensors.back());
     const std::vector<HeldOutMatches>& held_out = adjustment.map.held_out_errors;
     if (c < held_out.size() && held_out[c].count > 0) result->sensors.back().held_out = held_out[c];
@@ -319,7 +233,6 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
     result->projections =
         ProjectOnPhotos(rig, dataset, adjustment.map.cameras_before, state, adjustment.problem.landmarks[0]);
   }
-  result->residuals = SummarizeResiduals(rig, dataset, adjustment);
   if (!adjustment.problem.landmarks.empty()) {
     result->views = ChooseViews(rig, dataset.drives[0], state, adjustment.problem.landmarks[0]);
     result->keyframes = UsedKeyframes(rig, dataset, adjustment.problem.landmarks);

@@ -46,6 +46,7 @@ struct JointRounds {
   // By how many of its sigmas the last round moved the calibration where rounds were over before it was
   // settled, else 0: part of the sigmas.
   double unsettled = 0.0;
+  double last_change = 0.0;  // by how many of its sigmas the last round moved the calibration
 };
 
 // By what the last solve's information is too good, measured once the calibration is settled.

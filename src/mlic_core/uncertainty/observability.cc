@@ -15,26 +15,36 @@
 namespace mlic {
 namespace {
 
-// Marks axes and directions of one 3-vector quantity.
-void Judge(const Eigen::Matrix3d& data_covariance, const Eigen::Matrix3d& covariance, double limit,
-           const Eigen::Vector3d* guess_sigma, UnobservableDirection::Quantity quantity,
-           std::array<bool, 3>* axes, std::vector<UnobservableDirection>* directions) {
+// Marks axes and directions of one 3-vector quantity. Returns the one that is shown least.
+ObservabilityAnalysis::LeastShown Judge(const Eigen::Matrix3d& data_covariance,
+                                        const Eigen::Matrix3d& covariance, double limit,
+                                        const Eigen::Vector3d* guess_sigma,
+                                        UnobservableDirection::Quantity quantity, std::array<bool, 3>* axes,
+                                        std::vector<UnobservableDirection>* directions) {
   const auto limit_along = [&](const Eigen::Vector3d& direction) {
     if (guess_sigma == nullptr) return limit;
     return std::min(limit, direction.cwiseProduct(*guess_sigma).norm());
   };
+  ObservabilityAnalysis::LeastShown least;
+  const auto look = [&](const Eigen::Vector3d& direction, double sigma) {
+    const double along = limit_along(direction);
+    // Also where the sigma is not a number.
+    if (!(sigma * least.limit <= least.sigma * along)) least = {sigma, along};
+    return sigma <= along;
+  };
   for (int a = 0; a < 3; ++a) {
-    (*axes)[a] = std::sqrt(data_covariance(a, a)) <= limit_along(Eigen::Vector3d::Unit(a));
+    (*axes)[a] = look(Eigen::Vector3d::Unit(a), std::sqrt(data_covariance(a, a)));
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(data_covariance);
   for (int i = 0; i < 3; ++i) {
     Eigen::Vector3d direction = eigen.eigenvectors().col(i);
-    if (std::sqrt(std::max(0.0, eigen.eigenvalues()[i])) <= limit_along(direction)) continue;
+    if (look(direction, std::sqrt(std::max(0.0, eigen.eigenvalues()[i])))) continue;
     int largest;
     direction.cwiseAbs().maxCoeff(&largest);
     if (direction[largest] < 0.0) direction = -direction;
     directions->push_back({quantity, direction, std::sqrt(direction.dot(covariance * direction))});
   }
+  return least;
 }
 
 struct SensorGuess {
@@ -84,17 +94,18 @@ ObservabilityAnalysis AnalyzeSensors(const SensorInformation& given, const Camer
     const std::optional<ExtrinsicGuess>& guess = given.sensors[l].guess;
     ObservabilityAnalysis::Sensor sensor;
     using Quantity = UnobservableDirection::Quantity;
-    Judge(shown.block<3, 3>(at + 3, at + 3), all.block<3, 3>(at + 3, at + 3), kTranslationLimit,
-          guess ? &guess->sigma_translation : nullptr, Quantity::kTranslation, &sensor.translation,
-          &sensor.directions);
-    Judge(shown.block<3, 3>(at, at), all.block<3, 3>(at, at), kRotationLimit,
-          guess ? &guess->sigma_rotation : nullptr, Quantity::kRotation, &sensor.rotation,
-          &sensor.directions);
+    sensor.least_translation = Judge(shown.block<3, 3>(at + 3, at + 3), all.block<3, 3>(at + 3, at + 3),
+                                     kTranslationLimit, guess ? &guess->sigma_translation : nullptr,
+                                     Quantity::kTranslation, &sensor.translation, &sensor.directions);
+    sensor.least_rotation = Judge(shown.block<3, 3>(at, at), all.block<3, 3>(at, at), kRotationLimit,
+                                  guess ? &guess->sigma_rotation : nullptr, Quantity::kRotation,
+                                  &sensor.rotation, &sensor.directions);
     PoseSigma sigma;
     sigma.rotation = all.diagonal().segment<3>(at).cwiseSqrt();
     sigma.translation = all.diagonal().segment<3>(at + 3).cwiseSqrt();
     sigma.time_offset = std::sqrt(all(at + 6, at + 6));
-    sensor.time_offset = std::sqrt(shown(at + 6, at + 6)) <= kTimeLimit;
+    sensor.least_time_offset = {std::sqrt(shown(at + 6, at + 6)), kTimeLimit};
+    sensor.time_offset = sensor.least_time_offset.sigma <= kTimeLimit;
     if (!sensor.time_offset) {
       sensor.directions.push_back({Quantity::kTimeOffset, Eigen::Vector3d::Zero(), sigma.time_offset});
     }

@@ -28,6 +28,13 @@ TEST(Report, TrustedSaysSoFirstAndMarksWhatIsUnobservable) {
   EXPECT_TRUE(Contains(html, "1423 planes"));
 }
 
+TEST(Report, ShowsTheChecksThatFailedFirst) {
+  const std::string html = ReportOf(SampleResult());
+  EXPECT_TRUE(Contains(html, "1 of 2 checks passed"));
+  EXPECT_LT(html.find("<td>coverage_image</td>"), html.find("<td>convergence</td>"));
+  EXPECT_TRUE(Contains(html, "turn so that structure crosses all of it"));
+}
+
 TEST(Report, SaysWhereTheTimeWent) {
   const std::string html = ReportOf(SampleResult());
   EXPECT_TRUE(Contains(html, "<td>odometry</td><td class=\"n\">11.7</td><td class=\"n\">44.1</td>"));

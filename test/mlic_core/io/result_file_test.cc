@@ -19,12 +19,36 @@ void ExpectSame(const PoseSigma& a, const PoseSigma& b) {
   EXPECT_NEAR(a.time_offset, b.time_offset, 1e-12);
 }
 
+TEST(ResultFile, SaysOfEachCheckWhetherItPassed) {
+  TemporaryDirectory directory;
+  WriteCalibrationFile(directory.Path() / "calibration.yaml", SampleResult());
+  const std::string text = ReadFile(directory.Path() / "calibration.yaml");
+  EXPECT_TRUE(Contains(
+      text, "{name: convergence, value: 0.083, limit: 1, bound: most, unit: \"sigma\", passed: true"));
+  EXPECT_TRUE(Contains(text, "sensor: cam_front, value: 0.375, limit: 0.5, bound: least"));
+  EXPECT_TRUE(Contains(text, "passed: false, remedy: \"turn so that structure crosses all of it\"}"));
+}
+
 TEST(ResultFile, RoundTripKeepsEverything) {
   TemporaryDirectory directory;
   const CalibrationResult result = SampleResult();
   WriteCalibrationFile(directory.Path() / "calibration.yaml", result);
   const CalibrationResult copy = ReadCalibrationFile(directory.Path() / "calibration.yaml");
   EXPECT_EQ(copy.trusted, result.trusted);
+  EXPECT_EQ(copy.reasons, result.reasons);
+  EXPECT_EQ(copy.warnings, result.warnings);
+  ASSERT_EQ(copy.checks.size(), result.checks.size());
+  for (std::size_t i = 0; i < copy.checks.size(); ++i) {
+    const QualityCheck &a = result.checks[i], &b = copy.checks[i];
+    EXPECT_EQ(a.name, b.name);
+    EXPECT_EQ(a.sensor, b.sensor);
+    EXPECT_EQ(a.value, b.value);
+    EXPECT_EQ(a.limit, b.limit);
+    EXPECT_EQ(a.unit, b.unit);
+    EXPECT_EQ(a.bound, b.bound);
+    EXPECT_EQ(a.Passed(), b.Passed());
+    EXPECT_EQ(a.remedy, b.remedy);
+  }
   EXPECT_EQ(copy.imu_frame_id, result.imu_frame_id);
   EXPECT_LT((copy.imu.gyroscope_bias - result.imu.gyroscope_bias).norm(), 1e-12);
   EXPECT_LT((copy.imu.accelerometer_bias - result.imu.accelerometer_bias).norm(), 1e-12);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "mlic_core/summary/checks.h"
 #include "mlic_core/summary/result_assembly.h"
 #include "support/simulated_input.h"
 
@@ -51,6 +52,10 @@ TEST_F(JointAdjustment, WhatStillMovesByMoreThanItsSigmaIsNotTrusted) {
   EXPECT_FALSE(result.trusted);
   ASSERT_FALSE(result.reasons.empty());
   EXPECT_NE(result.reasons.front().find("has not converged"), std::string::npos) << result.reasons.front();
+  ASSERT_FALSE(result.checks.empty());
+  EXPECT_EQ(result.checks[0].name, "convergence");
+  EXPECT_EQ(result.checks[0].value, unsettled_);
+  EXPECT_FALSE(result.checks[0].Passed());
 }
 
 TEST_F(JointAdjustment, WhatHasSettledIsTrustedWithoutWarning) {
@@ -58,6 +63,7 @@ TEST_F(JointAdjustment, WhatHasSettledIsTrustedWithoutWarning) {
   EXPECT_EQ(unsettled_, 0.0);
   EXPECT_TRUE(result.trusted);
   EXPECT_TRUE(result.warnings.empty());
+  for (const QualityCheck& check : result.checks) EXPECT_TRUE(check.Passed()) << DescribeCheck(check);
 }
 
 }  // namespace

@@ -42,14 +42,19 @@ auto Members(StageSummary& stage) {
 auto Members(ResidualField& field) { return std::tie(field.columns, field.rows, field.mean, field.counts); }
 auto Members(ResidualSummary& residual) {
   return std::tie(residual.sensor, residual.unit, residual.sigma, residual.inlier_share, residual.histogram,
-                  residual.over_time_seconds, residual.over_time_rms, residual.rms, residual.over_image);
+                  residual.over_time_seconds, residual.over_time_rms, residual.rms, residual.over_image,
+                  residual.drift);
 }
 
 auto Members(CameraKeyframes& keyframes) { return std::tie(keyframes.camera, keyframes.stamps); }
+auto Members(QualityCheck& check) {
+  return std::tie(check.name, check.sensor, check.value, check.limit, check.unit, check.bound, check.refuses,
+                  check.failure, check.remedy);
+}
 auto Members(CalibrationResult& result) {
-  return std::tie(result.trusted, result.reasons, result.warnings, result.imu_frame_id, result.imu,
-                  result.gravity, result.sensors, result.initial_sensors, result.pairs, result.trajectories,
-                  result.map, result.stages, result.residuals, result.keyframes,
+  return std::tie(result.trusted, result.reasons, result.warnings, result.checks, result.imu_frame_id,
+                  result.imu, result.gravity, result.sensors, result.initial_sensors, result.pairs,
+                  result.trajectories, result.map, result.stages, result.residuals, result.keyframes,
                   result.peak_memory_megabytes);
 }
 

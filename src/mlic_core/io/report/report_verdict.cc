@@ -57,6 +57,29 @@ std::string List(const std::vector<std::string>& lines) {
   return html + "</ul>\n";
 }
 
+// Every check, those that failed first; shut until it is asked for where all passed.
+std::string ChecksTable(const std::vector<QualityCheck>& checks) {
+  if (checks.empty()) return "";
+  std::string failed, passed;
+  std::size_t failures = 0;
+  for (const QualityCheck& check : checks) {
+    const bool good = check.Passed();
+    failures += good ? 0 : 1;
+    (good ? passed : failed) +=
+        "<tr><td>" + EscapeXml(check.name) + "</td><td>" + EscapeXml(check.sensor) + "</td><td class=\"n\">" +
+        ShortNumber(check.value, 3) + "</td><td class=\"n\">" +
+        (check.bound == QualityCheck::Bound::kMost ? "&le; " : "&ge; ") + ShortNumber(check.limit, 3) +
+        "</td><td>" + EscapeXml(check.unit) + "</td><td>" + (good ? "passed" : "<b>failed</b>") +
+        "</td><td>" + (good ? "" : EscapeXml(check.remedy)) + "</td></tr>\n";
+  }
+  return std::string("<details") + (failures > 0 ? " open" : "") + "><summary>" +
+         std::to_string(checks.size() - failures) + " of " + std::to_string(checks.size()) +
+         " checks passed</summary>\n<div "
+         "class=\"wide\"><table><tr><th>check</th><th>sensor</th><th>value</th>"
+         "<th>limit</th><th></th><th></th><th>what to do</th></tr>\n" +
+         failed + passed + "</table></div></details>\n";
+}
+
 }  // namespace
 
 std::string VerdictBlock(const CalibrationResult& result) {
@@ -78,7 +101,7 @@ std::string VerdictBlock(const CalibrationResult& result) {
     html += "The calibration can be used: the drive determines every direction of every sensor.</p>\n";
   }
   if (!result.warnings.empty()) html += "<p>Warnings:</p>\n" + List(result.warnings);
-  return html + Tiles(result) + "</section>\n";
+  return html + ChecksTable(result.checks) + Tiles(result) + "</section>\n";
 }
 
 LargestSigmas FindLargestSigmas(const CalibrationResult& result) {
@@ -108,6 +131,12 @@ std::string UseCommand(const std::filesystem::path& place) {
 std::vector<std::string> NextSteps(const CalibrationResult& result, const std::filesystem::path& place) {
   using Quantity = UnobservableDirection::Quantity;
   std::vector<std::string> steps;
+  for (const QualityCheck& check : result.checks) {
+    if (check.Passed() || !check.refuses) continue;
+    const std::string step =
+        check.name + (check.sensor.empty() ? "" : " of " + check.sensor) + ": " + check.remedy;
+    if (!result.trusted) steps.push_back(step);
+  }
   if (!result.trusted) {
     steps.push_back(
         "Record again with turns: a figure of eight in a vehicle, or turns about all three axes by hand, "

@@ -1,5 +1,7 @@
 #include "mlic_core/io/result/result_file.h"
 
+#include <cmath>
+
 #include "mlic_core/io/rig/rig_parsing.h"
 #include "mlic_core/io/text_file.h"
 #include "mlic_core/io/yaml_reader.h"
@@ -110,10 +112,25 @@ std::string SensorText(const SensorResult& sensor) {
   return text;
 }
 
-std::string ReasonsText(const std::vector<std::string>& reasons) {
-  if (reasons.empty()) return "reasons: []\n";
-  std::string text = "reasons:\n";
-  for (const std::string& reason : reasons) text += "  - " + QuotedYaml(reason) + "\n";
+std::string LinesText(const std::string& key, const std::vector<std::string>& lines) {
+  if (lines.empty()) return key + ": []\n";
+  std::string text = key + ":\n";
+  for (const std::string& line : lines) text += "  - " + QuotedYaml(line) + "\n";
+  return text;
+}
+
+std::string ChecksText(const std::vector<QualityCheck>& checks) {
+  if (checks.empty()) return "checks: []\n";
+  std::string text = "checks:\n";
+  for (const QualityCheck& check : checks) {
+    text += "  - {name: " + check.name;
+    if (!check.sensor.empty()) text += ", sensor: " + check.sensor;
+    text += ", value: " + (std::isfinite(check.value) ? ShortNumber(check.value, 6) : ".nan") +
+            ", limit: " + ShortNumber(check.limit, 6) +
+            ", bound: " + (check.bound == QualityCheck::Bound::kMost ? "most" : "least") +
+            ", unit: " + QuotedYaml(check.unit) + ", passed: " + (check.Passed() ? "true" : "false") +
+            ", remedy: " + QuotedYaml(check.remedy) + "}\n";
+  }
   return text;
 }
 
@@ -235,6 +252,27 @@ void ReadImu(const YamlReader& imu, CalibrationResult* result) {
   matrix("accelerometer_matrix", &result->imu.accelerometer_matrix);
 }
 
+QualityCheck ReadCheck(const YamlReader& node) {
+  QualityCheck check;
+  check.name = node.Get("name", "give the check's name").Text();
+  if (node.Has("sensor")) check.sensor = node.Get("sensor").Text();
+  const YamlReader value = node.Get("value", "give a number, or .nan");
+  check.value = value.Text() == ".nan" ? NAN : value.Number();
+  check.limit = node.Get("limit", "give a number").Number();
+  const bool most = !node.Has("bound") || node.Get("bound").Choice({"most", "least"}) == 0;
+  check.bound = most ? QualityCheck::Bound::kMost : QualityCheck::Bound::kLeast;
+  if (node.Has("unit")) check.unit = node.Get("unit").String();
+  if (node.Has("remedy")) check.remedy = node.Get("remedy").String();
+  return check;
+}
+
+std::vector<std::string> ReadLines(const YamlReader& root, const char* key) {
+  std::vector<std::string> lines;
+  if (!root.Has(key)) return lines;
+  for (const YamlReader& line : root.Get(key).Elements()) lines.push_back(line.String());
+  return lines;
+}
+
 PairResult ReadPair(const YamlReader& node) {
   PairResult pair;
   const std::size_t slash = node.Name().find('/');
@@ -251,7 +289,9 @@ PairResult ReadPair(const YamlReader& node) {
 void WriteCalibrationFile(const std::filesystem::path& path, const CalibrationResult& result) {
   std::string text = std::string("format: ") + kFormat + "\n";
   text += std::string("verdict: ") + (result.trusted ? "trusted" : "refused") + "\n";
-  text += ReasonsText(result.reasons);
+  text += LinesText("reasons", result.reasons);
+  text += LinesText("warnings", result.warnings);
+  text += ChecksText(result.checks);
   text += "imu:\n  frame_id: " + QuotedYaml(result.imu_frame_id) + "\n";
   text += "  gyroscope_bias: " + Short(result.imu.gyroscope_bias) + "\n";
   text += "  accelerometer_bias: " + Short(result.imu.accelerometer_bias) + "\n";
@@ -277,8 +317,10 @@ CalibrationResult ReadCalibrationFile(const std::filesystem::path& path) {
   root.Get("format", std::string("expected format: ") + kFormat).Choice({kFormat});
   CalibrationResult result;
   result.trusted = !root.Has("verdict") || root.Get("verdict").Choice({"trusted", "refused"}) == 0;
-  if (root.Has("reasons")) {
-    for (const YamlReader& reason : root.Get("reasons").Elements()) result.reasons.push_back(reason.String());
+  result.reasons = ReadLines(root, "reasons");
+  result.warnings = ReadLines(root, "warnings");
+  if (root.Has("checks")) {
+    for (const YamlReader& check : root.Get("checks").Elements()) result.checks.push_back(ReadCheck(check));
   }
   if (root.Has("imu")) ReadImu(root.Get("imu"), &result);
   const YamlReader sensors = root.Get("sensors", "give the calibrated sensors, or {} for none");
