@@ -13,6 +13,7 @@
 #include "mlic_core/initialization/guess_check.h"
 #include "mlic_core/problem/imu_terms.h"
 #include "mlic_core/problem/priors.h"
+#include "mlic_core/uncertainty/held_translations.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
 
 namespace mlic {
@@ -120,15 +121,13 @@ void MeasureImuSigma(const Dataset& dataset, Adjustment* adjustment) {
   }
 }
 
-std::optional<ExtrinsicGuess>& GuessOf(SensorId sensor, JointProblem* problem) {
-  return sensor.IsLidar() ? problem->guesses[sensor.index] : problem->camera_guesses[sensor.index];
-}
-
 void DropContradictedGuesses(Adjustment* adjustment) {
   JointProblem& problem = adjustment->problem;
   const SensorOrder order = adjustment->state.Sensors();
   for (std::size_t s = 0; s < order.size(); ++s) {
-    if (adjustment->contradicted_guesses[s]) GuessOf(order.At(s), &problem).reset();
+    if (!adjustment->contradicted_guesses[s]) continue;
+    const SensorId id = order.At(s);
+    (id.IsLidar() ? problem.guesses : problem.camera_guesses)[id.index].reset();
   }
 }
 
@@ -142,7 +141,7 @@ bool FindContradictedGuesses(const AdjustmentContext& context, const Calibration
     const SensorId id = order.At(s);
     const bool takes_part =
         id.IsLidar() ? !adjustment->rejected_lidars[id.index] : adjustment->cameras.found[id.index];
-    const std::optional<ExtrinsicGuess>& guess = GuessOf(id, &adjustment->problem);
+    const std::optional<ExtrinsicGuess> guess = GuessOf(id, adjustment->problem);
     if (!takes_part || !guess) continue;
     const RigidTransform& now = adjustment->state.Sensor(id).T_imu_sensor;
     ExtrinsicGuess last = *guess;
@@ -200,6 +199,33 @@ std::string DescribeRound(const Adjustment& adjustment, double change) {
       adjustment.last_solve.observations, adjustment.last_solve.landmark_observations,
       adjustment.last_solve.last_cost, change);
   return text;
+}
+
+void MeasureScale(const Adjustment& adjustment, CovarianceScale* scale) {
+  const JointProblem& problem = adjustment.problem;
+  const CalibrationState& state = adjustment.state;
+  scale->correlation = CorrelationFactor(problem.planes, state);
+  scale->stamps = MeasureStampErrors(problem, state);
+  for (std::size_t l = 0; l < state.lidars.size(); ++l) {
+    scale->correlation = std::max(scale->correlation, scale->stamps[l].excess);
+  }
+  if (adjustment.rounds.landmarks == Landmarks::kNone) return;
+  scale->cameras = MeasureCameraInflation(
+      problem, state, adjustment.cameras.landmark_options,
+      AnalyzeCalibration(problem, state, adjustment.last_solve.information).solved_covariance);
+}
+
+// Solves once more with what the data do not show of translations at the guesses. True if there is any.
+bool HoldUnobservableTranslations(const AdjustmentContext& context, Adjustment* adjustment) {
+  JointProblem& problem = adjustment->problem;
+  const ObservabilityAnalysis analysis = Analyze(*adjustment, context.dataset);
+  problem.held_translations = UnobservableTranslations(problem, adjustment->state.Sensors(), analysis);
+  if (problem.held_translations.empty()) return false;
+  adjustment->shown_before_hold = analysis.sensors;
+  adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment);
+  context.monitor.line(std::to_string(problem.held_translations.size()) +
+                       " directions of translation that the motion does not show stand at the guesses");
+  return true;
 }
 
 }  // namespace
@@ -264,6 +290,8 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
 }
 
 void MeasureUncertainty(const AdjustmentContext& context, Adjustment* adjustment) {
+  MeasureScale(*adjustment, &adjustment->scale);
+  if (HoldUnobservableTranslations(context, adjustment)) MeasureScale(*adjustment, &adjustment->scale);
   const CalibrationState& state = adjustment->state;
   const JointProblem& problem = adjustment->problem;
   const auto& line = context.monitor.line;
@@ -275,12 +303,7 @@ void MeasureUncertainty(const AdjustmentContext& context, Adjustment* adjustment
       line(context.rig.cameras[c].name + DescribeHeldOut(map.held_out_errors[c]));
     }
   }
-  CovarianceScale& scale = adjustment->scale;
-  scale.correlation = CorrelationFactor(problem.planes, state);
-  scale.stamps = MeasureStampErrors(problem, state);
-  for (std::size_t l = 0; l < state.lidars.size(); ++l) {
-    scale.correlation = std::max(scale.correlation, scale.stamps[l].excess);
-  }
+  const CovarianceScale& scale = adjustment->scale;
   char text[200];
   std::snprintf(text, sizeof(text), "points share errors: sigmas grow by a factor of %.2f",
                 std::sqrt(scale.correlation));
@@ -289,10 +312,6 @@ void MeasureUncertainty(const AdjustmentContext& context, Adjustment* adjustment
     const std::string found = DescribeCorrections(state.rings[l]);
     if (!found.empty()) line(context.rig.lidars[l].name + found);
   }
-  if (adjustment->rounds.landmarks == Landmarks::kNone) return;
-  scale.cameras = MeasureCameraInflation(
-      problem, state, adjustment->cameras.landmark_options,
-      AnalyzeCalibration(problem, state, adjustment->last_solve.information).solved_covariance);
   for (const std::string& text : DescribeInflation(scale.cameras, context.rig, state)) line(text);
 }
 

@@ -8,6 +8,7 @@
 #include "mlic_core/problem/observations.h"
 #include "mlic_core/sensors/measurements.h"
 #include "mlic_core/sensors/rig.h"
+#include "mlic_core/sensors/sensor_id.h"
 
 namespace mlic {
 
@@ -34,6 +35,15 @@ struct JointProblem {
   std::vector<FixedCameraParameters> camera_fixed;            // for each camera; empty: all move
   bool fix_trajectory = false;                                // and the biases
   bool estimate_imu_matrices = false;
+  // Combinations of the sensors' poses and offsets (Layout, up to `poses`) that stay where the guesses have
+  // them: row . (state - guess) = 0. Rows are unit vectors, of the translations of sensors with a guess.
+  std::vector<Eigen::VectorXd> held_translations;
 };
+
+// The prior of a sensor; none: nothing is given, or not any more.
+inline std::optional<ExtrinsicGuess> GuessOf(SensorId sensor, const JointProblem& problem) {
+  const auto& guesses = sensor.IsLidar() ? problem.guesses : problem.camera_guesses;
+  return sensor.index < guesses.size() ? guesses[sensor.index] : std::nullopt;
+}
 
 }  // namespace mlic

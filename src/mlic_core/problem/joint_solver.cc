@@ -106,6 +106,7 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
   for (int iteration = 0; iteration < iterations; ++iteration) {
     cancellation.ThrowIfCancelled();
     CalibrationPrior(problem, *state, layout, &prior, &prior_gradient);
+    AddHeldTranslations(problem, *state, &prior, &prior_gradient);
     const NormalSolution solution = SolveNormalEquations(sum, couplings, prior, prior_gradient,
                                                          free_calibration, damping, problem.fix_trajectory);
     ++summary.iterations;

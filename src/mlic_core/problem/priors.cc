@@ -99,4 +99,22 @@ void CalibrationPrior(const JointProblem& problem, const CalibrationState& state
   }
 }
 
+void AddHeldTranslations(const JointProblem& problem, const CalibrationState& state,
+                         Eigen::MatrixXd* information, Eigen::VectorXd* gradient) {
+  // A micrometre: 1e6 times less than what is held, and weak enough for double precision beside the rest.
+  constexpr double kWeight = 1e12;  // 1 / m^2; from: structural
+  const SensorOrder order = state.Sensors();
+  for (const Eigen::VectorXd& row : problem.held_translations) {
+    double off = 0.0;  // m
+    for (std::size_t s = 0; s < order.size(); ++s) {
+      const std::optional<ExtrinsicGuess> guess = GuessOf(order.At(s), problem);
+      if (!guess) continue;
+      off += row.segment<3>(Layout::Sensor(s) + 3)
+                 .dot(state.Sensor(order.At(s)).T_imu_sensor.translation - guess->T_imu_sensor.translation);
+    }
+    information->topLeftCorner(row.size(), row.size()) += kWeight * row * row.transpose();
+    gradient->head(row.size()) += kWeight * off * row;
+  }
+}
+
 }  // namespace mlic

@@ -88,6 +88,19 @@ std::vector<SensorResult> InitialSensors(const Rig& rig, const CalibrationState&
   return results;
 }
 
+// What was held is what had not been shown, with the sigmas after the last solve. shown: before it.
+void ReportAsHeld(const std::vector<ObservabilityAnalysis::Sensor>& shown, ObservabilityAnalysis* analysis) {
+  for (std::size_t s = 0; s < shown.size(); ++s) {
+    analysis->sensors[s] = shown[s];
+    const Eigen::Matrix3d covariance =
+        analysis->covariance.block<3, 3>(Layout::Sensor(s) + 3, Layout::Sensor(s) + 3);
+    for (UnobservableDirection& d : analysis->sensors[s].directions) {
+      if (d.quantity != UnobservableDirection::Quantity::kTranslation) continue;
+      d.sigma = std::sqrt(d.direction.dot(covariance * d.direction));
+    }
+  }
+}
+
 // Points without times got theirs from the azimuth, so that their scans' offset to the stamps is known to
 // where in the turn the driver cuts: good to some degrees.
 void InflateTimesFromAzimuth(const Dataset& dataset, ObservabilityAnalysis* analysis) {
@@ -188,6 +201,7 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
   const CalibrationState& state = adjustment.state;
   Check(IsFinite(state), "the calibration holds what is not a number; please report this with the log");
   ObservabilityAnalysis analysis = Analyze(adjustment, dataset);
+  ReportAsHeld(adjustment.shown_before_hold, &analysis);
   InflateTimesFromAzimuth(dataset, &analysis);
   const std::vector<Sensor> sensors = AllSensors(rig, state);
   const SensorOrder order = state.Sensors();

@@ -74,6 +74,9 @@ struct Adjustment {
   JointRounds rounds;
   SolveSummary last_solve;
   CovarianceScale scale;
+  // What the data show of each sensor, once directions were held for it; empty before, and where all is
+  // shown.
+  std::vector<ObservabilityAnalysis::Sensor> shown_before_hold;
   std::vector<std::string> lines;  // what the present stage has reported so far
 };
 

@@ -47,6 +47,20 @@ ObservabilityAnalysis::LeastShown Judge(const Eigen::Matrix3d& data_covariance,
   return least;
 }
 
+// With combinations of the sensors' translations held at the guesses (rows), the rest follows what is wrong
+// with these: the covariance given each of them, and what their own covariance adds.
+Eigen::MatrixXd WithHeld(const Eigen::MatrixXd& covariance, const std::vector<Eigen::VectorXd>& held,
+                         const Eigen::VectorXd& guess_variances) {
+  if (held.empty()) return covariance;
+  Eigen::MatrixXd rows(static_cast<Eigen::Index>(held.size()), held[0].size());
+  for (std::size_t i = 0; i < held.size(); ++i) rows.row(static_cast<Eigen::Index>(i)) = held[i].transpose();
+  const Eigen::MatrixXd of_rows = covariance.leftCols(rows.cols()) * rows.transpose();
+  const Eigen::MatrixXd variance = rows * of_rows.topRows(rows.cols());
+  const Eigen::MatrixXd follows = variance.ldlt().solve(of_rows.transpose()).transpose();
+  const Eigen::MatrixXd of_guess = rows * guess_variances.asDiagonal() * rows.transpose();
+  return covariance - follows * of_rows.transpose() + follows * of_guess * follows.transpose();
+}
+
 struct SensorGuess {
   std::optional<ExtrinsicGuess> guess;
   bool fixed = false;  // given, and does not move
@@ -54,11 +68,12 @@ struct SensorGuess {
 
 // What the covariances of all sensors are made of.
 struct SensorInformation {
-  Eigen::MatrixXd data;              // information of the calibration (Layout) without the guesses
-  Eigen::MatrixXd solved;            // the same with all that the solve held taken as known
-  Eigen::MatrixXd guess;             // what the guesses add
-  std::vector<SensorGuess> sensors;  // of each LiDAR, then of each camera
-  Eigen::VectorXd limits;            // steps that count as large
+  Eigen::MatrixXd data;               // information of the calibration (Layout) without the guesses
+  Eigen::MatrixXd solved;             // the same with all that the solve held taken as known
+  Eigen::MatrixXd guess;              // what the guesses add
+  std::vector<SensorGuess> sensors;   // of each LiDAR, then of each camera
+  std::vector<Eigen::VectorXd> held;  // JointProblem::held_translations
+  Eigen::VectorXd limits;             // steps that count as large
 };
 
 // Of all sensors and of the calibration's other parameters.
@@ -77,8 +92,14 @@ ObservabilityAnalysis AnalyzeSensors(const SensorInformation& given, const Camer
   };
   ObservabilityAnalysis analysis;
   analysis.solved_covariance = InverseInLimits(with_fixed(given.solved) + given.guess, limits);
-  const Eigen::MatrixXd all_covariance = InverseInLimits(with_fixed(given.data) + given.guess, limits) +
-                                         VarianceOfInflation(analysis.solved_covariance, inflation, scale);
+  Eigen::VectorXd guess_variances = Eigen::VectorXd::Zero(Layout::Sensor(sensors));
+  for (std::size_t s = 0; s < sensors; ++s) {
+    if (!given.sensors[s].guess) continue;
+    guess_variances.segment<3>(Layout::Sensor(s) + 3) = given.sensors[s].guess->sigma_translation.cwiseAbs2();
+  }
+  const Eigen::MatrixXd all_covariance =
+      WithHeld(InverseInLimits(with_fixed(given.data) + given.guess, limits), given.held, guess_variances) +
+      VarianceOfInflation(analysis.solved_covariance, inflation, scale);
   const Eigen::MatrixXd data_covariance =
       InverseInLimits(with_fixed(given.data), limits) +
       VarianceOfInflation(InverseInLimits(with_fixed(given.solved), limits), inflation, scale);
@@ -142,6 +163,7 @@ ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const Cali
   }
   const Eigen::MatrixXd known =
       InformationWithFixed(information, state, layout, problem.camera_fixed) + (prior - guess);
+  given.held = problem.held_translations;
   given.data = WithVarianceOfTangentialTerms(information, state, layout, problem.camera_fixed, known);
   given.solved = known;
   given.guess = guess;

@@ -11,6 +11,7 @@ namespace {
 struct SimulatedRun {
   CalibrationResult result;
   std::vector<SensorCalibration> truth;
+  Rig rig;
 };
 
 SimulatedRun CalibrateSimulated(const std::string& sensors_file, sim::Scenario scenario, double duration,
@@ -19,7 +20,7 @@ SimulatedRun CalibrateSimulated(const std::string& sensors_file, sim::Scenario s
                                              DriveOptions(scenario, duration, seed, with_noise), with_guess);
   CalibrationObserver observer;
   return {Calibrate(input.rig, input.dataset, CancellationToken(), observer),
-          sim::TrueCalibrations(input.sensors)};
+          sim::TrueCalibrations(input.sensors), input.rig};
 }
 
 double RotationErrorDeg(const SimulatedRun& run, std::size_t l) {
@@ -29,6 +30,10 @@ double RotationErrorDeg(const SimulatedRun& run, std::size_t l) {
 }
 Eigen::Vector3d TranslationError(const SimulatedRun& run, std::size_t l) {
   return run.result.sensors[l].calibration.T_imu_sensor.translation - run.truth[l].T_imu_sensor.translation;
+}
+Eigen::Vector3d DistanceFromGuess(const SimulatedRun& run, std::size_t l) {
+  return run.result.sensors[l].calibration.T_imu_sensor.translation -
+         run.rig.lidars[l].guess->T_imu_sensor.translation;
 }
 double OffsetError(const SimulatedRun& run, std::size_t l) {
   return std::abs(run.result.sensors[l].calibration.time_offset - run.truth[l].time_offset);
@@ -87,7 +92,27 @@ TEST(Calibration, PlanarDriveHoldsTheHeight) {
     EXPECT_TRUE(sensor.translation_observable[0] && sensor.translation_observable[1]) << sensor.name;
     ASSERT_EQ(sensor.unobservable.size(), 1u);
     EXPECT_GT(std::abs(sensor.unobservable[0].direction.z()), 0.99);
+    EXPECT_NEAR(sensor.unobservable[0].sigma, 0.05, 0.002) << "the mean of four guesses of 0.1 m";
   }
+  // The map places the LiDARs against each other, the guesses all of them over the IMU.
+  double off = 0.0;
+  for (std::size_t l = 0; l < 4; ++l) {
+    off += run.result.sensors[l].unobservable[0].direction.dot(DistanceFromGuess(run, l)) / 4.0;
+    for (std::size_t m = 0; m < l; ++m) {
+      EXPECT_NEAR(TranslationError(run, l).z(), TranslationError(run, m).z(), 3e-3);
+    }
+  }
+  EXPECT_NEAR(off, 0.0, 1e-3);
+}
+
+TEST(Calibration, WhatAPlanarDriveDoesNotShowStandsAtTheGuess) {
+  const SimulatedRun run = CalibrateSimulated("handheld.yaml", sim::Scenario::kPlanar, 15.0, 2, true, true);
+  ASSERT_EQ(run.result.sensors.size(), 1u);
+  const std::vector<UnobservableDirection>& open = run.result.sensors[0].unobservable;
+  ASSERT_EQ(open.size(), 1u);
+  ASSERT_EQ(open[0].quantity, UnobservableDirection::Quantity::kTranslation);
+  EXPECT_NEAR(open[0].direction.dot(DistanceFromGuess(run, 0)), 0.0, 1e-6);
+  EXPECT_NEAR(open[0].sigma, 0.1, 1e-4) << "the guess's own";
 }
 
 TEST(Calibration, PlanarDriveWithoutGuessIsRefused) {
@@ -95,8 +120,8 @@ TEST(Calibration, PlanarDriveWithoutGuessIsRefused) {
                    .result.trusted);
 }
 
-// Given the wrong way round, the guess is metres off along the axes that the drive shows, and right by no more
-// than chance along the one that it does not.
+// Given the wrong way round, the guess is metres off along the axes that the drive shows, and right by no
+// more than chance along the one that it does not.
 TEST(Calibration, GuessTheWrongWayRoundDecidesNothing) {
   sim::SensorSet sensors = ConfiguredSensors("handheld.yaml");
   sensors.lidars[0].calibration.T_imu_sensor = {
