@@ -122,7 +122,7 @@ void AddCameraResiduals(CalibrationResult& result) {
 
 CalibrationResult SampleResult() {
   CalibrationResult result;
-  result.trusted = true;
+  result.verdict = Verdict::kTrusted;
   result.warnings = {"the common z of all LiDARs is not visible in this drive and was held at the guess"};
   QualityCheck convergence;
   convergence.name = "convergence";

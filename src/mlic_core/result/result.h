@@ -44,7 +44,8 @@ struct SensorResult {
   std::string name;
   Type type = Type::kLidar;
   std::string frame_id;
-  std::string topic;  // empty: not known
+  std::string topic;   // empty: not known
+  bool fixed = false;  // held where the rig file has it
   SensorCalibration calibration;
   PoseSigma sigma;
   std::array<bool, 3> translation_observable{true, true, true};
@@ -156,11 +157,25 @@ struct CameraKeyframes {
   std::vector<TimeNs> stamps;  // as in the messages, in order
 };
 
+// A sensor of the rig that is not given.
+struct RejectedSensor {
+  std::string name;
+  SensorResult::Type type = SensorResult::Type::kLidar;
+  std::string reason;  // one line for people, which names it
+};
+
+enum class Verdict {
+  kTrusted,
+  kPartial,  // of the sensors that are given; others were rejected
+  kRefused,
+};
+
 struct CalibrationResult {
-  bool trusted = false;
-  std::vector<std::string> reasons;   // why it is refused, each one line
-  std::vector<std::string> warnings;  // what to know though it is trusted
-  std::vector<QualityCheck> checks;   // what the verdict rests on
+  Verdict verdict = Verdict::kRefused;
+  std::vector<std::string> reasons;      // why it is refused or partial, each one line
+  std::vector<RejectedSensor> rejected;  // a sensor for each reason against it
+  std::vector<std::string> warnings;     // what to know of what is given
+  std::vector<QualityCheck> checks;      // what the verdict rests on
   std::string imu_frame_id;
   ImuCalibration imu;
   Eigen::Vector3d gravity{0.0, 0.0, -9.81};
@@ -175,6 +190,10 @@ struct CalibrationResult {
   std::vector<CameraProjection> projections;  // one of each camera matched to the map; likewise
   std::vector<CameraKeyframes> keyframes;     // of all drives
   double peak_memory_megabytes = 0.0;
+
+  bool Trusted() const { return verdict == Verdict::kTrusted; }
+  // Whether the sensors that are given are good for use.
+  bool Usable() const { return verdict != Verdict::kRefused; }
 };
 
 }  // namespace mlic

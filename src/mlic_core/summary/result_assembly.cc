@@ -49,6 +49,7 @@ SensorResult MakeSensor(const Sensor& sensor, const ObservabilityAnalysis& analy
   result.name = sensor.name;
   result.frame_id = sensor.frame_id;
   result.topic = sensor.topic;
+  result.fixed = sensor.fixed;
   result.calibration = sensor.calibration;
   result.sigma = analysis.sigmas[s];
   result.translation_observable = analysis.sensors[s].translation;
@@ -138,12 +139,44 @@ void JudgeImuAgreement(const Dataset& dataset, const Adjustment& adjustment, Cal
   }
 }
 
-// Failures become reasons and warnings. A check without a failure's words has them elsewhere.
-void JudgeChecks(CalibrationResult* result) {
+// Failures that refuse reject the sensor that they concern, or are reasons against the whole; others are
+// warnings. A check without a failure's words has them elsewhere.
+void JudgeChecks(const Rig& rig, CalibrationResult* result) {
+  const auto type_of = [&](const std::string& name) {
+    const bool lidar = std::any_of(rig.lidars.begin(), rig.lidars.end(),
+                                   [&](const LidarConfig& config) { return config.name == name; });
+    return lidar ? SensorResult::Type::kLidar : SensorResult::Type::kCamera;
+  };
   for (const QualityCheck& check : result->checks) {
     if (check.Passed() || check.failure.empty()) continue;
-    (check.refuses ? result->reasons : result->warnings).push_back(check.failure + "; " + check.remedy);
+    const std::string line = check.failure + "; " + check.remedy;
+    if (!check.refuses) {
+      result->warnings.push_back(line);
+    } else if (check.sensor.empty()) {
+      result->reasons.push_back(line);
+    } else {
+      result->rejected.push_back({check.sensor, type_of(check.sensor), line});
+    }
   }
+}
+
+// Once the sensors are in. Reasons against the whole, or no sensor left, refuse it.
+void JudgeResult(CalibrationResult* result) {
+  const bool refused = !result->reasons.empty() || result->sensors.empty();
+  for (const RejectedSensor& rejected : result->rejected) result->reasons.push_back(rejected.reason);
+  result->verdict = refused                    ? Verdict::kRefused
+                    : result->rejected.empty() ? Verdict::kTrusted
+                                               : Verdict::kPartial;
+}
+
+// From LiDARs of the rig to those that are given; points of others are dropped.
+void RenumberLidars(const std::vector<bool>& shown, std::vector<MapPoint>* map) {
+  std::vector<int> places;
+  int next = 0;
+  for (const bool given : shown) places.push_back(given ? next++ : -1);
+  for (MapPoint& point : *map) point.lidar = places[point.lidar];
+  map->erase(std::remove_if(map->begin(), map->end(), [](const MapPoint& point) { return point.lidar < 0; }),
+             map->end());
 }
 
 bool IsRefused(const std::string& sensor, const std::vector<QualityCheck>& checks) {
@@ -179,7 +212,8 @@ std::vector<PairResult> MakePairs(const std::vector<Sensor>& sensors, const std:
 }  // namespace
 
 void FinishRefused(CalibrationResult* result) {
-  result->trusted = false;
+  result->verdict = Verdict::kRefused;
+  for (const RejectedSensor& rejected : result->rejected) result->reasons.push_back(rejected.reason);
   result->peak_memory_megabytes = PeakMemoryMegabytes();
 }
 
@@ -198,14 +232,15 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
     lost.push_back(id.IsLidar() ? adjustment.rejected_lidars[id.index] || DoesNotFit(adjustment, id.index)
                                 : !found[id.index]);
     taking_part.push_back(!lost[s]);
-    if (id.IsLidar() && lost[s]) result->reasons.push_back(WhyRejected(rig.lidars[id.index]));
+    if (!id.IsLidar() || !lost[s]) continue;
+    result->rejected.push_back(
+        {sensors[s].name, SensorResult::Type::kLidar, WhyRejected(rig.lidars[id.index])});
   }
   result->residuals = SummarizeResiduals(rig, dataset, adjustment);
   result->checks = MakeChecks(rig, dataset, adjustment, analysis, taking_part, result->residuals);
-  JudgeChecks(result);
+  JudgeChecks(rig, result);
   JudgeImuAgreement(dataset, adjustment, result);
   WarnOfMovement(adjustment.rounds.unsettled, &result->warnings);
-  result->trusted = result->reasons.empty();
   std::vector<bool> shown;
   for (std::size_t s = 0; s < sensors.size(); ++s) {
     shown.push_back(!lost[s] && !IsRefused(sensors[s].name, result->checks));
@@ -218,6 +253,7 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
     const std::vector<HeldOutMatches>& held_out = adjustment.map.held_out_errors;
     if (c < held_out.size() && held_out[c].count > 0) result->sensors.back().held_out = held_out[c];
   }
+  JudgeResult(result);
   result->initial_sensors = InitialSensors(rig, adjustment.initial, shown);
   result->pairs = MakePairs(sensors, shown, lost, analysis);
   result->imu = state.Imu(0);
@@ -229,6 +265,7 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
   }
   result->map =
       SampleMap(state, adjustment.problem.planes[0], MapOrigin(state.drives[0].trajectory), 2000000);
+  RenumberLidars(shown, &result->map);
   if (adjustment.rounds.landmarks == Landmarks::kTracksAndMap) {
     result->projections =
         ProjectOnPhotos(rig, dataset, adjustment.map.cameras_before, state, adjustment.problem.landmarks[0]);

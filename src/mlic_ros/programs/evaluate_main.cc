@@ -146,7 +146,7 @@ int Evaluate(const EvaluateOptions& options, const CancellationToken& cancellati
   if (fs::exists(initial_file)) compared.initial = ReadCalibrationFile(initial_file);
   const BagSet bags({options.bag});
   Evaluation evaluation;
-  evaluation.text = "verdict: " + std::string(compared.calibration.trusted ? "trusted" : "refused") + "\n";
+  evaluation.text = "verdict: " + VerdictName(compared.calibration.verdict) + "\n";
   if (compared.truth) {
     CompareTo(*compared.truth, "", "", compared.calibration, &evaluation);
     if (compared.initial)

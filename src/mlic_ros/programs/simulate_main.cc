@@ -59,7 +59,7 @@ void AddOptions(CLI::App& app, Arguments& a) {
 // The truth as a calibration result: sigmas are zero.
 CalibrationResult TrueResult(const sim::SensorSet& sensors) {
   CalibrationResult truth;
-  truth.trusted = true;
+  truth.verdict = Verdict::kTrusted;
   truth.imu_frame_id = sensors.imu.frame_id;
   truth.imu = sensors.imu.calibration;
   truth.gravity = sim::MapGravity();

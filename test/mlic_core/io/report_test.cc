@@ -58,6 +58,17 @@ TEST(Report, RefusedGivesReasonsEscaped) {
   EXPECT_EQ(html.find("<h1>Trusted"), std::string::npos);
 }
 
+TEST(Report, PartialNamesTheRejectedAndStillSaysHowToUseTheRest) {
+  CalibrationResult result = SampleResult();
+  result.verdict = Verdict::kPartial;
+  result.reasons = {"cam_left: its images are dark"};
+  const std::string html = ReportOf(result);
+  EXPECT_TRUE(Contains(html, "<h1>Partial</h1>"));
+  EXPECT_TRUE(Contains(html, "cam_left: its images are dark"));
+  EXPECT_TRUE(Contains(html, "static_transforms.launch"));
+  EXPECT_FALSE(Contains(html, "Record again with turns"));
+}
+
 TEST(Report, AdviceWorksFromAnyFolder) {
   EXPECT_TRUE(Contains(ReportOf(SampleResult()),
                        "roslaunch &#39;/data/my drive/static_transforms.launch&#39;, or include"));

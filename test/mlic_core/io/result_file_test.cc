@@ -34,7 +34,7 @@ TEST(ResultFile, RoundTripKeepsEverything) {
   const CalibrationResult result = SampleResult();
   WriteCalibrationFile(directory.Path() / "calibration.yaml", result);
   const CalibrationResult copy = ReadCalibrationFile(directory.Path() / "calibration.yaml");
-  EXPECT_EQ(copy.trusted, result.trusted);
+  EXPECT_EQ(copy.Trusted(), result.Trusted());
   EXPECT_EQ(copy.reasons, result.reasons);
   EXPECT_EQ(copy.warnings, result.warnings);
   ASSERT_EQ(copy.checks.size(), result.checks.size());
@@ -105,9 +105,28 @@ TEST(ResultFile, RefusedKeepsReasons) {
   result.reasons = {"the vehicle stood still: turn it", "quotes \" and: colons # survive"};
   WriteCalibrationFile(directory.Path() / "calibration.yaml", result);
   const CalibrationResult copy = ReadCalibrationFile(directory.Path() / "calibration.yaml");
-  EXPECT_FALSE(copy.trusted);
+  EXPECT_FALSE(copy.Trusted());
   EXPECT_EQ(copy.reasons, result.reasons);
   EXPECT_TRUE(copy.sensors.empty());
+}
+
+TEST(ResultFile, PartialNamesTheRejectedWithAllReasons) {
+  TemporaryDirectory directory;
+  CalibrationResult result = SampleResult();
+  result.verdict = Verdict::kPartial;
+  result.rejected = {{"cam_left", SensorResult::Type::kCamera, "cam_left: dark"},
+                     {"low_lidar", SensorResult::Type::kLidar, "low_lidar: lost"},
+                     {"cam_left", SensorResult::Type::kCamera, "cam_left: too few"}};
+  WriteCalibrationFile(directory.Path() / "calibration.yaml", result);
+  const CalibrationResult copy = ReadCalibrationFile(directory.Path() / "calibration.yaml");
+  EXPECT_EQ(copy.verdict, Verdict::kPartial);
+  EXPECT_EQ(copy.sensors.size(), result.sensors.size());
+  ASSERT_EQ(copy.rejected.size(), 2u);
+  EXPECT_EQ(copy.rejected[0].name, "cam_left");
+  EXPECT_EQ(copy.rejected[0].type, SensorResult::Type::kCamera);
+  EXPECT_EQ(copy.rejected[0].reason, "cam_left: dark; cam_left: too few");
+  EXPECT_EQ(copy.rejected[1].name, "low_lidar");
+  EXPECT_EQ(copy.rejected[1].type, SensorResult::Type::kLidar);
 }
 
 TEST(ResultFile, TruthFileWithFewKeys) {
@@ -119,7 +138,7 @@ TEST(ResultFile, TruthFileWithFewKeys) {
                       "rotation: [-0.007412088, 0.001015086, 0.000385188, 0.999971941]}\n");
   const CalibrationResult truth = ReadCalibrationFile(path);
   ASSERT_EQ(truth.sensors.size(), 1u);
-  EXPECT_TRUE(truth.trusted);
+  EXPECT_TRUE(truth.Trusted());
   EXPECT_EQ(truth.sensors[0].calibration.time_offset, 0.0);
   EXPECT_NEAR(truth.sensors[0].calibration.T_imu_sensor.rotation.norm(), 1.0, 1e-15);
   EXPECT_TRUE(truth.imu.gyroscope_matrix.isIdentity(0.0));

@@ -37,7 +37,7 @@ double OffsetError(const SimulatedRun& run, std::size_t l) {
 TEST(Calibration, NoiseFreeHandHeldDriveGivesTheTruth) {
   const SimulatedRun run =
       CalibrateSimulated("handheld.yaml", sim::Scenario::kHandheld, 15.0, 2, false, false);
-  ASSERT_TRUE(run.result.trusted);
+  ASSERT_TRUE(run.result.Trusted());
   EXPECT_LT(RotationErrorDeg(run, 0), 1e-3);
   EXPECT_LT(TranslationError(run, 0).norm(), 1e-4);
   EXPECT_LT(OffsetError(run, 0), 2e-6);
@@ -46,7 +46,7 @@ TEST(Calibration, NoiseFreeHandHeldDriveGivesTheTruth) {
 TEST(Calibration, NoisyHandHeldDriveNeedsNoGuessAndKeepsItsSigmas) {
   const SimulatedRun run =
       CalibrateSimulated("handheld.yaml", sim::Scenario::kHandheld, 20.0, 1, true, false);
-  ASSERT_TRUE(run.result.trusted);
+  ASSERT_TRUE(run.result.Trusted());
   EXPECT_LT(RotationErrorDeg(run, 0), 0.016);
   EXPECT_LT(TranslationError(run, 0).norm(), 2e-3);
   EXPECT_LT(OffsetError(run, 0), 4e-5);
@@ -58,7 +58,7 @@ TEST(Calibration, NoisyHandHeldDriveNeedsNoGuessAndKeepsItsSigmas) {
 TEST(Calibration, FourLidarsOfACarShareTheirMap) {
   const SimulatedRun run =
       CalibrateSimulated("paper_rig_lidars.yaml", sim::Scenario::kFigureEight, 20.0, 1, true, true);
-  ASSERT_TRUE(run.result.trusted);
+  ASSERT_TRUE(run.result.Trusted());
   ASSERT_EQ(run.result.sensors.size(), 4u);
   for (std::size_t l = 0; l < 4; ++l) {
     EXPECT_LT(RotationErrorDeg(run, l), 0.06);
@@ -81,7 +81,7 @@ TEST(Calibration, FourLidarsOfACarShareTheirMap) {
 TEST(Calibration, PlanarDriveHoldsTheHeight) {
   const SimulatedRun run =
       CalibrateSimulated("paper_rig_lidars.yaml", sim::Scenario::kPlanar, 20.0, 1, true, true);
-  ASSERT_TRUE(run.result.trusted);
+  ASSERT_TRUE(run.result.Trusted());
   for (const SensorResult& sensor : run.result.sensors) {
     EXPECT_FALSE(sensor.translation_observable[2]) << sensor.name;
     EXPECT_TRUE(sensor.translation_observable[0] && sensor.translation_observable[1]) << sensor.name;
@@ -92,11 +92,11 @@ TEST(Calibration, PlanarDriveHoldsTheHeight) {
 
 TEST(Calibration, PlanarDriveWithoutGuessIsRefused) {
   EXPECT_FALSE(CalibrateSimulated("paper_rig_lidars.yaml", sim::Scenario::kPlanar, 12.0, 1, true, false)
-                   .result.trusted);
+                   .result.Trusted());
 }
 
-// Given the wrong way round, the guess is metres off along the axes that the drive shows, and right by no more
-// than chance along the one that it does not.
+// Given the wrong way round, the guess is metres off along the axes that the drive shows, and right by no
+// more than chance along the one that it does not.
 TEST(Calibration, GuessTheWrongWayRoundDecidesNothing) {
   sim::SensorSet sensors = ConfiguredSensors("handheld.yaml");
   sensors.lidars[0].calibration.T_imu_sensor = {
@@ -106,18 +106,18 @@ TEST(Calibration, GuessTheWrongWayRoundDecidesNothing) {
   input.rig.lidars[0].guess->T_imu_sensor = truth.Inverse();
   CalibrationObserver observer;
   const CalibrationResult result = Calibrate(input.rig, input.dataset, CancellationToken(), observer);
-  EXPECT_FALSE(result.trusted);
+  EXPECT_FALSE(result.Trusted());
   ASSERT_FALSE(result.reasons.empty());
   EXPECT_NE(result.reasons[0].find("contradicts the given T_imu_sensor"), std::string::npos)
       << result.reasons[0];
   input.rig.lidars[0].guess->T_imu_sensor = truth;
-  EXPECT_TRUE(Calibrate(input.rig, input.dataset, CancellationToken(), observer).trusted);
+  EXPECT_TRUE(Calibrate(input.rig, input.dataset, CancellationToken(), observer).Trusted());
 }
 
 TEST(Calibration, DrivesWithoutExcitationAreRefusedThoughThereIsAGuess) {
   for (const auto scenario : {sim::Scenario::kStatic, sim::Scenario::kStraight, sim::Scenario::kCircle}) {
     const SimulatedRun run = CalibrateSimulated("handheld.yaml", scenario, 8.0, 1, true, true);
-    EXPECT_FALSE(run.result.trusted);
+    EXPECT_FALSE(run.result.Trusted());
     EXPECT_FALSE(run.result.reasons.empty());
   }
 }

@@ -49,7 +49,7 @@ TEST_F(JointAdjustment, WhatStillMovesByMoreThanItsSigmaIsNotTrusted) {
   // Only the last round is left, and it brings the LiDAR back by many sigmas.
   const CalibrationResult result = ResultAfter(kMostRounds - 1, {0.05, -0.05, 0.05});
   EXPECT_GT(unsettled_, 10.0);
-  EXPECT_FALSE(result.trusted);
+  EXPECT_FALSE(result.Trusted());
   ASSERT_FALSE(result.reasons.empty());
   EXPECT_NE(result.reasons.front().find("has not converged"), std::string::npos) << result.reasons.front();
   ASSERT_FALSE(result.checks.empty());
@@ -61,7 +61,7 @@ TEST_F(JointAdjustment, WhatStillMovesByMoreThanItsSigmaIsNotTrusted) {
 TEST_F(JointAdjustment, WhatHasSettledIsTrustedWithoutWarning) {
   const CalibrationResult result = ResultAfter(0, Eigen::Vector3d::Zero());
   EXPECT_EQ(unsettled_, 0.0);
-  EXPECT_TRUE(result.trusted);
+  EXPECT_TRUE(result.Trusted());
   EXPECT_TRUE(result.warnings.empty());
   for (const QualityCheck& check : result.checks) EXPECT_TRUE(check.Passed()) << DescribeCheck(check);
 }

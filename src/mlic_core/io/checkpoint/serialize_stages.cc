@@ -117,6 +117,7 @@ auto Members(ImageFeatures& features) {
 auto Members(Track& track) { return std::tie(track.observations); }
 auto Members(TrackSet& tracks) { return std::tie(tracks.keyframes, tracks.tracks); }
 
+auto Members(SensorProblem& problem) { return std::tie(problem.sensor, problem.reason); }
 auto Members(CameraInitialization& cameras) {
   return std::tie(cameras.cameras, cameras.held, cameras.noise, cameras.found, cameras.problems,
                   cameras.notes);

@@ -86,9 +86,14 @@ std::string VerdictBlock(const CalibrationResult& result) {
   const bool unobservable =
       std::any_of(result.sensors.begin(), result.sensors.end(),
                   [](const SensorResult& sensor) { return !sensor.unobservable.empty(); });
-  std::string html = std::string("<section class=\"verdict ") + (result.trusted ? "trusted" : "refused") +
-                     "\">\n<h1>" + (result.trusted ? "Trusted" : "Refused") + "</h1>\n<p class=\"lead\">";
-  if (!result.trusted) {
+  const std::string name = VerdictName(result.verdict);
+  std::string title = name;
+  title[0] = static_cast<char>(std::toupper(title[0]));
+  std::string html = "<section class=\"verdict " + name + "\">\n<h1>" + title + "</h1>\n<p class=\"lead\">";
+  if (result.verdict == Verdict::kPartial) {
+    html += "The sensors below can be used. Others of the rig were rejected and are not given:</p>\n" +
+            List(result.reasons);
+  } else if (!result.Usable()) {
     html += "Do not use this calibration: the recording does not determine it, or a check failed.</p>\n" +
             List(result.reasons.empty() ? std::vector<std::string>{"no reason was given; see log.txt"}
                                         : result.reasons);
@@ -135,9 +140,9 @@ std::vector<std::string> NextSteps(const CalibrationResult& result, const std::f
     if (check.Passed() || !check.refuses) continue;
     const std::string step =
         check.name + (check.sensor.empty() ? "" : " of " + check.sensor) + ": " + check.remedy;
-    if (!result.trusted) steps.push_back(step);
+    if (!result.Trusted()) steps.push_back(step);
   }
-  if (!result.trusted) {
+  if (!result.Usable()) {
     steps.push_back(
         "Record again with turns: a figure of eight in a vehicle, or turns about all three axes by hand, "
         "among "
@@ -146,7 +151,7 @@ std::vector<std::string> NextSteps(const CalibrationResult& result, const std::f
         "Or give T_imu_sensor with sigma in the rig file: it decides the directions that the drive does not "
         "determine.");
   }
-  if (result.trusted && HasUnobservable(result, Quantity::kTranslation)) {
+  if (result.Usable() && HasUnobservable(result, Quantity::kTranslation)) {
     steps.push_back(
         "Unobservable translations: measure them by ruler or drawing and give them in the rig file with "
         "their "
@@ -166,7 +171,7 @@ std::vector<std::string> NextSteps(const CalibrationResult& result, const std::f
           "wrong point time.");
     }
   }
-  if (result.trusted) {
+  if (result.Usable()) {
     steps.push_back("Use it: " + UseCommand(place) +
                     ", or include sensors.urdf.xacro in the vehicle's model.");
     steps.push_back(

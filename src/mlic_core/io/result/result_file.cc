@@ -1,5 +1,6 @@
 #include "mlic_core/io/result/result_file.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "mlic_core/io/rig/rig_parsing.h"
@@ -14,6 +15,17 @@ const char* const kFormat = "mlic_calibration/1";
 
 const std::vector<std::string>& QuantityNames() {
   static const std::vector<std::string> names{"translation", "rotation", "time_offset"};
+  return names;
+}
+
+const std::vector<std::string>& TypeNames() {
+  static const std::vector<std::string> names{"lidar", "camera"};
+  return names;
+}
+
+// Of a sensor.
+const std::vector<std::string>& SensorVerdictNames() {
+  static const std::vector<std::string> names{"trusted", "held", "rejected"};
   return names;
 }
 
@@ -78,7 +90,8 @@ std::string HeldNames(const SensorResult& sensor) {
 
 std::string SensorText(const SensorResult& sensor) {
   std::string text = "  " + sensor.name + ":\n";
-  text += std::string("    type: ") + (sensor.type == SensorResult::Type::kLidar ? "lidar" : "camera") + "\n";
+  text += "    type: " + TypeNames()[static_cast<std::size_t>(sensor.type)] + "\n";
+  text += std::string("    verdict: ") + (sensor.fixed ? "held" : "trusted") + "\n";
   text += "    frame_id: " + QuotedYaml(sensor.frame_id) + "\n";
   text += "    T_imu_sensor: " + PoseText(sensor.calibration.T_imu_sensor) + "\n";
   text += "    sigma: " + SigmaText(sensor.sigma) + "\n";
@@ -108,6 +121,23 @@ std::string SensorText(const SensorResult& sensor) {
             ", median: " + FixedNumber(sensor.held_out->median, 4) +
             ", rms: " + FixedNumber(sensor.held_out->rms, 4) +
             "}  # px, with the LiDAR map, used by no solve\n";
+  }
+  return text;
+}
+
+// A sensor may have been rejected for several reasons.
+std::string RejectedText(const std::vector<RejectedSensor>& rejected) {
+  std::string text;
+  for (std::size_t i = 0; i < rejected.size(); ++i) {
+    const auto of_same = [&](const RejectedSensor& other) { return other.name == rejected[i].name; };
+    if (std::any_of(rejected.begin(), rejected.begin() + i, of_same)) continue;
+    std::string reasons;
+    for (const RejectedSensor& other : rejected) {
+      if (of_same(other)) reasons += (reasons.empty() ? "" : "; ") + other.reason;
+    }
+    text += "  " + rejected[i].name +
+            ":\n    type: " + TypeNames()[static_cast<std::size_t>(rejected[i].type)] +
+            "\n    verdict: rejected\n    reason: " + QuotedYaml(reasons) + "\n";
   }
   return text;
 }
@@ -208,11 +238,15 @@ void ReadIntrinsicsQuality(const YamlReader& node, SensorResult* sensor) {
   }
 }
 
+SensorResult::Type ReadType(const YamlReader& node) {
+  return static_cast<SensorResult::Type>(node.Get("type", "give lidar or camera").Choice(TypeNames()));
+}
+
 SensorResult ReadSensor(const YamlReader& node) {
   SensorResult sensor;
   sensor.name = node.Name();
-  const std::size_t type = node.Get("type", "give lidar or camera").Choice({"lidar", "camera"});
-  sensor.type = type == 0 ? SensorResult::Type::kLidar : SensorResult::Type::kCamera;
+  sensor.type = ReadType(node);
+  sensor.fixed = node.Has("verdict") && node.Get("verdict").Choice(SensorVerdictNames()) == 1;
   if (node.Has("frame_id")) sensor.frame_id = node.Get("frame_id").Text();
   sensor.calibration.T_imu_sensor =
       ReadPose(node.Get("T_imu_sensor", "give {translation: [x, y, z], rotation: [x, y, z, w]}"));
@@ -233,6 +267,10 @@ SensorResult ReadSensor(const YamlReader& node) {
     sensor.held_out = {static_cast<std::size_t>(number("count")), number("median"), number("rms")};
   }
   return sensor;
+}
+
+bool IsRejected(const YamlReader& sensor) {
+  return sensor.Has("verdict") && sensor.Get("verdict").Choice(SensorVerdictNames()) == 2;
 }
 
 void ReadImu(const YamlReader& imu, CalibrationResult* result) {
@@ -286,9 +324,16 @@ PairResult ReadPair(const YamlReader& node) {
 
 }  // namespace
 
+const std::vector<std::string>& VerdictNames() {
+  static const std::vector<std::string> names{"trusted", "partial", "refused"};
+  return names;
+}
+
+std::string VerdictName(Verdict verdict) { return VerdictNames()[static_cast<std::size_t>(verdict)]; }
+
 void WriteCalibrationFile(const std::filesystem::path& path, const CalibrationResult& result) {
   std::string text = std::string("format: ") + kFormat + "\n";
-  text += std::string("verdict: ") + (result.trusted ? "trusted" : "refused") + "\n";
+  text += "verdict: " + VerdictName(result.verdict) + "\n";
   text += LinesText("reasons", result.reasons);
   text += LinesText("warnings", result.warnings);
   text += ChecksText(result.checks);
@@ -301,8 +346,9 @@ void WriteCalibrationFile(const std::filesystem::path& path, const CalibrationRe
   text += "  accelerometer_matrix: " + RowByRow(result.imu.accelerometer_matrix) + "\n";
   text += "# p_imu = T_imu_sensor * p_sensor, t_imu = t_sensor + time_offset; metres, seconds, x y z w.\n";
   text += "# Sigmas along the axes of the IMU (pairs: of the first sensor), of rotations in degrees.\n";
-  text += result.sensors.empty() ? "sensors: {}\n" : "sensors:\n";
+  text += result.sensors.empty() && result.rejected.empty() ? "sensors: {}\n" : "sensors:\n";
   for (const SensorResult& sensor : result.sensors) text += SensorText(sensor);
+  text += RejectedText(result.rejected);
   text += result.pairs.empty() ? "pairs: {}\n" : "pairs:\n";
   for (const PairResult& pair : result.pairs) {
     text += "  " + pair.a + "/" + pair.b + ": {T_a_b: " + PoseText(pair.T_a_b) +
@@ -316,7 +362,11 @@ CalibrationResult ReadCalibrationFile(const std::filesystem::path& path) {
   root.CheckIsMap(std::string("a calibration file that begins with format: ") + kFormat);
   root.Get("format", std::string("expected format: ") + kFormat).Choice({kFormat});
   CalibrationResult result;
-  result.trusted = !root.Has("verdict") || root.Get("verdict").Choice({"trusted", "refused"}) == 0;
+  if (root.Has("verdict")) {
+    result.verdict = static_cast<Verdict>(root.Get("verdict").Choice(VerdictNames()));
+  } else {
+    result.verdict = Verdict::kTrusted;
+  }
   result.reasons = ReadLines(root, "reasons");
   result.warnings = ReadLines(root, "warnings");
   if (root.Has("checks")) {
@@ -324,7 +374,14 @@ CalibrationResult ReadCalibrationFile(const std::filesystem::path& path) {
   }
   if (root.Has("imu")) ReadImu(root.Get("imu"), &result);
   const YamlReader sensors = root.Get("sensors", "give the calibrated sensors, or {} for none");
-  for (const YamlReader& sensor : sensors.Entries()) result.sensors.push_back(ReadSensor(sensor));
+  for (const YamlReader& sensor : sensors.Entries()) {
+    if (IsRejected(sensor)) {
+      const std::string reason = sensor.Has("reason") ? sensor.Get("reason").String() : "";
+      result.rejected.push_back({sensor.Name(), ReadType(sensor), reason});
+    } else {
+      result.sensors.push_back(ReadSensor(sensor));
+    }
+  }
   if (root.Has("pairs")) {
     for (const YamlReader& pair : root.Get("pairs").Entries()) result.pairs.push_back(ReadPair(pair));
   }

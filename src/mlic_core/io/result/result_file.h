@@ -1,10 +1,16 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "mlic_core/result/result.h"
 
 namespace mlic {
+
+// As calibration.yaml has them, in the order of Verdict.
+const std::vector<std::string>& VerdictNames();
+std::string VerdictName(Verdict verdict);
 
 // Writes calibration.yaml, format mlic_calibration/1. In the file sigmas of rotations are in degrees,
 // everything else in metres, seconds and radians; quaternions are x y z w.
@@ -12,7 +18,8 @@ void WriteCalibrationFile(const std::filesystem::path& path, const CalibrationRe
 
 // Reads such a file, a truth file too: absent keys keep their defaults, a verdict that is absent counts as
 // trusted, absent sigmas are zero. Only `format`, `sensors` and each sensor's type and T_imu_sensor must be
-// there. Throws InputError with file, line and key.
+// there. Of rejected sensors
+// only type and reason are read. Throws InputError with file, line and key.
 CalibrationResult ReadCalibrationFile(const std::filesystem::path& path);
 
 }  // namespace mlic
