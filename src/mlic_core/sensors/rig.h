@@ -26,6 +26,9 @@ struct ExtrinsicGuess {
   Eigen::Vector3d sigma_rotation = Eigen::Vector3d::Constant(5.0 * M_PI / 180.0);
 };
 
+// Gravity on the ground is within 0.03 m/s^2 of it (9.780 at the equator, 9.832 at the poles).
+constexpr double kStandardGravity = 9.81;  // m/s^2; from: definition
+
 struct ImuConfig {
   std::string topic;
   std::string frame_id;  // empty: the messages' own

@@ -62,7 +62,7 @@ CalibrationResult TrueResult(const sim::SensorSet& sensors) {
   truth.trusted = true;
   truth.imu_frame_id = sensors.imu.frame_id;
   truth.imu = sensors.imu.calibration;
-  truth.gravity = sim::MapGravity();
+  truth.gravity = {0.0, 0.0, -sensors.imu.gravity};
   const auto add = [&](const SensorResult& sensor) {
     for (const SensorResult& other : truth.sensors) {
       PairResult pair;
@@ -77,7 +77,7 @@ CalibrationResult TrueResult(const sim::SensorSet& sensors) {
     SensorResult sensor;
     sensor.name = lidar.name;
     sensor.frame_id = lidar.frame_id;
-    sensor.calibration = lidar.calibration;
+    sensor.calibration = sim::AsTheImuSeesIt(sensors.imu, lidar.calibration);
     add(sensor);
   }
   for (const sim::SimulatedCamera& camera : sensors.cameras) {
@@ -85,7 +85,7 @@ CalibrationResult TrueResult(const sim::SensorSet& sensors) {
     sensor.name = camera.name;
     sensor.type = SensorResult::Type::kCamera;
     sensor.frame_id = camera.frame_id;
-    sensor.calibration = camera.calibration;
+    sensor.calibration = sim::AsTheImuSeesIt(sensors.imu, camera.calibration);
     sensor.intrinsics = camera.intrinsics;
     if (camera.rolling_shutter) sensor.rolling_shutter_readout = camera.readout;
     add(sensor);
