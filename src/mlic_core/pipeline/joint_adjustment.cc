@@ -100,29 +100,37 @@ void FixUnobservableIntrinsics(const Dataset& dataset, Adjustment* adjustment) {
       PatternSensitivity(problem.landmarks, state.cameras.size()));
 }
 
-void MeasureImuSigma(const Dataset& dataset, Adjustment* adjustment) {
-  constexpr std::size_t kFewest = 35;  // samples; from: guard
-  // Vibration above what the spline can carry, and errors that the data sheet leaves out, add to the noise.
+void MeasureImuSigmas(const Dataset& dataset, Adjustment* adjustment) {
   for (std::size_t d = 0; d < dataset.drives.size(); ++d) {
-    const ImuResiduals residuals = EvaluateImuResiduals(dataset, adjustment->state, d);
-    if (residuals.values.size() < kFewest) continue;
-    const auto measured = [&](int component) {
-      std::vector<double> sizes;
-      for (const auto& value : residuals.values) sizes.push_back(std::abs(value[component]));
-      return 1.4826 * Median(std::move(sizes));
-    };
-    const ImuSigma& given = adjustment->given_imu_sigma[d];
-    ImuSigma& sigma = adjustment->problem.imu_sigma[d];
-    for (int a = 0; a < 3; ++a) {
-      sigma.gyroscope[a] = std::max(given.gyroscope[a], measured(a));
-      sigma.accelerometer[a] = std::max(given.accelerometer[a], measured(3 + a));
-    }
+    adjustment->problem.imu_sigma[d] =
+        MeasureImuSigma(EvaluateImuResiduals(dataset, adjustment->state, d),
+                        adjustment->state.drives[d].trajectory, adjustment->given_imu_sigma[d]);
   }
 }
 
 // True if the next round takes more points of each scan.
 bool TakeMorePoints(const Dataset& dataset, Adjustment* adjustment) {
   std::size_t& points_per_scan = adjustment->rounds.points_per_scan;
+// True if the next round takes more points of each scan.
+bool TakeMorePoints(const Dataset& dataset, Adjustment* adjustment) {
+  std::size_t& points_per_scan = adjustment->rounds.points_per_scan;
+// Decides which axes of the accelerometer's rotation to the gyroscope move in the next round; held ones are
+// the identity's. True if they are others than in this one.
+bool ReviewAxes(const AdjustmentContext& context, Adjustment* adjustment) {
+  constexpr double kSame = 0.1;  // of projectors; from: guard, rounding and what a round moves
+  const AlignmentReview review =
+      ReviewAlignment(adjustment->problem, adjustment->state, ScaledInformation(*adjustment, context.dataset),
+                      context.rig.imu.alignment_sigma, adjustment->rounds.alignment_tried);
+  adjustment->alignment_covariance = review.covariance;
+  adjustment->rounds.alignment_tried |= review.taken_back;
+  Eigen::Matrix3d& held = adjustment->problem.imu.alignment_held;
+  if ((review.held - held).norm() < kSame) return false;
+  held = review.held;
+  Eigen::Matrix3d& matrix = adjustment->state.accelerometer_matrix;
+  matrix = ExpMatrix((Eigen::Matrix3d::Identity() - held) * Log(matrix));
+  return true;
+}
+
   double scans = 0.0;
   for (const Drive& drive : dataset.drives) {
     for (const LidarRecording& lidar : drive.lidars) scans += static_cast<double>(lidar.scans.size());
@@ -150,7 +158,31 @@ void AssociateAndSolve(const AdjustmentContext& context, bool many, Adjustment* 
   adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment);
   adjustment->plane_noise = MeasurePlaneNoise(problem.planes, adjustment->state, adjustment->plane_noise);
   if (landmarks) MeasureLandmarks(adjustment);
-  MeasureImuSigma(context.dataset, adjustment);
+  MeasureImuSigmas(context.dataset, adjustment);
+}
+
+// What the IMU's slow errors, which single samples do not show, take from its say: measured once, as with
+// less say it contradicts the trajectory more.
+void WeakenImuBySlowErrors(const AdjustmentContext& context, Adjustment* adjustment) {
+  bool weaker = false;
+  for (std::size_t d = 0; d < context.dataset.drives.size(); ++d) {
+    ImuSigma& sigma = adjustment->problem.imu_sigma[d];
+    const ImuMeanExcess excess =
+        MeasureMeanExcess(EvaluateImuResiduals(context.dataset, adjustment->state, d), sigma);
+    adjustment->scale.imu.push_back(excess);
+    sigma.gyroscope *= std::sqrt(excess.variance[0]);
+    sigma.accelerometer *= std::sqrt(excess.variance[1]);
+    for (std::size_t sensor = 0; sensor < 2; ++sensor) {
+      if (excess.variance[sensor] <= 1.0) continue;
+      weaker = true;
+      char text[200];
+      std::snprintf(text, sizeof(text), "the %s errs by %.1f times its noise in means over %.0f s",
+                    sensor == 0 ? "gyroscope" : "accelerometer", std::sqrt(excess.variance[sensor]),
+                    excess.seconds[sensor]);
+      context.monitor.line(text);
+    }
+  }
+  if (weaker) adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment);
 }
 
 std::string DescribeRound(const Adjustment& adjustment, double change) {
@@ -223,6 +255,8 @@ void MeasureUncertainty(const AdjustmentContext& context, Adjustment* adjustment
   const auto& line = context.monitor.line;
   if (adjustment->rounds.landmarks == Landmarks::kTracksAndMap) {
     MapMatching& map = adjustment->map;
+  adjustment->scale = {};
+  WeakenImuBySlowErrors(context, adjustment);
     map.held_out_errors = EvaluateHeldOutMatches(map.held_out, state);
     for (std::size_t c = 0; c < map.held_out_errors.size(); ++c) {
       if (map.held_out_errors[c].count == 0) continue;

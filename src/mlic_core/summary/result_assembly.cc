@@ -10,10 +10,10 @@
 #include "mlic_core/problem/layout.h"
 #include "mlic_core/problem/observability_limits.h"
 #include "mlic_core/summary/camera_views.h"
+#include "mlic_core/summary/imu_verdict.h"
 #include "mlic_core/summary/map_projections.h"
 #include "mlic_core/summary/residual_summary.h"
 #include "mlic_core/summary/snapshot.h"
-#include "mlic_core/uncertainty/imu_consistency.h"
 
 namespace mlic {
 namespace {
@@ -181,23 +181,6 @@ void WarnOfStamps(const std::vector<Sensor>& sensors, const std::vector<StampErr
           1e3 * errors[s].jitter);
       warnings->push_back(sensors[s].name + text);
     }
-  }
-}
-
-// Where the IMU contradicts the trajectory something is lost, and sigmas say nothing.
-void JudgeImuAgreement(const Dataset& dataset, const Adjustment& adjustment, CalibrationResult* result) {
-  // White noise gives at most 3 in an hour; trajectories that were lost gave 17 and 35.
-  constexpr double kNotable = 8.0, kTooMuch = 12.0;  // from: definition
-  for (const ImuDisagreement& found :
-       FindImuDisagreements(dataset, adjustment.state, adjustment.problem.imu_sigma, kNotable)) {
-    char text[320];
-    std::snprintf(text, sizeof(text),
-                  "drive %zu, %.0f to %.0f s: the %s contradicts the trajectory by %.2g %s (%.0f times its "
-                  "noise): LiDARs or cameras lost their way there, or the IMU errs; leave the stretch out by "
-                  "--start and --duration",
-                  found.drive + 1, found.begin, found.end, found.of_gyroscope ? "gyroscope" : "accelerometer",
-                  found.mean, found.of_gyroscope ? "rad/s" : "m/s^2", found.ratio);
-    (found.ratio > kTooMuch ? result->reasons : result->warnings).push_back(text);
   }
 }
 

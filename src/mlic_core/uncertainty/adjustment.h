@@ -12,6 +12,7 @@
 #include "mlic_core/problem/state.h"
 #include "mlic_core/result/result.h"
 #include "mlic_core/uncertainty/camera_covariance.h"
+#include "mlic_core/uncertainty/imu_noise.h"
 #include "mlic_core/uncertainty/observability.h"
 #include "mlic_core/uncertainty/stamp_errors.h"
 
@@ -54,6 +55,8 @@ struct CovarianceScale {
   CameraInflation cameras;
   std::vector<StampErrors> stamps;  // of each LiDAR, then of each camera; empty before
 };
+  // Of each drive, empty before; the last solve's sigmas of the IMU contain it already.
+  std::vector<ImuMeanExcess> imu;
 
 // A calibration while it is adjusted: what the rounds keep, what a checkpoint holds (serialize_stages.cc says
 // which part of it), and what summary/ makes the result from.

@@ -1,0 +1,52 @@
+#include "mlic_core/summary/imu_verdict.h"
+
+#include <cmath>
+#include <cstdio>
+#include <vector>
+
+#include "mlic_core/uncertainty/imu_consistency.h"
+
+namespace mlic {
+namespace {
+
+// Slow errors of the IMU widen the sigmas; far beyond its noise they are another matter than noise.
+void JudgeSlowErrors(std::size_t drive, const ImuMeanExcess& excess, CalibrationResult* result) {
+  constexpr double kTooMuch = 3.0;  // of sigmas; from: definition
+  for (std::size_t sensor = 0; sensor < 2; ++sensor) {
+    const double ratio = std::sqrt(excess.variance[sensor]);
+    if (ratio <= kTooMuch) continue;
+    char text[320];
+    std::snprintf(
+        text, sizeof(text),
+        "drive %zu: means of the %s over %.0f s are off the trajectory by %.1f times what its noise "
+        "allows: its bias drifts, its scale or axes are off, or LiDARs or cameras lead astray; record "
+        "shorter, after the IMU has warmed up, or try intrinsics: scale_misalignment",
+        drive + 1, sensor == 0 ? "gyroscope" : "accelerometer", excess.seconds[sensor], ratio);
+    result->reasons.push_back(text);
+  }
+}
+
+}  // namespace
+
+void JudgeImuAgreement(const Dataset& dataset, const Adjustment& adjustment, CalibrationResult* result) {
+  // White noise gives at most 3 in an hour; trajectories that were lost gave 17 and 35.
+  constexpr double kNotable = 8.0, kTooMuch = 12.0;  // from: definition
+  std::vector<ImuSigma> sigmas = adjustment.problem.imu_sigma;
+  for (std::size_t d = 0; d < adjustment.scale.imu.size(); ++d) {
+    JudgeSlowErrors(d, adjustment.scale.imu[d], result);
+    sigmas[d].gyroscope /= std::sqrt(adjustment.scale.imu[d].variance[0]);
+    sigmas[d].accelerometer /= std::sqrt(adjustment.scale.imu[d].variance[1]);
+  }
+  for (const ImuDisagreement& found : FindImuDisagreements(dataset, adjustment.state, sigmas, kNotable)) {
+    char text[320];
+    std::snprintf(text, sizeof(text),
+                  "drive %zu, %.0f to %.0f s: the %s contradicts the trajectory by %.2g %s (%.0f times its "
+                  "noise): LiDARs or cameras lost their way there, or the IMU errs; leave the stretch out by "
+                  "--start and --duration",
+                  found.drive + 1, found.begin, found.end, found.of_gyroscope ? "gyroscope" : "accelerometer",
+                  found.mean, found.of_gyroscope ? "rad/s" : "m/s^2", found.ratio);
+    (found.ratio > kTooMuch ? result->reasons : result->warnings).push_back(text);
+  }
+}
+
+}  // namespace mlic
