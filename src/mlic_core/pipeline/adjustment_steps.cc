@@ -17,6 +17,10 @@ namespace {
 // seeds 1 to 3
 constexpr double kLargestOwnError = 8.0;
 
+// Of gravity about kStandardGravity, m/s^2. from: standard, the normal gravity formula of WGS 84 gives 9.780
+// at the equator and 9.832 at the poles
+constexpr double kGravitySigma = 0.03;
+
 }  // namespace
 
 Adjustment StartAdjustment(const Rig& rig, const Dataset& dataset, Initialization start) {
@@ -32,6 +36,10 @@ Adjustment StartAdjustment(const Rig& rig, const Dataset& dataset, Initializatio
   JointProblem& problem = adjustment.problem;
   problem.dataset = &dataset;
   problem.imu_sigma = std::move(start.imu_sigma);
+  // The accelerometer's scale, where it is estimated, and gravity look alike.
+  const bool gravity_moves = !rig.imu.gravity && rig.imu.intrinsics == ImuIntrinsicsModel::kBias;
+  problem.imu.gravity_sigma = gravity_moves ? kGravitySigma : 0.0;
+  adjustment.state.gravity = rig.imu.gravity.value_or(kStandardGravity);
   for (const LidarConfig& lidar : rig.lidars) {
     problem.guesses.push_back(lidar.fixed ? std::nullopt : lidar.guess);
     problem.lidar_fixed.push_back(lidar.fixed);

@@ -10,8 +10,10 @@
 #include "mlic_core/association/plane_association.h"
 #include "mlic_core/association/ring_corrections.h"
 #include "mlic_core/common/order_statistics.h"
+#include "mlic_core/geometry/so3.h"
 #include "mlic_core/problem/imu_terms.h"
 #include "mlic_core/problem/priors.h"
+#include "mlic_core/uncertainty/imu_alignment.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
 
 namespace mlic {
@@ -39,6 +41,7 @@ constexpr double kLeastMatchNoise = 4.0;
 void BeginRounds(Landmarks landmarks, Adjustment* adjustment) {
   adjustment->rounds.landmarks = landmarks;
   adjustment->rounds.done = 0;
+  adjustment->rounds.alignment_tried = false;
   if (landmarks != Landmarks::kTracksAndMap) return;
   adjustment->map.cameras_before = adjustment->state.cameras;
   adjustment->map.noise.assign(adjustment->state.cameras.size(), kLeastMatchNoise);
@@ -108,12 +111,6 @@ void MeasureImuSigmas(const Dataset& dataset, Adjustment* adjustment) {
   }
 }
 
-// True if the next round takes more points of each scan.
-bool TakeMorePoints(const Dataset& dataset, Adjustment* adjustment) {
-  std::size_t& points_per_scan = adjustment->rounds.points_per_scan;
-// True if the next round takes more points of each scan.
-bool TakeMorePoints(const Dataset& dataset, Adjustment* adjustment) {
-  std::size_t& points_per_scan = adjustment->rounds.points_per_scan;
 // Decides which axes of the accelerometer's rotation to the gyroscope move in the next round; held ones are
 // the identity's. True if they are others than in this one.
 bool ReviewAxes(const AdjustmentContext& context, Adjustment* adjustment) {
@@ -131,6 +128,9 @@ bool ReviewAxes(const AdjustmentContext& context, Adjustment* adjustment) {
   return true;
 }
 
+// True if the next round takes more points of each scan.
+bool TakeMorePoints(const Dataset& dataset, Adjustment* adjustment) {
+  std::size_t& points_per_scan = adjustment->rounds.points_per_scan;
   double scans = 0.0;
   for (const Drive& drive : dataset.drives) {
     for (const LidarRecording& lidar : drive.lidars) scans += static_cast<double>(lidar.scans.size());
@@ -231,11 +231,13 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
       adjustment.cameras.sigmas =
           SigmasAgainstLidar(Analyze(adjustment, context.dataset), adjustment.state, adjustment.base_lidar);
     }
+    const bool axes_moved = ReviewAxes(context, &adjustment);
     context.monitor.line(DescribeRound(adjustment, change));
     ShowAdjustment(context, NameOf(options.landmarks), round, adjustment);
     context.monitor.progress(std::min(0.95, (round + 1.0) / (least_rounds + 2)));
     const bool more = many && TakeMorePoints(context.dataset, &adjustment);
-    if (many && !more && !rings_moved && change < options.until && round + 1 >= least_rounds) break;
+    if (many && !more && !rings_moved && !axes_moved && change < options.until && round + 1 >= least_rounds)
+      break;
     // The map has settled once the noise has: then all points take part.
     if (!many && (change < 1.0 || round + 1 >= least_rounds - 1)) rounds.points_per_scan = kManyPoints;
     if (cameras) FixUnobservableIntrinsics(context.dataset, &adjustment);
@@ -250,13 +252,13 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
 }
 
 void MeasureUncertainty(const AdjustmentContext& context, Adjustment* adjustment) {
+  adjustment->scale = {};
+  WeakenImuBySlowErrors(context, adjustment);
   const CalibrationState& state = adjustment->state;
   const JointProblem& problem = adjustment->problem;
   const auto& line = context.monitor.line;
   if (adjustment->rounds.landmarks == Landmarks::kTracksAndMap) {
     MapMatching& map = adjustment->map;
-  adjustment->scale = {};
-  WeakenImuBySlowErrors(context, adjustment);
     map.held_out_errors = EvaluateHeldOutMatches(map.held_out, state);
     for (std::size_t c = 0; c < map.held_out_errors.size(); ++c) {
       if (map.held_out_errors[c].count == 0) continue;

@@ -21,6 +21,14 @@ struct FixedCameraParameters {
   bool square_pixels = false;    // both focal lengths move, and a prior has them alike
 };
 
+// What of the IMU moves beside its biases and matrices.
+struct ImuFreedom {
+  // Projector on the axes (columns, in the IMU frame) about which the accelerometer's rotation to the
+  // gyroscope stands where it is.
+  Eigen::Matrix3d alignment_held = Eigen::Matrix3d::Identity();
+  double gravity_sigma = 0.0;  // m/s^2, of the prior about kStandardGravity; 0: gravity is held
+};
+
 // Everything that the joint solve is made of. What is held constant is said by the flags and the mask.
 struct JointProblem {
   const Dataset* dataset = nullptr;
@@ -34,6 +42,7 @@ struct JointProblem {
   std::vector<FixedCameraParameters> camera_fixed;            // for each camera; empty: all move
   bool fix_trajectory = false;                                // and the biases
   bool estimate_imu_matrices = false;
+  ImuFreedom imu;
 };
 
 }  // namespace mlic

@@ -154,12 +154,24 @@ struct CameraKeyframes {
   std::vector<TimeNs> stamps;  // as in the messages, in order
 };
 
+// Whose axes the IMU's are. common: gyroscope and accelerometer are taken for aligned.
+enum class ImuAxes { kCommon, kGyroscope, kAccelerometer };
+
+// How well the accelerometer's axes are known against the gyroscope's (a small left rotation of
+// accelerometer_matrix, rad), and about which axes of the IMU that rotation was estimated.
+struct ImuAlignment {
+  ImuAxes axes = ImuAxes::kCommon;
+  std::array<bool, 3> estimated{false, false, false};
+  Eigen::Vector3d sigma = Eigen::Vector3d::Zero();
+};
+
 struct CalibrationResult {
   bool trusted = false;
   std::vector<std::string> reasons;   // why it is refused, each one line
   std::vector<std::string> warnings;  // what to know though it is trusted
   std::string imu_frame_id;
   ImuCalibration imu;
+  std::optional<ImuAlignment> alignment;  // none: not known, as of truths
   Eigen::Vector3d gravity{0.0, 0.0, -9.81};
   std::vector<SensorResult> sensors;          // when refused: only those whose link to the IMU was shown
   std::vector<SensorResult> initial_sensors;  // the same before the joint adjustment, without sigmas

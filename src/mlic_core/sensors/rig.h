@@ -34,6 +34,9 @@ struct ImuConfig {
   std::string frame_id;  // empty: the messages' own
   std::optional<ImuNoise> noise;
   ImuIntrinsicsModel intrinsics = ImuIntrinsicsModel::kBias;
+  // rad, of the accelerometer's axes to the gyroscope's. from: standard, data sheets of consumer IMUs, 1 deg
+  double alignment_sigma = 1.0 * M_PI / 180.0;
+  std::optional<double> gravity;  // m/s^2, held; otherwise estimated near kStandardGravity
 };
 
 struct LidarConfig {

@@ -10,4 +10,7 @@ namespace mlic {
 // nothing.
 void JudgeImuAgreement(const Dataset& dataset, const Adjustment& adjustment, CalibrationResult* result);
 
+// Whose axes the IMU's are.
+ImuAlignment AlignmentOf(const Adjustment& adjustment);
+
 }  // namespace mlic

@@ -267,7 +267,8 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
   result->initial_sensors = InitialSensors(rig, adjustment.initial, shown);
   result->pairs = MakePairs(sensors, shown, lost, analysis);
   result->imu = state.Imu(0);
-  result->gravity = kGravity;
+  result->gravity = state.Gravity();
+  result->alignment = AlignmentOf(adjustment);
   for (std::size_t d = 0; d < state.drives.size(); ++d) {
     const SplitSpline& trajectory = state.drives[d].trajectory;
     result->trajectories.push_back(

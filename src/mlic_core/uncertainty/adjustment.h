@@ -44,6 +44,7 @@ struct JointRounds {
   Landmarks landmarks = Landmarks::kNone;  // with which `done` counts
   int done = 0;
   std::size_t points_per_scan = 0;  // that take part in the map
+  bool alignment_tried = false;     // AlignmentReview::taken_back of an earlier round
   // By how many of its sigmas the last round moved the calibration where rounds were over before it was
   // settled, else 0: part of the sigmas.
   double unsettled = 0.0;
@@ -54,9 +55,9 @@ struct CovarianceScale {
   double correlation = 1.0;  // of variances, for errors that points share
   CameraInflation cameras;
   std::vector<StampErrors> stamps;  // of each LiDAR, then of each camera; empty before
-};
   // Of each drive, empty before; the last solve's sigmas of the IMU contain it already.
   std::vector<ImuMeanExcess> imu;
+};
 
 // A calibration while it is adjusted: what the rounds keep, what a checkpoint holds (serialize_stages.cc says
 // which part of it), and what summary/ makes the result from.
@@ -68,7 +69,8 @@ struct Adjustment {
   std::vector<bool> rejected_lidars;   // of each LiDAR: takes no part, its planes lead far from its guess
   JointProblem problem;
   std::vector<ImuSigma> given_imu_sigma;  // of each drive, before residuals were measured
-  std::vector<PlaneNoise> plane_noise;    // of each LiDAR
+  Eigen::Matrix3d alignment_covariance = Eigen::Matrix3d::Zero();  // AlignmentReview::covariance
+  std::vector<PlaneNoise> plane_noise;                             // of each LiDAR
   AdjustedCameras cameras;
   MapMatching map;
   JointRounds rounds;

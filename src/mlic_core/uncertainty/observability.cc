@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "mlic_core/geometry/so3.h"
@@ -51,27 +52,30 @@ struct SensorInformation {
   Eigen::VectorXd limits;            // steps that count as large
 };
 
+// Sensors that are given are known: to a thousandth of the limits.
+Eigen::MatrixXd WithFixedSensors(const SensorInformation& given, Eigen::MatrixXd data) {
+  for (std::size_t l = 0; l < given.sensors.size(); ++l) {
+    if (!given.sensors[l].fixed) continue;
+    for (int i = Layout::Sensor(l); i < Layout::Sensor(l + 1); ++i) {
+      data(i, i) += 1e6 / (given.limits[i] * given.limits[i]);
+    }
+  }
+  return data;
+}
+
 // Of all sensors and of the calibration's other parameters.
 ObservabilityAnalysis AnalyzeSensors(const SensorInformation& given, const CameraInflation& inflation,
                                      double scale) {
   const Eigen::VectorXd& limits = given.limits;
   const std::size_t sensors = given.sensors.size();
-  // Sensors that are given are known: to a thousandth of the limits.
-  const auto with_fixed = [&](Eigen::MatrixXd data) {
-    for (std::size_t l = 0; l < sensors; ++l) {
-      if (!given.sensors[l].fixed) continue;
-      for (int i = Layout::Sensor(l); i < Layout::Sensor(l + 1); ++i)
-        data(i, i) += 1e6 / (limits[i] * limits[i]);
-    }
-    return data;
-  };
+  const Eigen::MatrixXd data = WithFixedSensors(given, given.data);
+  const Eigen::MatrixXd solved = WithFixedSensors(given, given.solved);
   ObservabilityAnalysis analysis;
-  analysis.solved_covariance = InverseInLimits(with_fixed(given.solved) + given.guess, limits);
-  const Eigen::MatrixXd all_covariance = InverseInLimits(with_fixed(given.data) + given.guess, limits) +
+  analysis.solved_covariance = InverseInLimits(solved + given.guess, limits);
+  const Eigen::MatrixXd all_covariance = InverseInLimits(data + given.guess, limits) +
                                          VarianceOfInflation(analysis.solved_covariance, inflation, scale);
   const Eigen::MatrixXd data_covariance =
-      InverseInLimits(with_fixed(given.data), limits) +
-      VarianceOfInflation(InverseInLimits(with_fixed(given.solved), limits), inflation, scale);
+      InverseInLimits(data, limits) + VarianceOfInflation(InverseInLimits(solved, limits), inflation, scale);
   const int poses = Layout::Sensor(sensors);
   analysis.data_covariance = data_covariance.topLeftCorner(poses, poses);
   analysis.covariance = all_covariance.topLeftCorner(poses, poses);
@@ -104,12 +108,8 @@ ObservabilityAnalysis AnalyzeSensors(const SensorInformation& given, const Camer
   return analysis;
 }
 
-}  // namespace
-
-ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const CalibrationState& state,
-                                         const Eigen::MatrixXd& information, const CameraInflation& inflation,
-                                         double scale) {
-  const Layout layout(state, problem.estimate_imu_matrices);
+SensorInformation MakeInformation(const JointProblem& problem, const CalibrationState& state,
+                                  const Layout& layout, const Eigen::MatrixXd& information) {
   Eigen::MatrixXd prior;
   Eigen::VectorXd gradient;
   CalibrationPrior(problem, state, layout, &prior, &gradient);
@@ -135,6 +135,30 @@ ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const Cali
   given.solved = known;
   given.guess = guess;
   given.limits = CalibrationLimits(state, layout);
+  return given;
+}
+
+}  // namespace
+
+FreeAlignment CovarianceWithFreeAlignment(const JointProblem& problem, const CalibrationState& state,
+                                          const Eigen::MatrixXd& information) {
+  const Layout layout(state, problem.estimate_imu_matrices);
+  const SensorInformation given = MakeInformation(problem, state, layout, information);
+  FreeAlignment free;
+  for (const SensorGuess& sensor : given.sensors) free.fixed.push_back(sensor.fixed);
+  Eigen::MatrixXd data = given.data;
+  const int at = layout.alignment;
+  data.block<3, 3>(at, at) = information.block<3, 3>(at, at);
+  free.covariance = InverseInLimits(WithFixedSensors(given, std::move(data)), given.limits);
+  return free;
+}
+
+ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const CalibrationState& state,
+                                         const Eigen::MatrixXd& information, const CameraInflation& inflation,
+                                         double scale) {
+  const Layout layout(state, problem.estimate_imu_matrices);
+  const SensorInformation given = MakeInformation(problem, state, layout, information);
+  const int poses = layout.poses;
   ObservabilityAnalysis analysis = AnalyzeSensors(given, inflation, scale);
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
     ObservabilityAnalysis::Intrinsics camera;

@@ -44,6 +44,15 @@ ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const Cali
                                          const Eigen::MatrixXd& information,
                                          const CameraInflation& inflation = {}, double scale = 1.0);
 
+// Covariance of all parameters (Layout) from the data alone, without the guesses, where the accelerometer's
+// rotation to the gyroscope is free and has no prior.
+struct FreeAlignment {
+  Eigen::MatrixXd covariance;
+  std::vector<bool> fixed;  // of each sensor (SensorOrder): it is given, or takes no part
+};
+FreeAlignment CovarianceWithFreeAlignment(const JointProblem& problem, const CalibrationState& state,
+                                          const Eigen::MatrixXd& information);
+
 // Of the poses and offsets of the sensors at two places, out of ObservabilityAnalysis::covariance or
 // data_covariance.
 Eigen::Matrix<double, 14, 14> JointCovariance(const Eigen::MatrixXd& covariance, std::size_t a,

@@ -31,6 +31,10 @@ TEST(ResultFile, RoundTripKeepsEverything) {
   EXPECT_LT((copy.imu.gyroscope_matrix - result.imu.gyroscope_matrix).norm(), 1e-11);
   EXPECT_LT((copy.imu.accelerometer_matrix - result.imu.accelerometer_matrix).norm(), 1e-11);
   EXPECT_LT((copy.gravity - result.gravity).norm(), 1e-10);
+  ASSERT_TRUE(copy.alignment.has_value());
+  EXPECT_EQ(copy.alignment->axes, result.alignment->axes);
+  EXPECT_EQ(copy.alignment->estimated, result.alignment->estimated);
+  EXPECT_LT((copy.alignment->sigma - result.alignment->sigma).norm(), 1e-12);
   ASSERT_EQ(copy.sensors.size(), result.sensors.size());
   for (std::size_t i = 0; i < copy.sensors.size(); ++i) {
     const SensorResult &a = result.sensors[i], &b = copy.sensors[i];

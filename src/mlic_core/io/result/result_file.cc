@@ -15,6 +15,12 @@ const std::vector<std::string>& QuantityNames() {
   return names;
 }
 
+// In the order of ImuAxes.
+const std::vector<std::string>& ImuAxesNames() {
+  static const std::vector<std::string> names{"common", "gyroscope", "accelerometer"};
+  return names;
+}
+
 std::string Fixed(const Eigen::Vector3d& v) {
   return "[" + FixedNumber(v.x(), 9) + ", " + FixedNumber(v.y(), 9) + ", " + FixedNumber(v.z(), 9) + "]";
 }
@@ -49,6 +55,15 @@ std::string SigmaText(const PoseSigma& sigma) {
   return "{translation: " + Short(sigma.translation) +
          ", rotation_deg: " + Short(kDegreesPerRadian * sigma.rotation) +
          ", time_offset: " + ShortNumber(sigma.time_offset, 12) + "}";
+}
+
+// Whose axes the IMU's are, and how the accelerometer's stand to the gyroscope's.
+std::string AlignmentText(const std::optional<ImuAlignment>& alignment) {
+  if (!alignment) return "";
+  std::string text = "  axes: " + ImuAxesNames()[static_cast<std::size_t>(alignment->axes)] + "\n";
+  if (alignment->axes == ImuAxes::kAccelerometer) return text;
+  return text + "  alignment: {estimated: " + Flags(alignment->estimated) +
+         ", sigma_deg: " + Short(kDegreesPerRadian * alignment->sigma) + "}\n";
 }
 
 std::string UnobservableText(const std::vector<UnobservableDirection>& directions) {
@@ -233,6 +248,15 @@ void ReadImu(const YamlReader& imu, CalibrationResult* result) {
   vector("gravity", &result->gravity);
   matrix("gyroscope_matrix", &result->imu.gyroscope_matrix);
   matrix("accelerometer_matrix", &result->imu.accelerometer_matrix);
+  if (!imu.Has("axes")) return;
+  ImuAlignment alignment;
+  alignment.axes = static_cast<ImuAxes>(imu.Get("axes").Choice(ImuAxesNames()));
+  if (imu.Has("alignment")) {
+    const YamlReader given = imu.Get("alignment");
+    alignment.estimated = ReadFlags(given.Get("estimated", "give three of true and false"));
+    alignment.sigma = given.Get("sigma_deg", "give three numbers").Vector3("x, y, z") / kDegreesPerRadian;
+  }
+  result->alignment = alignment;
 }
 
 PairResult ReadPair(const YamlReader& node) {
@@ -259,6 +283,7 @@ void WriteCalibrationFile(const std::filesystem::path& path, const CalibrationRe
   text += "  gyroscope_matrix: " + RowByRow(result.imu.gyroscope_matrix) +
           "  # measured = matrix * true + bias\n";
   text += "  accelerometer_matrix: " + RowByRow(result.imu.accelerometer_matrix) + "\n";
+  text += AlignmentText(result.alignment);
   text += "# p_imu = T_imu_sensor * p_sensor, t_imu = t_sensor + time_offset; metres, seconds, x y z w.\n";
   text += "# Sigmas along the axes of the IMU (pairs: of the first sensor), of rotations in degrees.\n";
   text += result.sensors.empty() ? "sensors: {}\n" : "sensors:\n";
