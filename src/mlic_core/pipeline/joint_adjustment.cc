@@ -113,13 +113,13 @@ void MeasureImuSigmas(const Dataset& dataset, Adjustment* adjustment) {
 
 // Decides which axes of the accelerometer's rotation to the gyroscope move in the next round; held ones are
 // the identity's. True if they are others than in this one.
-bool ReviewAxes(const AdjustmentContext& context, Adjustment* adjustment) {
+bool ReviewAxes(const AdjustmentContext& context, bool many, Adjustment* adjustment) {
   constexpr double kSame = 0.1;  // of projectors; from: guard, rounding and what a round moves
   const AlignmentReview review =
       ReviewAlignment(adjustment->problem, adjustment->state, ScaledInformation(*adjustment, context.dataset),
-                      context.rig.imu.alignment_sigma, adjustment->rounds.alignment_tried);
+                      context.rig.imu.alignment_sigma, !many || adjustment->rounds.alignment_tried);
   adjustment->alignment_covariance = review.covariance;
-  adjustment->rounds.alignment_tried |= review.taken_back;
+  adjustment->rounds.alignment_tried |= review.taken_back && many;
   Eigen::Matrix3d& held = adjustment->problem.imu.alignment_held;
   if ((review.held - held).norm() < kSame) return false;
   held = review.held;
@@ -231,7 +231,7 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
       adjustment.cameras.sigmas =
           SigmasAgainstLidar(Analyze(adjustment, context.dataset), adjustment.state, adjustment.base_lidar);
     }
-    const bool axes_moved = ReviewAxes(context, &adjustment);
+    const bool axes_moved = ReviewAxes(context, many, &adjustment);
     context.monitor.line(DescribeRound(adjustment, change));
     ShowAdjustment(context, NameOf(options.landmarks), round, adjustment);
     context.monitor.progress(std::min(0.95, (round + 1.0) / (least_rounds + 2)));

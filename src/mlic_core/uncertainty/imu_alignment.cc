@@ -58,8 +58,7 @@ AlignmentReview ReviewAlignment(const JointProblem& problem, const CalibrationSt
     }
     const Eigen::Matrix3d projector = axis * axis.transpose();
     if (!is_free) review.held += projector;
-    const double prior = is_free ? 0.0 : 1.0 / (prior_sigma * prior_sigma);
-    review.covariance += projector / (1.0 / variance + prior);
+    review.covariance += (is_free ? variance : prior_sigma * prior_sigma) * projector;
   }
   if (review.held.trace() > 2.5) review.held.setIdentity();
   return review;

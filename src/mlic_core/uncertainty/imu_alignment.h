@@ -9,9 +9,8 @@ namespace mlic {
 
 // Which axes of the accelerometer's rotation to the gyroscope move in a solve, docs/method.md, section 10.
 struct AlignmentReview {
-  Eigen::Matrix3d held = Eigen::Matrix3d::Identity();  // ImuFreedom::alignment_held
-  Eigen::Matrix3d covariance =
-      Eigen::Matrix3d::Identity();  // of the rotation, where held with the prior; rad^2
+  Eigen::Matrix3d held = Eigen::Matrix3d::Identity();        // ImuFreedom::alignment_held
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  // of the rotation, the prior's where held; rad^2
   // Some axis was free, is told from zero by less than kNoticed sigmas, and costs the sensors much: it need
   // not be tried again.
   bool taken_back = false;
