@@ -4,7 +4,7 @@
 #   demo.sh                       simulates a drive of the paper's vehicle (4 LiDARs, 6 cameras, IMU), calibrates it
 #                                 and compares with the truth: some 6 minutes on 4 cores once all is built
 #   demo.sh BAG RIG [OUTPUT]      calibrates a recording, described by the rig file RIG
-# Exit status: that of calibrate (0 trusted, 1 bad input, 2 refused, 3 failure inside, 130 interrupted).
+# Exit status: that of calibrate (0 trusted, 1 bad input, 2 refused, 3 failure inside, 4 partial, 130 interrupted).
 # MLIC_DEMO_DURATION (20): seconds of simulated drive; MLIC_DEMO_SENSORS: another file of config/simulation;
 # MLIC_DEMO_SCENARIO (figure_eight); MLIC_BUILD: build directory; MLIC_RVIZ=false: without RViz.
 set -euo pipefail

@@ -31,6 +31,8 @@ def sensors_of(path):
         elif section == 'sensors' and re.match(r'^  \w+:\s*$', line):
             name = line.strip()[:-1]
             sensors[name] = {'type': None, 'translation': [True] * 3, 'rotation': [True] * 3, 'offset': [True]}
+        elif section == 'sensors' and line.strip() == 'verdict: rejected':
+            del sensors[name]
         elif section == 'sensors' and line.startswith('    type:'):
             sensors[name]['type'] = line.split(':')[1].strip()
         elif section == 'sensors' and line.startswith('    observable:'):

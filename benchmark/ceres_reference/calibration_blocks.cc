@@ -35,7 +35,10 @@ std::vector<CalibrationBlock> CalibrationBlocks(EvaluationPoint* at, const Layou
     if (layout.Readout(c) >= 0) blocks.push_back({&camera.readout, 1, 1, layout.Readout(c), nullptr});
     blocks.push_back({intrinsics.data(), count, count, layout.Intrinsics(c), nullptr});
   }
-  if (layout.matrices >= 0) {
+  blocks.push_back({&state.gravity, 1, 1, layout.gravity, nullptr});
+  if (layout.matrices < 0) {
+    blocks.push_back({state.accelerometer_matrix.data(), 9, 3, layout.alignment, PlusAlignment});
+  } else {
     blocks.push_back({state.gyroscope_matrix.data(), 9, 9, layout.matrices, PlusMatrix});
     blocks.push_back({state.accelerometer_matrix.data(), 9, 6, layout.matrices + 9, PlusLowerTriangle});
   }

@@ -41,7 +41,12 @@ Eigen::VectorXd CalibrationDifference(const Layout& layout, const CalibrationSta
     difference.segment<3>(layout.Bias(d) + 3) =
         a.drives[d].accelerometer_bias - b.drives[d].accelerometer_bias;
   }
-  if (layout.matrices < 0) return difference;
+  difference[layout.gravity] = a.gravity - b.gravity;
+  if (layout.matrices < 0) {
+    difference.segment<3>(layout.alignment) =
+        Log(Eigen::Matrix3d(a.accelerometer_matrix * b.accelerometer_matrix.transpose()));
+    return difference;
+  }
   const Eigen::Matrix3d gyroscope = a.gyroscope_matrix - b.gyroscope_matrix;
   const Eigen::Matrix3d accelerometer = a.accelerometer_matrix - b.accelerometer_matrix;
   int lower = layout.matrices + 9;

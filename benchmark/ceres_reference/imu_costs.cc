@@ -29,10 +29,9 @@ ImuCost::ImuCost(EvaluationPoint* at, std::size_t drive, const ImuSample& sample
   knots_.AddTo(&at->drives[drive], blocks);
   blocks->Add(state.gyroscope_bias.data(), 3);
   blocks->Add(state.accelerometer_bias.data(), 3);
-  if (with_matrices) {
-    blocks->Add(at->state.gyroscope_matrix.data(), 9);
-    blocks->Add(at->state.accelerometer_matrix.data(), 9);
-  }
+  blocks->Add(&at->state.gravity, 1);
+  blocks->Add(at->state.accelerometer_matrix.data(), 9);
+  if (with_matrices) blocks->Add(at->state.gyroscope_matrix.data(), 9);
   *mutable_parameter_block_sizes() = blocks->ambients;
   set_num_residuals(7);
 }
@@ -42,8 +41,9 @@ bool ImuCost::Evaluate(double const* const*, double* residuals, double** jacobia
   const SplineBasis rb = knots_.rotation.Basis(trajectory.rotation.knots(), sample_.time);
   const SplineBasis pb = knots_.position.Basis(trajectory.position.knots(), sample_.time);
   ImuResidual::Jacobian J;
-  const Eigen::Matrix<double, 6, 1> r = ImuResidual::Evaluate(
-      trajectory, rb, pb, at_.state.Imu(drive_), kGravity, sample_, jacobians != nullptr ? &J : nullptr);
+  const Eigen::Matrix<double, 6, 1> r =
+      ImuResidual::Evaluate(trajectory, rb, pb, at_.state.Imu(drive_), at_.state.Gravity(), sample_,
+                            jacobians != nullptr ? &J : nullptr);
   const ceres::HuberLoss loss(kImuHuber);
   Eigen::Matrix<double, ImuResidual::kColumns, 7> rows;
   double remainder = 0.0;
@@ -64,9 +64,13 @@ bool ImuCost::Evaluate(double const* const*, double* residuals, double** jacobia
   double** rest = jacobians + knots_.Count();
   WriteBlock(rows, ImuResidual::kBias, 3, 3, rest[0]);
   WriteBlock(rows, ImuResidual::kBias + 3, 3, 3, rest[1]);
-  if (!with_matrices_) return true;
-  WriteBlock(rows, ImuResidual::kMatrices, 9, 9, rest[2]);
+  WriteBlock(rows, ImuResidual::kGravity, 1, 1, rest[2]);
+  if (!with_matrices_) {
+    WriteBlock(rows, ImuResidual::kAlignment, 3, 9, rest[3]);
+    return true;
+  }
   WriteBlock(rows, ImuResidual::kMatrices + 9, 6, 9, rest[3]);
+  WriteBlock(rows, ImuResidual::kMatrices, 9, 9, rest[4]);
   return true;
 }
 

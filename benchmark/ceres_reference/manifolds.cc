@@ -29,6 +29,11 @@ void PlusMatrix(const double* x, const double* step, double* moved) {
   }
 }
 
+void PlusAlignment(const double* x, const double* step, double* moved) {
+  Eigen::Map<Eigen::Matrix3d> out(moved);
+  out = ExpMatrix(Eigen::Map<const Eigen::Vector3d>(step)) * Eigen::Map<const Eigen::Matrix3d>(x);
+}
+
 void PlusLowerTriangle(const double* x, const double* step, double* moved) {
   std::copy_n(x, 9, moved);
   for (int r = 0; r < 3; ++r) {

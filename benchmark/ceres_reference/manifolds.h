@@ -13,6 +13,7 @@ void PlusRight(const double* x, const double* step, double* moved);
 void PlusLeft(const double* x, const double* step, double* moved);
 // A 3 x 3 matrix, column by column; steps row by row: of all elements (9), of the lower triangle (6).
 void PlusMatrix(const double* x, const double* step, double* moved);
+void PlusAlignment(const double* x, const double* step, double* moved);
 void PlusLowerTriangle(const double* x, const double* step, double* moved);
 // A plane (normal, offset, centre) by MovePlane, a point (position, anchor) by MovePoint.
 void PlusPlane(const double* x, const double* step, double* moved);

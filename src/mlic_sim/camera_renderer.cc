@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/common/random.h"
@@ -35,9 +36,18 @@ double GammaOf(double linear) {
   return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
 }
 
+// What moves has no shadows: half of the light from all around, and the sun on what faces it.
+Vector3f LightOfMoving(const Lighting& lighting, const RayHit& hit) {
+  const Vector3f albedo = ReflectanceOf(hit.material, hit.position, hit.normal, hit.object).albedo;
+  const float facing = std::max(0.0f, hit.normal.cast<float>().dot(lighting.to_sun));
+  const Vector3f around = 0.5f * SkyRadiance(lighting, Vector3f::UnitZ()) + lighting.bounce;
+  return albedo.cwiseProduct(around + (lighting.outdoors ? facing : 0.0f) * lighting.sun);
+}
+
 }  // namespace
 
 struct CameraRenderer::RowPose {
+  double time;  // s, IMU clock
   Eigen::Matrix3f R_map_camera;
   Vector3f origin;
 };
@@ -86,21 +96,29 @@ std::vector<CameraRenderer::RowPose> CameraRenderer::PosesOf(double time, int sa
   std::vector<RowPose> poses;
   for (int k = 0; k < (camera_.exposure > 0.0 ? kShutterSamples : 1); ++k) {
     const double shift = camera_.exposure * ((k + 0.5) / kShutterSamples - 0.5);
-    const RigidTransform T = trajectory_.PoseAt(row_time + (camera_.exposure > 0.0 ? shift : 0.0)) *
-                             camera_.calibration.T_imu_sensor;
-    poses.push_back({T.rotation.toRotationMatrix().cast<float>(), T.translation.cast<float>()});
+    const double time_of_pose = row_time + (camera_.exposure > 0.0 ? shift : 0.0);
+    const RigidTransform T = trajectory_.PoseAt(time_of_pose) * camera_.calibration.T_imu_sensor;
+    poses.push_back({time_of_pose, T.rotation.toRotationMatrix().cast<float>(), T.translation.cast<float>()});
   }
   return poses;
 }
 
-void CameraRenderer::Shade(const RayPacket& packet, int lane, float pixel_angle, float* light) const {
+void CameraRenderer::Shade(const RayPacket& packet, int lane, double time, float pixel_angle,
+                           float* light) const {
   const Vector3f direction(packet.direction[0][lane], packet.direction[1][lane], packet.direction[2][lane]);
   const float range = packet.range[lane];
+  const Vector3f origin(packet.origin[0][lane], packet.origin[1][lane], packet.origin[2][lane]);
+  std::optional<RayHit> moving;
+  if (!world_.moving().IsEmpty()) {
+    moving = world_.moving().Cast(time, origin.cast<double>(), direction.cast<double>(),
+                                  std::min(range, kFarthest));
+  }
   Vector3f color;
-  if (range > kFarthest) {
+  if (moving) {
+    color = LightOfMoving(lighting_, *moving);
+  } else if (range > kFarthest) {
     color = SkyRadiance(lighting_, direction);
   } else {
-    const Vector3f origin(packet.origin[0][lane], packet.origin[1][lane], packet.origin[2][lane]);
     color = textures_.Radiance(packet.triangle[lane], origin + range * direction, direction,
                                0.8f * pixel_angle * range);
   }
@@ -120,6 +138,7 @@ void CameraRenderer::TraceRow(double time, int sample_row, std::vector<float>& l
   const Vector3f* second = first + columns_;
   for (int begin = 0; begin < samples; begin += RayPacket::kSize) {
     RayPacket packet;
+    double times[RayPacket::kSize];
     float angle = 0.0f;
     bool any = false;
     for (int lane = 0; lane < RayPacket::kSize; ++lane) {
@@ -139,6 +158,7 @@ void CameraRenderer::TraceRow(double time, int sample_row, std::vector<float>& l
       const Vector3f direction = (pose.R_map_camera * bearing).normalized();
       for (int c = 0; c < 3; ++c)
         packet.origin[c][lane] = pose.origin[c], packet.direction[c][lane] = direction[c];
+      times[lane] = pose.time;
       packet.valid[lane] = -1;
       any = true;
     }
@@ -146,7 +166,7 @@ void CameraRenderer::TraceRow(double time, int sample_row, std::vector<float>& l
     world_.CastPacket(kFarthest, packet);
     for (int lane = 0; lane < RayPacket::kSize; ++lane) {
       if (packet.valid[lane] != 0)
-        Shade(packet, lane, angle, &light[static_cast<std::size_t>(3 * (begin + lane))]);
+        Shade(packet, lane, times[lane], angle, &light[static_cast<std::size_t>(3 * (begin + lane))]);
     }
   }
 }

@@ -33,7 +33,7 @@ class CameraRenderer {
   struct RowPose;
   std::vector<RowPose> PosesOf(double time, int sample_row) const;
   void TraceRow(double time, int sample_row, std::vector<float>& light) const;
-  void Shade(const RayPacket& packet, int lane, float pixel_angle, float* light) const;
+  void Shade(const RayPacket& packet, int lane, double time, float pixel_angle, float* light) const;
   void Expose(const cv::Mat& light, int row, float gain, bool with_noise, std::uint64_t seed,
               cv::Mat& image) const;
 

@@ -16,6 +16,7 @@ using Eigen::Vector3d;
 struct Facade {
   Vector3d origin, u, n;
   double width, height;
+  double window_depth, bay, storey;
 
   Vector3d At(double along, double up, double out) const {
     return origin + along * u + up * Vector3d::UnitZ() + out * n;
@@ -50,23 +51,23 @@ void AddOpening(const Facade& f, const Area& area, double depth, Material fillin
 }
 
 void AddFacade(const Facade& f, Material wall, std::uint32_t object, Mesh& mesh) {
-  constexpr double kBay = 3.4, kStorey = 3.1, kBelow = 0.4;  // walls go on below the ground
-  const int bays = std::max(1, static_cast<int>(f.width / kBay));
-  const int storeys = std::max(1, static_cast<int>(f.height / kStorey));
+  constexpr double kBelow = 0.4;  // walls go on below the ground
+  const int bays = std::max(1, static_cast<int>(f.width / f.bay));
+  const int storeys = std::max(1, static_cast<int>(f.height / f.storey));
   const double bay = f.width / bays;
   for (int i = 0; i < bays; ++i) {
     const double left = i * bay, right = left + bay, a0 = left + 0.3 * bay, a1 = left + 0.72 * bay;
     for (int j = 0; j < storeys; ++j) {
       const bool door = j == 0 && i == bays / 2;
-      const double low = j == 0 ? -kBelow : j * kStorey;
-      const double high = j + 1 == storeys ? f.height : (j + 1) * kStorey;
-      const double z0 = door ? 0.1 : j * kStorey + 0.95, z1 = j * kStorey + (door ? 2.2 : 2.45);
+      const double low = j == 0 ? -kBelow : j * f.storey;
+      const double high = j + 1 == storeys ? f.height : (j + 1) * f.storey;
+      const double z0 = door ? 0.1 : j * f.storey + 0.95, z1 = j * f.storey + (door ? 2.2 : 2.45);
       AddRectangle(f, {left, a0, low, high}, 0, wall, object, mesh);
       AddRectangle(f, {a1, right, low, high}, 0, wall, object, mesh);
       AddRectangle(f, {a0, a1, low, z0}, 0, wall, object, mesh);
       AddRectangle(f, {a0, a1, z1, high}, 0, wall, object, mesh);
-      AddOpening(f, {a0, a1, z0, z1}, door ? 0.3 : 0.14, door ? Material::kDoor : Material::kGlass, object,
-                 mesh);
+      AddOpening(f, {a0, a1, z0, z1}, door ? 0.3 : f.window_depth, door ? Material::kDoor : Material::kGlass,
+                 object, mesh);
     }
     // A pilaster between the bays.
     if (i > 0) {
@@ -85,15 +86,16 @@ void AddFacade(const Facade& f, Material wall, std::uint32_t object, Mesh& mesh)
 void AddBuilding(const Building& b, Mesh& mesh) {
   const double width = b.high.x() - b.low.x(), depth = b.high.y() - b.low.y(), h = b.height;
   const Vector3d x = Vector3d::UnitX(), y = Vector3d::UnitY();
-  const Vector3d sw(b.low.x(), b.low.y(), 0), se(b.high.x(), b.low.y(), 0), ne(b.high.x(), b.high.y(), 0),
-      nw(b.low.x(), b.high.y(), 0);
-  AddFacade({sw, x, -y, width, h}, b.wall, b.object, mesh);
-  AddFacade({se, y, x, depth, h}, b.wall, b.object, mesh);
-  AddFacade({ne, -x, y, width, h}, b.wall, b.object, mesh);
-  AddFacade({nw, -y, -x, depth, h}, b.wall, b.object, mesh);
+  const Vector3d sw(b.low.x(), b.low.y(), b.base), se(b.high.x(), b.low.y(), b.base),
+      ne(b.high.x(), b.high.y(), b.base), nw(b.low.x(), b.high.y(), b.base);
+  AddFacade({sw, x, -y, width, h, b.window_depth, b.bay, b.storey}, b.wall, b.object, mesh);
+  AddFacade({se, y, x, depth, h, b.window_depth, b.bay, b.storey}, b.wall, b.object, mesh);
+  AddFacade({ne, -x, y, width, h, b.window_depth, b.bay, b.storey}, b.wall, b.object, mesh);
+  AddFacade({nw, -y, -x, depth, h, b.window_depth, b.bay, b.storey}, b.wall, b.object, mesh);
   if (b.roof_rise == 0.0) {
-    mesh.AddBox(Vector3d(b.low.x() - 0.25, b.low.y() - 0.25, h),
-                Vector3d(b.high.x() + 0.25, b.high.y() + 0.25, h + 0.5), Material::kConcrete, b.object);
+    mesh.AddBox(Vector3d(b.low.x() - 0.25, b.low.y() - 0.25, b.base + h),
+                Vector3d(b.high.x() + 0.25, b.high.y() + 0.25, b.base + h + 0.5), Material::kConcrete,
+                b.object);
     return;
   }
   // A shed roof with eaves, and the wall below its high side.
@@ -101,7 +103,7 @@ void AddBuilding(const Building& b, Mesh& mesh) {
   const double slope = b.roof_rise / depth, eave = 0.7;
   const double low_edge = std::min(0.0, b.roof_rise);
   const auto roof = [&](double px, double py) {
-    return Vector3d(px, py, h - low_edge + slope * (py - b.low.y()));
+    return Vector3d(px, py, b.base + h - low_edge + slope * (py - b.low.y()));
   };
   mesh.AddQuad(roof(b.low.x() - 0.3, b.low.y() - eave), roof(b.high.x() + 0.3, b.low.y() - eave),
                roof(b.high.x() + 0.3, b.high.y() + eave), roof(b.low.x() - 0.3, b.high.y() + eave),
@@ -137,14 +139,11 @@ void AddCar(double x, double y, double z, double yaw, bool van, std::uint32_t ob
   }
 }
 
-void AddTree(double x, double y, double height, Random random, Mesh& mesh) {
-  mesh.AddCylinder(Upright(x, y, -0.2, 0), 0.16, 0.6 * height, 14, Material::kBark);
-  const double radius = 0.28 * height;
-  for (int i = 0; i < 700; ++i) {
+void AddCrown(const Crown& crown, Random& random, Mesh& mesh) {
+  for (int i = 0; i < crown.count; ++i) {
     const Vector3d direction(random.Normal(), random.Normal(), random.Normal());
-    const Vector3d center =
-        Vector3d(x, y, 0.7 * height) +
-        radius * std::cbrt(random.Uniform()) * direction.normalized().cwiseProduct(Vector3d(1, 1, 0.9));
+    const Vector3d center = crown.center + crown.radius * std::cbrt(random.Uniform()) *
+                                               direction.normalized().cwiseProduct(Vector3d(1, 1, 0.9));
     Isometry3d T = Isometry3d::Identity();
     T.translate(center).rotate(
         Eigen::Quaterniond(random.Normal(), random.Normal(), random.Normal(), random.Normal()).normalized());
@@ -152,6 +151,11 @@ void AddTree(double x, double y, double height, Random random, Mesh& mesh) {
     mesh.AddQuad(T * Vector3d(-s, -s, 0), T * Vector3d(s, -s, 0), T * Vector3d(s, s, 0),
                  T * Vector3d(-s, s, 0), Material::kFoliage);
   }
+}
+
+void AddTree(double x, double y, double height, Random random, Mesh& mesh) {
+  mesh.AddCylinder(Upright(x, y, -0.2, 0), 0.16, 0.6 * height, 14, Material::kBark);
+  AddCrown({Vector3d(x, y, 0.7 * height), 0.28 * height, 700}, random, mesh);
 }
 
 void AddSignPole(double x, double y, double yaw, std::uint32_t object, Mesh& mesh) {

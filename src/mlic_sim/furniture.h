@@ -18,6 +18,9 @@ struct Building {
   double roof_rise;  // height that a shed roof gains from low y to high y; 0 for a flat roof with a parapet
   Material wall;
   std::uint32_t object;
+  double base = 0.0;  // of the ground it stands on; walls go on 0.4 m below
+  double window_depth = 0.14;
+  double bay = 3.4, storey = 3.1;  // of the grid of windows
 };
 void AddBuilding(const Building& building, Mesh& mesh);
 
@@ -26,6 +29,14 @@ void AddCar(double x, double y, double z, double yaw, bool van, std::uint32_t ob
 
 // A trunk and a crown of many small leaves.
 void AddTree(double x, double y, double height, Random random, Mesh& mesh);
+
+// Leaves: `count` small facets, turned at random, within an ellipsoid that is somewhat lower than wide.
+struct Crown {
+  Eigen::Vector3d center;
+  double radius;
+  int count;
+};
+void AddCrown(const Crown& crown, Random& random, Mesh& mesh);
 
 // A lamp pole with a sign board that looks along yaw.
 void AddSignPole(double x, double y, double yaw, std::uint32_t object, Mesh& mesh);

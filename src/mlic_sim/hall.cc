@@ -80,13 +80,17 @@ void AddMiddle(const Random& random, Mesh& mesh) {
 
 }  // namespace
 
-std::unique_ptr<World> MakeHall(InfraredLook infrared) {
+Mesh HallMesh() {
   Mesh mesh;
   const Random random(20240502);
   AddRoom(mesh);
   AddEdges(random, mesh);
   AddMiddle(random, mesh);
-  return std::make_unique<World>(std::move(mesh), infrared);
+  return mesh;
+}
+
+std::unique_ptr<World> MakeHall(InfraredLook infrared) {
+  return std::make_unique<World>(HallMesh(), infrared);
 }
 
 }  // namespace mlic::sim

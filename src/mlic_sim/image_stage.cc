@@ -4,8 +4,7 @@
 #include <utility>
 
 #include "mlic_core/common/random.h"
-#include "mlic_sim/hall.h"
-#include "mlic_sim/yard.h"
+#include "mlic_sim/surroundings.h"
 
 namespace mlic::sim {
 namespace {
@@ -35,22 +34,24 @@ class RenderedImages : public ImageSource {
 
 }  // namespace
 
-std::unique_ptr<World> MakeWorld(Scenario scenario, InfraredLook infrared) {
-  if (IsCarriedByHand(scenario)) return MakeHall(infrared);
-  return MakeYard(scenario == Scenario::kPlanar || scenario == Scenario::kCircle, infrared);
-}
-
 std::unique_ptr<Trajectory> MakeTrajectory(const SensorSet& sensors, const SimulationOptions& options) {
-  return MakeTrajectory(options.scenario, options.seed, options.duration, sensors.imu.T_body_imu);
+  return MakeTrajectory(options.scenario, options.seed, options.duration, sensors.imu.T_body_imu,
+                        MakeSurroundings(options.world, options.world_seed, options.scenario).ground);
 }
 
 ImageStage::ImageStage(const SensorSet& sensors, const SimulationOptions& options)
+    : ImageStage(sensors, options, MakeSurroundings(options.world, options.world_seed, options.scenario)) {}
+
+ImageStage::ImageStage(const SensorSet& sensors, const SimulationOptions& options, Surroundings surroundings)
     : options_(options),
-      world_(MakeWorld(options.scenario, sensors.infrared)),
-      trajectory_(MakeTrajectory(sensors, options)),
+      world_(std::make_unique<World>(
+          std::move(surroundings.mesh), sensors.infrared,
+          MovingObjects(surroundings.lanes, options.moving_objects, Random(options.seed).Fork(6)))),
+      trajectory_(MakeTrajectory(options.scenario, options.seed, options.duration, sensors.imu.T_body_imu,
+                                 surroundings.ground)),
       cameras_(sensors.cameras) {
   if (cameras_.empty()) return;
-  const Lighting lighting = IsCarriedByHand(options.scenario) ? HallLighting() : YardLighting();
+  const Lighting& lighting = surroundings.lighting;
   textures_ = std::make_unique<SurfaceTextures>(*world_, lighting);
   for (const SimulatedCamera& camera : cameras_) {
     renderers_.push_back(

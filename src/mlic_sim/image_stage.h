@@ -12,8 +12,7 @@
 
 namespace mlic::sim {
 
-// The world and the motion of a scenario.
-std::unique_ptr<World> MakeWorld(Scenario scenario, InfraredLook infrared = InfraredLook::kRelated);
+// The motion of a drive.
 std::unique_ptr<Trajectory> MakeTrajectory(const SensorSet& sensors, const SimulationOptions& options);
 
 // The world, the motion and the cameras of one drive: all that a picture needs. Thread-safe.
@@ -29,6 +28,8 @@ class ImageStage {
   cv::Mat Render(std::size_t camera, std::size_t index, double time) const;
 
  private:
+  ImageStage(const SensorSet& sensors, const SimulationOptions& options, Surroundings surroundings);
+
   SimulationOptions options_;
   std::unique_ptr<World> world_;
   std::unique_ptr<Trajectory> trajectory_;

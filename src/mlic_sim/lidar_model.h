@@ -45,6 +45,12 @@ struct LidarModel {
   double range_at_10_percent = 70.0;  // m: a perpendicular target of reflectance 0.1 is seen every other time
   double random_dropouts = 0.002;     // share lost for no reason
 
+  // What real LiDARs do besides; none of it by default.
+  std::vector<double> ring_bias;  // m, added to the ranges of each ring; empty: none
+  double range_walk = 0.0;        // m that ranges grow for each tenfold weaker echo
+  double packet_loss = 0.0;       // share of packets (a hundredth of a scan each) that never arrive
+  double rain = 0.0;              // drops that send a beam back, per metre of its way
+
   double Period() const { return 1.0 / rate; }
 };
 

@@ -57,6 +57,44 @@ double DetectionProbability(const LidarModel& model, const Echo& echo) {
   return 1.0 / (1.0 + std::pow(std::max(power, 1e-9), -4.0));
 }
 
+// Growth of the range of an echo weaker than that of a perpendicular target of reflectance 0.5, m: receivers
+// trigger on a pulse's edge, later the lower it is. Range falloff is taken for compensated.
+double RangeWalk(const LidarModel& model, const Echo& echo) {
+  constexpr double kReference = 0.5, kWeakest = 0.005;
+  const double strength = std::max(kWeakest, echo.near_infrared * echo.cos_incidence);
+  return -model.range_walk * std::log10(strength / kReference);
+}
+
+// Weather and network on the way of one scan's beams. Draws from generators of its own, so that the other
+// noise of a drive stays what it is.
+class Losses {
+ public:
+  Losses(const LidarModel& model, const std::optional<Random>& noise, std::size_t beams)
+      : model_(model), rain_(noise.value_or(Random(0)).Fork(1)), packet_size_(beams / kPackets + 1) {
+    if (!noise || model.packet_loss == 0.0) return;
+    Random draw = noise->Fork(2);
+    for (std::size_t i = 0; i < kPackets; ++i) lost_.push_back(draw.Uniform() < model.packet_loss);
+  }
+
+  bool IsLost(std::size_t beam) const { return !lost_.empty() && lost_[beam / packet_size_]; }
+
+  // The drop that sends a beam back before `range` (m).
+  std::optional<Echo> Drop(double range) {
+    if (model_.rain == 0.0) return std::nullopt;
+    constexpr double kReflectance = 0.04;
+    const double drop = -std::log(1.0 - rain_.Uniform()) / model_.rain;
+    if (drop > range || drop < model_.min_range) return std::nullopt;
+    return Echo{drop, kReflectance, 1.0};
+  }
+
+ private:
+  static constexpr std::size_t kPackets = 100;  // of one scan
+  const LidarModel& model_;
+  Random rain_;
+  std::size_t packet_size_;
+  std::vector<bool> lost_;
+};
+
 }  // namespace
 
 double IntensityOf(double near_infrared, double cos_incidence, double range) {
@@ -76,6 +114,7 @@ std::vector<SimulatedPoint> CastScan(const World& world, const Trajectory& traje
   RigidTransform T_map_lidar;
   Eigen::Matrix3d R_map_lidar = Eigen::Matrix3d::Identity();
   double pose_time = std::nan("");
+  Losses losses(model, noise, firings.size());
   for (std::size_t i = 0; i < firings.size(); ++i) {
     const Firing& firing = firings[i];
     SimulatedPoint& point = points[i];
@@ -91,19 +130,24 @@ std::vector<SimulatedPoint> CastScan(const World& world, const Trajectory& traje
     const Vector3d other_direction = with_noise ? WithinBeam(direction, divergence, random) : direction;
     const double detection_draw = random.Uniform(), dropout_draw = random.Uniform();
     const double range_draw = random.Normal(), speckle_draw = random.Normal();
-    const std::optional<RayHit> hit = world.Cast(origin, direction, model.max_range);
+    const double time = start + firing.time;
+    const std::optional<RayHit> hit = world.CastAt(time, origin, direction, model.max_range);
     if (!hit || hit->range < model.min_range) continue;
     Echo echo = EchoOf(world, *hit, direction);
     if (with_noise) {
       if (divergence > 0.0) {
-        echo = BlendEdge(world, echo, world.Cast(origin, other_direction, model.max_range), other_direction,
-                         random);
+        echo = BlendEdge(world, echo, world.CastAt(time, origin, other_direction, model.max_range),
+                         other_direction, random);
       }
+      if (losses.IsLost(i)) continue;
+      if (const std::optional<Echo> drop = losses.Drop(echo.range)) echo = *drop;
       if (detection_draw > DetectionProbability(model, echo) || dropout_draw < model.random_dropouts)
         continue;
       echo.range += model.range_noise * range_draw;
       echo.near_infrared *= std::max(0.0, 1.0 + 0.04 * speckle_draw);
     }
+    if (!model.ring_bias.empty()) echo.range += model.ring_bias[firing.ring];
+    if (model.range_walk != 0.0) echo.range += RangeWalk(model, echo);
     point.position = (echo.range * firing.direction).cast<float>();
     point.intensity = static_cast<float>(IntensityOf(echo.near_infrared, echo.cos_incidence, echo.range));
     point.returned = true;

@@ -22,8 +22,8 @@ struct SimulatedPoint {
 
 // Casts the beams of one scan that starts at `start` (s, IMU clock), each from where the LiDAR is at the
 // beam's own time. With `noise` (drawn from): of the range, mixed pixels at edges, drop-outs by received
-// power and by chance. Without: every beam that hits something within the ranges returns exactly. The outcome
-// depends on the arguments only.
+// power and by chance, rain and lost packets. Without: every beam that hits something within the ranges
+// returns, with nothing but the model's ring bias and range walk. The outcome depends on the arguments only.
 std::vector<SimulatedPoint> CastScan(const World& world, const Trajectory& trajectory,
                                      const RigidTransform& T_imu_lidar, const LidarModel& model,
                                      const std::vector<Firing>& firings, double start,

@@ -59,7 +59,7 @@ bool IsMarked(const Vector2d& p) {
   return ax >= 0.5 && ax < 1.5 && std::abs(ay) < 0.35 * (1.5 - ax);
 }
 
-Reflectance YardGround(const Vector3d& p) {
+Reflectance Asphalt(const Vector3d& p, bool marked) {
   const double grain = Fractal(p, 0.025, 2, 11), blotch = Fractal(p, 1.3, 4, 12);
   const bool repaired = Cell(Vector2d(p.x() / 3.7, p.y() / 2.9), 13) > 0.85;
   double gray = 0.17 + 0.09 * (grain - 0.5) + 0.12 * (blotch - 0.5) - (repaired ? 0.06 : 0.0);
@@ -73,12 +73,21 @@ Reflectance YardGround(const Vector3d& p) {
     const bool rib = std::sin(60.0 * mx) * std::sin(60.0 * my) > 0.0;
     return Make(Rgb(0.2, 0.19, 0.18) * (rib ? 1.3f : 0.7f), rib ? 0.4 : 0.25);
   }
-  if (IsMarked(Vector2d(p.x(), p.y()))) {
+  if (marked && IsMarked(Vector2d(p.x(), p.y()))) {
     const double worn = Fractal(p, 0.12, 4, 15);
     if (worn > 0.36)
       return Make(Rgb(0.85, 0.85, 0.80) * static_cast<float>(0.8 + 0.3 * worn), 0.75 + 0.2 * worn);
   }
   return Make(Rgb(gray, gray, gray * 1.04), infrared);
+}
+
+Reflectance Grass(const Vector3d& p) {
+  const double blade = Fractal(p, 0.012, 3, 131), tuft = Fractal(p, 0.35, 4, 132),
+               bare = Fractal(p, 2.4, 4, 133);
+  const double tone = 0.6 + 0.5 * blade + 0.5 * (tuft - 0.5);
+  if (bare > 0.6) return Make(Rgb(0.36, 0.28, 0.19) * static_cast<float>(tone), 0.38 * tone);
+  return Make(Mix(Rgb(0.16, 0.27, 0.08), Rgb(0.38, 0.38, 0.16), tuft) * static_cast<float>(tone),
+              0.55 * tone);
 }
 
 Reflectance Brick(const Vector3d& p, const Vector3d& normal, std::uint32_t object) {
@@ -201,7 +210,7 @@ Reflectance ReflectanceOf(Material material, const Vector3d& p, const Vector3d& 
                           std::uint32_t object) {
   switch (material) {
     case Material::kYardGround:
-      return YardGround(p);
+      return Asphalt(p, true);
     case Material::kKerb:
       return Speckled(p, Rgb(0.55, 0.54, 0.51), 0.5, 0.8, 121);
     case Material::kBrick:
@@ -238,6 +247,10 @@ Reflectance ReflectanceOf(Material material, const Vector3d& p, const Vector3d& 
       return Cardboard(p, normal, object);
     case Material::kSignBoard:
       return SignBoard(p, normal, object);
+    case Material::kAsphalt:
+      return Asphalt(p, false);
+    case Material::kGrass:
+      return Grass(p);
   }
   return {};
 }

@@ -26,8 +26,15 @@ enum class Material : std::uint8_t {
   kHallWall,  // painted, with posters
   kWood,
   kCardboard,
-  kSignBoard
+  kSignBoard,
+  kAsphalt,  // without the yard's markings
+  kGrass
 };
+
+// What a world's ground is made of.
+inline bool IsGround(Material material) {
+  return material == Material::kYardGround || material == Material::kAsphalt || material == Material::kGrass;
+}
 
 // Shares of light that a surface sends back, 0 to 1: visible red, green, blue, and near infrared at the
 // LiDARs' wavelength. The two are related (a stain or a joint shows in both) but not proportional: paint,

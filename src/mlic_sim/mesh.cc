@@ -67,6 +67,7 @@ void Mesh::AddCylinder(const Eigen::Isometry3d& T, double radius, double height,
 
 void Mesh::AddHeightField(const Vector2d& low, const Vector2d& high, double step,
                           const std::function<double(double, double)>& height, Material material) {
+  ground_height_ = height;
   const int columns = static_cast<int>(std::ceil((high.x() - low.x()) / step));
   const int rows = static_cast<int>(std::ceil((high.y() - low.y()) / step));
   const std::uint32_t first = static_cast<std::uint32_t>(vertices_.size());
@@ -83,6 +84,15 @@ void Mesh::AddHeightField(const Vector2d& low, const Vector2d& high, double step
       triangles_.push_back({{a, a + 1, a + stride + 1}, material, 0});
       triangles_.push_back({{a, a + stride + 1, a + stride}, material, 0});
     }
+  }
+}
+
+void Mesh::Append(const Mesh& other, const Vector3d& offset) {
+  const auto first = static_cast<std::uint32_t>(vertices_.size());
+  for (const Eigen::Vector3f& v : other.vertices_) AddVertex(v.cast<double>() + offset);
+  for (Triangle triangle : other.triangles_) {
+    for (std::uint32_t& vertex : triangle.vertices) vertex += first;
+    triangles_.push_back(triangle);
   }
 }
 

@@ -37,18 +37,24 @@ class Mesh {
   // A closed cylinder about the z axis of its own frame, from z = 0 to height.
   void AddCylinder(const Eigen::Isometry3d& T_map_cylinder, double radius, double height, int sides,
                    Material material, std::uint32_t object = 0);
-  // A height field over a rectangle, sampled every `step` metres.
+  // A height field over a rectangle, sampled every `step` metres: the ground.
   void AddHeightField(const Eigen::Vector2d& low, const Eigen::Vector2d& high, double step,
                       const std::function<double(double, double)>& height, Material material);
 
+  // All of another mesh, moved; not what it knows of the ground.
+  void Append(const Mesh& other, const Eigen::Vector3d& offset);
+
   const std::vector<Eigen::Vector3f>& vertices() const { return vertices_; }
   const std::vector<Triangle>& triangles() const { return triangles_; }
+  // Height of the ground at (x, y), m; none where it is level.
+  const std::function<double(double, double)>& ground_height() const { return ground_height_; }
 
  private:
   std::uint32_t AddVertex(const Eigen::Vector3d& p);
 
   std::vector<Eigen::Vector3f> vertices_;
   std::vector<Triangle> triangles_;
+  std::function<double(double, double)> ground_height_;
 };
 
 // The pose of an object that stands at (x, y, z), turned by yaw (rad).

@@ -54,7 +54,8 @@ inline double RandomPhase(Random& random) { return random.Uniform(0.0, 2.0 * M_P
 // by minimising the largest curvature. Speed 4 to 5 m/s, yaw rate up to about 0.5 rad/s.
 class FigureEight {
  public:
-  FigureEight(std::uint64_t seed, bool with_suspension) : with_suspension_(with_suspension) {
+  FigureEight(std::uint64_t seed, bool with_suspension, const Terrain& terrain)
+      : with_suspension_(with_suspension), terrain_(terrain) {
     Random random(seed);
     phase_rate_ = random.Uniform(0.205, 0.22);
     start_ = RandomPhase(random);
@@ -88,21 +89,29 @@ class FigureEight {
       body.roll = roll_.At(t) - Scalar(direction_ * kCorneringRoll) * sin(phi);
       body.pitch = pitch_.At(t);
       body.z = Scalar(0.8) * UnevenGroundHeight(body.x, body.y) + bounce_.At(t);
+      if (!terrain_.waves.empty()) {
+        const Scalar forward_x = cos(body.yaw), forward_y = sin(body.yaw);
+        body.z += terrain_.Height(body.x, body.y);
+        body.pitch += -terrain_.Slope(body.x, body.y, forward_x, forward_y);
+        body.roll += terrain_.Slope(body.x, body.y, -forward_y, forward_x);
+      }
     }
     return body;
   }
 
  private:
   bool with_suspension_;
+  Terrain terrain_;
   double phase_rate_, start_, direction_;
   Wave hurry_, roll_, pitch_, bounce_;
 };
 
 // A walk through the hall at chest height while the rig is swung about all axes; with_tilts swings it far
-// enough to either side and up and down for gravity to show the accelerometer's axes one by one.
+// enough to either side and up and down for gravity to show the accelerometer's axes one by one. Other
+// grounds squeeze the walk in y by their share of the hall's free breadth, or raise it.
 class Handheld {
  public:
-  Handheld(std::uint64_t seed, bool with_tilts) {
+  Handheld(std::uint64_t seed, bool with_tilts, const MotionGround& ground) : ground_(ground) {
     Random random(seed);
     x_.Add(random.Uniform(4.5, 5.8), random.Uniform(0.016, 0.022), RandomPhase(random));
     y_.Add(random.Uniform(1.8, 2.5), random.Uniform(0.03, 0.042), RandomPhase(random));
@@ -123,7 +132,10 @@ class Handheld {
 
   template <typename Scalar>
   BodyPose<Scalar> At(const Scalar& t) const {
-    return {x_.At(t), y_.At(t), z_.At(t), roll_.At(t), pitch_.At(t), yaw_.At(t)};
+    BodyPose<Scalar> body{x_.At(t),  Scalar(ground_.breadth) * y_.At(t), z_.At(t), roll_.At(t), pitch_.At(t),
+                          yaw_.At(t)};
+    if (!ground_.terrain.waves.empty()) body.z += ground_.terrain.Height(body.x, body.y);
+    return body;
   }
 
  private:
@@ -141,6 +153,7 @@ class Handheld {
     wave.Add(random.Uniform(28.0, 32.0) * kDegree, random.Uniform(0.1, 0.15), RandomPhase(random));
   }
 
+  MotionGround ground_;
   Wave x_, y_, z_, roll_, pitch_, yaw_;
 };
 

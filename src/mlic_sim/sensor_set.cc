@@ -32,9 +32,41 @@ void ReadMatrix(const Section& section, const std::string& key, Eigen::Matrix3d&
   matrix = transposed.transpose();
 }
 
+void ReadFilterAndSurroundings(const Section& s, SimulatedImu* imu) {
+  s.Read("gravity", imu->gravity);
+  if (s.Has("low_pass")) {
+    const Section low_pass = s.Sub("low_pass");
+    low_pass.OnlyKeys({"gyroscope", "accelerometer"});
+    low_pass.Read("gyroscope", imu->gyroscope_low_pass);
+    low_pass.Read("accelerometer", imu->accelerometer_low_pass);
+    for (const double share : {imu->gyroscope_low_pass, imu->accelerometer_low_pass}) {
+      if (share < 0.0 || share > 0.5)
+        s.Fail(s.Need("low_pass"), "a cut-off is a share of the rate, up to 0.5");
+    }
+  }
+  if (s.Has("stamps")) {
+    const Section stamps = s.Sub("stamps");
+    stamps.OnlyKeys({"jitter", "step", "doubled"});
+    stamps.Read("jitter", imu->stamp_jitter);
+    stamps.Read("step", imu->stamp_step);
+    stamps.Read("doubled", imu->doubled);
+  }
+  if (!s.Has("vibration")) return;
+  if (!s.Need("vibration").IsSequence()) s.Fail(s.Need("vibration"), "'vibration' must be a list");
+  for (const YAML::Node& node : s.Need("vibration")) {
+    const Section line = s.Element("vibration", node);
+    line.OnlyKeys({"frequency", "specific_force", "angular_velocity"});
+    imu->vibration.emplace_back();
+    line.ReadPositive("frequency", imu->vibration.back().frequency);
+    line.Read("specific_force", imu->vibration.back().specific_force);
+    line.Read("angular_velocity", imu->vibration.back().angular_velocity);
+  }
+}
+
 SimulatedImu ReadImu(const Section& s) {
   s.OnlyKeys({"topic", "frame_id", "rate", "T_body_imu", "noise", "gyroscope_bias", "accelerometer_bias",
-              "gyroscope_matrix", "accelerometer_matrix", "intrinsics"});
+              "gyroscope_matrix", "accelerometer_matrix", "intrinsics", "low_pass", "vibration", "gravity",
+              "stamps"});
   SimulatedImu imu;
   s.Read("topic", imu.topic);
   s.Read("frame_id", imu.frame_id);
@@ -56,6 +88,7 @@ SimulatedImu ReadImu(const Section& s) {
       "intrinsics",
       {{"bias", ImuIntrinsicsModel::kBias}, {"scale_misalignment", ImuIntrinsicsModel::kScaleMisalignment}},
       imu.intrinsics);
+  ReadFilterAndSurroundings(s, &imu);
   return imu;
 }
 
@@ -117,7 +150,7 @@ Sensor ReadPlacement(const std::string& name, const char* topic, const Section& 
 SimulatedLidar ReadLidar(const std::string& name, const Section& s) {
   s.OnlyKeys({"topic", "frame_id", "T_imu_sensor", "time_offset", "layout", "stamp", "phase", "rate",
               "pattern", "min_range", "max_range", "range_noise", "beam_divergence_deg",
-              "range_at_10_percent", "random_dropouts"});
+              "range_at_10_percent", "random_dropouts", "ring_bias", "range_walk", "packet_loss", "rain"});
   auto lidar = ReadPlacement<SimulatedLidar>(name, "/points", s);
   s.ReadName<PointLayout>("layout",
                           {{"velodyne", PointLayout::kVelodyne},
@@ -144,6 +177,20 @@ SimulatedLidar ReadLidar(const std::string& name, const Section& s) {
   s.Read("beam_divergence_deg", m.beam_divergence_deg);
   s.ReadPositive("range_at_10_percent", m.range_at_10_percent);
   s.Read("random_dropouts", m.random_dropouts);
+  s.Read("ring_bias", m.ring_bias);
+  const auto rings = static_cast<std::size_t>(m.kind == ScanPatternKind::kSpinning ? m.rings
+                                              : m.kind == ScanPatternKind::kRaster ? m.rows
+                                                                                   : 1);
+  if (!m.ring_bias.empty() && m.ring_bias.size() != rings) {
+    s.Fail(s.Need("ring_bias"), "'ring_bias' must have a number for each of the " + std::to_string(rings) +
+                                    " rings (raster: rows)");
+  }
+  s.Read("range_walk", m.range_walk);
+  s.Read("packet_loss", m.packet_loss);
+  s.Read("rain", m.rain);
+  if (m.packet_loss < 0.0 || m.packet_loss > 1.0 || m.rain < 0.0) {
+    s.Fail(s.node(), "'packet_loss' must be a share from 0 to 1, 'rain' (1/m) not negative");
+  }
   return lidar;
 }
 

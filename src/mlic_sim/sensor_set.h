@@ -22,6 +22,13 @@ enum class PointLayout {
   kNoTime      // PointCloud2 of x, y, z, intensity, ring
 };
 
+// A line of vibration that an IMU feels, about and along axes drawn from the seed, with phases drawn from it.
+struct VibrationLine {
+  double frequency = 0.0;         // Hz
+  double specific_force = 0.0;    // amplitude, m/s^2
+  double angular_velocity = 0.0;  // amplitude, rad/s
+};
+
 struct SimulatedImu {
   std::string topic = "/imu/data";
   std::string frame_id = "imu_link";
@@ -31,6 +38,14 @@ struct SimulatedImu {
   double gyroscope_walk = 0.0;      // rad/s^2/sqrt(Hz)
   double accelerometer_walk = 0.0;  // m/s^3/sqrt(Hz)
   ImuCalibration calibration;       // measured = matrix * true + bias
+  // Cut-offs of second-order Butterworth low-passes as shares of the rate; 0: none.
+  double gyroscope_low_pass = 0.0;
+  double accelerometer_low_pass = 0.0;
+  std::vector<VibrationLine> vibration;
+  double gravity = kStandardGravity;  // m/s^2
+  double stamp_jitter = 0.0;          // s, standard deviation
+  double stamp_step = 0.0;            // s, stamps are whole multiples of it; 0: as they are
+  double doubled = 0.0;               // share of samples that come again with the stamp 20 us later
   ImuIntrinsicsModel intrinsics =
       ImuIntrinsicsModel::kBias;  // what the rig file asks the calibration to estimate
 };

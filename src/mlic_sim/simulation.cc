@@ -19,6 +19,8 @@ namespace {
 constexpr TimeNs kImuDelay = 1000000;
 constexpr TimeNs kScanDelay = 4000000;
 constexpr TimeNs kImageDelay = 9000000;
+// Of the second of two equal IMU samples to the first, ns.
+constexpr TimeNs kDoubledAfter = 20000;
 
 struct Job {
   bool is_image;
@@ -76,12 +78,21 @@ class Simulator {
     const std::int64_t imu_count =
         static_cast<std::int64_t>(std::floor(options_.duration * sensors_.imu.rate)) + 1;
     std::int64_t next_imu = 0;
+    const auto motion = [&](double time) { return stage_->trajectory().StateAt(time); };
+    Random of_stamps = random_.Fork(0).Fork(2);
     const auto emit_imu_until = [&](TimeNs received) {
       for (; next_imu < imu_count; ++next_imu) {
         const double time = static_cast<double>(next_imu) / sensors_.imu.rate;
         const TimeNs stamp = TimeFrom(kSimulationEpoch, time);
         if (stamp + kImuDelay >= received) break;
-        sink.OnImu({stamp + kImuDelay, stamp, imu.Next(time, stage_->trajectory().StateAt(time))});
+        SimulatedImuMessage message{stamp + kImuDelay, Stamped(stamp, &of_stamps), imu.Next(time, motion)};
+        message.sample.time += 1e-9 * static_cast<double>(message.stamp - stamp);
+        sink.OnImu(message);
+        if (sensors_.imu.doubled > 0.0 && of_stamps.Uniform() < sensors_.imu.doubled) {
+          message.stamp += kDoubledAfter;
+          message.sample.time += 1e-9 * kDoubledAfter;
+          sink.OnImu(message);
+        }
       }
     };
     for (std::size_t begin = 0; begin < jobs.size();) {
@@ -114,6 +125,17 @@ class Simulator {
   }
 
  private:
+  // A sample's time as its driver stamps it.
+  TimeNs Stamped(TimeNs time, Random* random) const {
+    const SimulatedImu& imu = sensors_.imu;
+    if (imu.stamp_jitter > 0.0) {
+      time += static_cast<TimeNs>(std::llround(1e9 * imu.stamp_jitter * random->Normal()));
+    }
+    if (imu.stamp_step <= 0.0) return time;
+    const TimeNs step = static_cast<TimeNs>(std::llround(1e9 * imu.stamp_step));
+    return time / step * step;
+  }
+
   SimulatedImage Take(const Job& job) const {
     const SimulatedCamera& camera = sensors_.cameras[job.sensor];
     SimulatedImage image;
@@ -208,8 +230,15 @@ Drive SimulateDrive(const SensorSet& sensors, const SimulationOptions& options,
 
 std::vector<SensorCalibration> TrueCalibrations(const SensorSet& sensors) {
   std::vector<SensorCalibration> calibrations;
-  for (const SimulatedLidar& lidar : sensors.lidars) calibrations.push_back(lidar.calibration);
+  for (const SimulatedLidar& lidar : sensors.lidars) {
+    calibrations.push_back(AsTheImuSeesIt(sensors.imu, lidar.calibration));
+  }
   return calibrations;
+}
+
+SensorCalibration AsTheImuSeesIt(const SimulatedImu& imu, SensorCalibration calibration) {
+  calibration.time_offset += GroupDelay(imu.gyroscope_low_pass, imu.rate);
+  return calibration;
 }
 
 Rig RigFromSensorSet(const SensorSet& sensors, const GuessOptions& options) {

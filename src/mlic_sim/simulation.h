@@ -62,6 +62,10 @@ void Simulate(const SensorSet& sensors, const SimulationOptions& options, DriveS
 Drive SimulateDrive(const SensorSet& sensors, const SimulationOptions& options,
                     const std::function<void(LidarScan&)>& on_scan = nullptr);
 
+// The sensor's truth for the IMU's stamped readings: a gyroscope's low-pass shows the motion later than it
+// was, as if the sensor's own clock were behind by that much more.
+SensorCalibration AsTheImuSeesIt(const SimulatedImu& imu, SensorCalibration calibration);
+
 // The truth of the LiDARs in the core's terms.
 std::vector<SensorCalibration> TrueCalibrations(const SensorSet& sensors);
 

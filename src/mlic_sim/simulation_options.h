@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "mlic_sim/surroundings.h"
 #include "mlic_sim/trajectory.h"
 
 namespace mlic::sim {
@@ -14,6 +15,9 @@ struct SimulationOptions {
   std::uint64_t seed = 1;
   // False: exact IMU samples and points (biases, matrices and clock offsets stay as the sensor set says).
   bool with_noise = true;
+  WorldFamily world = WorldFamily::kOfScenario;
+  std::uint64_t world_seed = 1;
+  int moving_objects = 0;  // cars, people or doors, as the world has room for
 };
 
 }  // namespace mlic::sim

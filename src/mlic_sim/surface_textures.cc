@@ -52,7 +52,7 @@ void SurfaceTextures::AddSurfaces() {
   bool has_ground = false;
   for (const Triangle& t : mesh.triangles()) {
     const auto corners = Corners(mesh, t);
-    const bool is_ground = t.material == Material::kYardGround;
+    const bool is_ground = IsGround(t.material);
     if (is_ground && has_ground) {
       surface_of_triangle_.push_back(ground);
     } else {
@@ -235,8 +235,11 @@ class SurfaceTextures::TileLight {
 
   float GroundHeight(float x, float y) const {
     const Vector3f p = s_.origin + (u0_ + x * size_) * s_.u + (v0_ + y * size_) * s_.v;
-    const auto hit = world_.Cast(Vector3d(p.x(), p.y(), 0.05), -Vector3d::UnitZ(), 1.0);
-    return hit ? static_cast<float>(hit->position.z()) : 0.0f;
+    // The yard's ground is level but for millimetres.
+    const auto& ground = world_.mesh().ground_height();
+    const double about = ground && s_.material != Material::kYardGround ? ground(p.x(), p.y()) : 0.0;
+    const auto hit = world_.Cast(Vector3d(p.x(), p.y(), about + 0.05), -Vector3d::UnitZ(), 1.0);
+    return hit ? static_cast<float>(hit->position.z()) : static_cast<float>(about);
   }
 
   const World& world_;

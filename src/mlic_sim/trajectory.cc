@@ -95,6 +95,10 @@ bool IsCarriedByHand(Scenario scenario) {
   return scenario == Scenario::kHandheld || scenario == Scenario::kTiltedHandheld;
 }
 
+bool IsOnFlatGround(Scenario scenario) {
+  return scenario == Scenario::kPlanar || scenario == Scenario::kCircle;
+}
+
 std::string ScenarioName(Scenario scenario) {
   for (const auto& [known, name] : kScenarios) {
     if (known == scenario) return name;
@@ -103,16 +107,16 @@ std::string ScenarioName(Scenario scenario) {
 }
 
 std::unique_ptr<Trajectory> MakeTrajectory(Scenario scenario, std::uint64_t seed, double duration,
-                                           const RigidTransform& T_body_imu) {
+                                           const RigidTransform& T_body_imu, const MotionGround& ground) {
   const std::uint64_t own_seed = Random(seed).Fork(1).Next();
   switch (scenario) {
     case Scenario::kFigureEight:
-      return Make(FigureEight(own_seed, true), T_body_imu);
+      return Make(FigureEight(own_seed, true, ground.terrain), T_body_imu);
     case Scenario::kPlanar:
-      return Make(FigureEight(own_seed, false), T_body_imu);
+      return Make(FigureEight(own_seed, false, Terrain()), T_body_imu);
     case Scenario::kHandheld:
     case Scenario::kTiltedHandheld:
-      return Make(Handheld(own_seed, scenario == Scenario::kTiltedHandheld),
+      return Make(Handheld(own_seed, scenario == Scenario::kTiltedHandheld, ground),
                   {T_body_imu.rotation, Eigen::Vector3d::Zero()});
     case Scenario::kStraight:
       return Make(Straight(duration), T_body_imu);

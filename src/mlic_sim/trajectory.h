@@ -6,6 +6,7 @@
 #include <string>
 
 #include "mlic_core/geometry/rigid_transform.h"
+#include "mlic_sim/ground.h"
 
 namespace mlic::sim {
 
@@ -21,8 +22,10 @@ enum class Scenario {
   kCircle           // constant rate, without any roll, pitch or heave
 };
 
-// Whether the scenario takes place in the hall; the others do in the yard.
+// Whether the scenario takes place in the hall unless another world is asked for; the others do in the yard.
 bool IsCarriedByHand(Scenario scenario);
+// Whether the scenario's ground is perfectly flat.
+bool IsOnFlatGround(Scenario scenario);
 
 // Throws InputError for an unknown name.
 Scenario ScenarioFromName(const std::string& name);
@@ -46,8 +49,9 @@ class Trajectory {
 
 // Phases, frequencies and amplitudes follow from the seed. duration (s) matters for the straight drive only,
 // which has to stay inside the yard. T_body_imu mounts the IMU on the vehicle; in the hand-held scenarios the
-// trajectory is the IMU's own, and only the rotation of T_body_imu counts.
+// trajectory is the IMU's own, and only the rotation of T_body_imu counts. Of the cars only that of the
+// figure-eight follows the ground's terrain.
 std::unique_ptr<Trajectory> MakeTrajectory(Scenario scenario, std::uint64_t seed, double duration,
-                                           const RigidTransform& T_body_imu);
+                                           const RigidTransform& T_body_imu, const MotionGround& ground = {});
 
 }  // namespace mlic::sim

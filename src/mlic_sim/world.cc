@@ -6,6 +6,7 @@
 #include <embree3/rtcore.h>
 #endif
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -48,8 +49,11 @@ struct World::Embree {
   }
 };
 
-World::World(Mesh mesh, InfraredLook infrared)
-    : mesh_(std::move(mesh)), infrared_(infrared), embree_(std::make_unique<Embree>(mesh_)) {}
+World::World(Mesh mesh, InfraredLook infrared, MovingObjects moving)
+    : mesh_(std::move(mesh)),
+      infrared_(infrared),
+      moving_(std::move(moving)),
+      embree_(std::make_unique<Embree>(mesh_)) {}
 World::~World() = default;
 
 std::optional<RayHit> World::Cast(const Vector3d& origin, const Vector3d& direction, double max_range) const {
@@ -87,6 +91,15 @@ std::optional<RayHit> World::Cast(const Vector3d& origin, const Vector3d& direct
   hit.material = triangle.material;
   hit.object = triangle.object;
   return hit;
+}
+
+std::optional<RayHit> World::CastAt(double time, const Vector3d& origin, const Vector3d& direction,
+                                    double max_range) const {
+  const std::optional<RayHit> still = Cast(origin, direction, max_range);
+  if (moving_.IsEmpty()) return still;
+  const std::optional<RayHit> moving =
+      moving_.Cast(time, origin, direction, still ? std::min(still->range, max_range) : max_range);
+  return moving ? moving : still;
 }
 
 void World::CastPacket(float max_range, RayPacket& packet) const {

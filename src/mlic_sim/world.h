@@ -6,17 +6,10 @@
 #include <string>
 
 #include "mlic_sim/mesh.h"
+#include "mlic_sim/moving_objects.h"
+#include "mlic_sim/ray_hit.h"
 
 namespace mlic::sim {
-
-// Where a ray ends.
-struct RayHit {
-  double range;              // along the ray, m
-  Eigen::Vector3d position;  // map frame
-  Eigen::Vector3d normal;    // unit, towards the ray's origin
-  Material material;
-  std::uint32_t object;
-};
 
 // Rays that are cast together, for pictures: single precision is good to some micrometres at 50 m, far below
 // a pixel.
@@ -30,10 +23,10 @@ struct RayPacket {
   std::uint32_t triangle[kSize];  // index in Mesh::triangles
 };
 
-// A world that can be ray-cast (Embree). Thread-safe once built.
+// A world that can be ray-cast (Embree), with the few things that move in it. Thread-safe once built.
 class World {
  public:
-  explicit World(Mesh mesh, InfraredLook infrared = InfraredLook::kRelated);
+  explicit World(Mesh mesh, InfraredLook infrared = InfraredLook::kRelated, MovingObjects moving = {});
   ~World();
   World(const World&) = delete;
   World& operator=(const World&) = delete;
@@ -43,7 +36,11 @@ class World {
   std::optional<RayHit> Cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                              double max_range) const;
 
-  // Neighbouring rays of one picture.
+  // The same with what moves, as it is at `time` (s).
+  std::optional<RayHit> CastAt(double time, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                               double max_range) const;
+
+  // Neighbouring rays of one picture, of what stands still.
   void CastPacket(float max_range, RayPacket& packet) const;
 
   // Whether anything lies within max_range (m) along the ray.
@@ -51,11 +48,13 @@ class World {
 
   const Mesh& mesh() const { return mesh_; }
   InfraredLook infrared() const { return infrared_; }
+  const MovingObjects& moving() const { return moving_; }
 
  private:
   struct Embree;
   Mesh mesh_;
   InfraredLook infrared_;
+  MovingObjects moving_;
   std::unique_ptr<Embree> embree_;
 };
 

@@ -36,6 +36,11 @@ class Section {
 
   Section Sub(const std::string& key) const { return Section(file_, name_ + "." + key, Need(key)); }
 
+  // An element of the sequence under the key.
+  Section Element(const std::string& key, const YAML::Node& node) const {
+    return Section(file_, name_ + "." + key, node);
+  }
+
   template <typename T>
   void Read(const std::string& key, T& value) const {
     if (!Has(key)) return;

@@ -87,7 +87,7 @@ void AddParkedCars(const Random& random, bool flat_ground, Mesh& mesh) {
 
 }  // namespace
 
-std::unique_ptr<World> MakeYard(bool flat_ground, InfraredLook infrared) {
+Mesh YardMesh(bool flat_ground) {
   Mesh mesh;
   if (flat_ground) {
     mesh.AddQuad({-41, -31, 0}, {41, -31, 0}, {41, 31, 0}, {-41, 31, 0}, Material::kYardGround);
@@ -99,7 +99,7 @@ std::unique_ptr<World> MakeYard(bool flat_ground, InfraredLook infrared) {
   AddPavements(mesh);
   AddStreetFurniture(random, mesh);
   AddParkedCars(random, flat_ground, mesh);
-  return std::make_unique<World>(std::move(mesh), infrared);
+  return mesh;
 }
 
 }  // namespace mlic::sim

@@ -1,13 +1,11 @@
 #pragma once
 
-#include <memory>
-
-#include "mlic_sim/world.h"
+#include "mlic_sim/mesh.h"
 
 namespace mlic::sim {
 
 // A yard of about 80 x 60 m: buildings, parked cars, poles, trees, kerbs, markings. The ground is slightly
 // uneven (UnevenGroundHeight) or perfectly flat.
-std::unique_ptr<World> MakeYard(bool flat_ground, InfraredLook infrared = InfraredLook::kRelated);
+Mesh YardMesh(bool flat_ground);
 
 }  // namespace mlic::sim

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "mlic_core/geometry/so3.h"
+#include "mlic_sim/hall.h"
 #include "mlic_sim/image_stage.h"
 #include "mlic_sim/simulation.h"
 
@@ -94,6 +95,27 @@ TEST(Simulate, MessagesComeInOrderOfReceptionAndScansAreComplete) {
   EXPECT_EQ(order.scans, 38);
 }
 
+TEST(Simulate, DriversStampBadly) {
+  SensorSet set = TwoLidars();
+  const SimulationOptions options = Short(Scenario::kHandheld);
+  const Drive plain = SimulateDrive(set, options);
+  set.imu.doubled = 0.5;
+  set.imu.stamp_step = 1e-3;
+  set.imu.stamp_jitter = 5e-4;
+  const Drive bad = SimulateDrive(set, options);
+  EXPECT_NEAR(static_cast<double>(bad.imu.size()) / static_cast<double>(plain.imu.size()), 1.5, 0.1);
+  std::size_t k = 0;
+  double squares = 0.0;
+  for (const ImuSample& sample : bad.imu) {
+    if (sample.angular_velocity != plain.imu[k].angular_velocity) ++k;
+    ASSERT_LT(k, plain.imu.size());
+    ASSERT_EQ(sample.angular_velocity, plain.imu[k].angular_velocity);
+    squares += std::pow(sample.time - plain.imu[k].time, 2) / static_cast<double>(bad.imu.size());
+  }
+  // Rounding down to whole milliseconds adds an error of its own of half a step.
+  EXPECT_NEAR(std::sqrt(squares), std::sqrt(2.5e-7 + 2.5e-7 + 1e-6 / 12.0), 1e-4);
+}
+
 TEST(Simulate, ClockOffsetsShiftTheStampsOnly) {
   const SensorSet shifted = TwoLidars();
   SensorSet plain = shifted;
@@ -125,7 +147,7 @@ TEST(Simulate, NoiseFreeDriveIsConsistentWithItsTruth) {
   }
   // Seen again from the true poses at the points' own times, every point is on the first surface of its ray.
   // Times are floats in memory (some ns), so that the few rays that graze an edge may see past it.
-  const auto world = MakeWorld(options.scenario);
+  const auto world = MakeHall();
   const std::vector<SensorCalibration> truth = TrueCalibrations(set);
   int seen = 0, agree = 0;
   for (std::size_t l = 0; l < 2; ++l) {

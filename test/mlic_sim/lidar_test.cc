@@ -212,6 +212,92 @@ TEST(Scanner, FarAndDarkBeamsDropOut) {
   EXPECT_LT(share(2.0), 0.1);
 }
 
+// Mean of the range errors on the wall by ring, and the share of beams that came back.
+struct WallErrors {
+  std::vector<double> mean;
+  double returned = 0.0;
+  std::vector<SimulatedPoint> points;
+};
+WallErrors CastAtWall(const LidarModel& model, std::optional<Random> noise) {
+  const World world = WallWorld();
+  const auto trajectory = Parked();
+  const std::vector<Firing> firings = MakeScanPattern(model, 0);
+  WallErrors errors;
+  errors.points = CastScan(world, *trajectory, AtOrigin(*trajectory), model, firings, 0.0, noise);
+  std::vector<double> sum(static_cast<std::size_t>(model.rows)), count(sum.size());
+  for (std::size_t i = 0; i < firings.size(); ++i) {
+    const SimulatedPoint& p = errors.points[i];
+    if (!p.returned) continue;
+    errors.returned += 1.0 / static_cast<double>(firings.size());
+    sum[p.ring] += p.position.norm() - 10.0 / firings[i].direction.x();
+    count[p.ring] += 1.0;
+  }
+  for (std::size_t r = 0; r < sum.size(); ++r) errors.mean.push_back(sum[r] / count[r]);
+  return errors;
+}
+
+TEST(Scanner, RingBiasShiftsItsRingOnly) {
+  LidarModel model = SmallRaster();
+  model.ring_bias.assign(static_cast<std::size_t>(model.rows), 0.0);
+  model.ring_bias[7] = 0.03;
+  const WallErrors errors = CastAtWall(model, std::nullopt);
+  for (std::size_t r = 0; r < errors.mean.size(); ++r) EXPECT_NEAR(errors.mean[r], r == 7 ? 0.03 : 0.0, 1e-5);
+}
+
+// Window frames reflect about 0.75 of the LiDAR's light: at grazing incidence less comes back, and later.
+TEST(Scanner, RangeWalkGrowsAsEchoesGetWeaker) {
+  LidarModel model = SmallRaster();
+  model.range_walk = 0.05;
+  model.fov_deg[0] = 160.0;
+  const WallErrors with = CastAtWall(model, std::nullopt);
+  model.range_walk = 0.0;
+  const WallErrors without = CastAtWall(model, std::nullopt);
+  const std::vector<Firing> firings = MakeScanPattern(model, 0);
+  int tested = 0;
+  for (std::size_t i = 0; i < firings.size(); ++i) {
+    if (!with.points[i].returned) continue;
+    const double cosine = firings[i].direction.x();
+    const double walk = with.points[i].position.norm() - without.points[i].position.norm();
+    // The reflectance alone spreads by 20 percent: 0.05 log10(1.2) = 4 mm.
+    EXPECT_NEAR(walk, -0.05 * std::log10(cosine * 0.75 / 0.5), 0.005);
+    ++tested;
+  }
+  EXPECT_GT(tested, 3000);
+}
+
+TEST(Scanner, LostPacketsLeaveGapsAndNothingElse) {
+  LidarModel model = SmallRaster();
+  const WallErrors all = CastAtWall(model, Random(5));
+  model.packet_loss = 0.3;
+  const WallErrors some = CastAtWall(model, Random(5));
+  EXPECT_NEAR(some.returned / all.returned, 0.7, 0.12);
+  int changes = 0;
+  for (std::size_t i = 0; i < all.points.size(); ++i) {
+    if (some.points[i].returned) {
+      EXPECT_EQ(some.points[i].position, all.points[i].position);
+    }
+    if (i > 0 && all.points[i].returned && all.points[i - 1].returned) {
+      changes += some.points[i].returned != some.points[i - 1].returned;
+    }
+  }
+  EXPECT_LT(changes, 100);  // whole packets, not beams here and there
+}
+
+TEST(Scanner, RainSendsBackItsShareOfBeamsFromInFrontOfTheWall) {
+  LidarModel model = SmallRaster();
+  model.range_at_10_percent = 1000.0;  // drops are dark, and seen all the same
+  model.rain = 0.01;
+  const WallErrors errors = CastAtWall(model, Random(5));
+  double drops = 0.0, returned = 0.0;
+  for (const SimulatedPoint& p : errors.points) {
+    returned += p.returned;
+    drops += p.returned && p.position.x() < 9.8f;
+  }
+  // Ways of 10 to 12 m: 10 percent.
+  EXPECT_NEAR(drops / returned, 0.1, 0.02);
+  EXPECT_LT(drops, returned);
+}
+
 TEST(Scanner, IntensityFallsWithRangeAndIncidence) {
   EXPECT_GT(IntensityOf(0.5, 1.0, 10.0), IntensityOf(0.5, 0.5, 10.0));
   EXPECT_GT(IntensityOf(0.5, 1.0, 10.0), IntensityOf(0.5, 1.0, 40.0));

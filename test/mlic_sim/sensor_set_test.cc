@@ -48,6 +48,35 @@ TEST(SensorSet, ReadsItsKeys) {
       1e-12);
 }
 
+TEST(SensorSet, RingBiasHasANumberForEachRow) {
+  const std::string good(kGood);
+  EXPECT_EQ(LoadSensorSet(Write(good + "    ring_bias: [1, 2, 3, 4, 5]\n")).lidars[0].model.ring_bias[4],
+            5.0);
+  EXPECT_NE(
+      ErrorOf(good + "    ring_bias: [1, 2]\n").find("'ring_bias' must have a number for each of the 5"),
+      std::string::npos);
+  EXPECT_NE(ErrorOf(good + "    packet_loss: 2\n").find("'packet_loss'"), std::string::npos);
+}
+
+TEST(SensorSet, ReadsWhatIsSpecialAboutTheImu) {
+  const std::string good(kGood);
+  const SensorSet set = LoadSensorSet(
+      Write("imu:\n  gravity: 9.79\n  low_pass: {gyroscope: 0.1}\n  stamps: {jitter: 1.0e-4, doubled: 0.5}\n"
+            "  vibration: [{frequency: 60, specific_force: 3}, {frequency: 75, angular_velocity: 0.1}]\n" +
+            good.substr(good.find("lidars:"))));
+  EXPECT_EQ(set.imu.gravity, 9.79);
+  EXPECT_EQ(set.imu.gyroscope_low_pass, 0.1);
+  EXPECT_EQ(set.imu.accelerometer_low_pass, 0.0);
+  EXPECT_EQ(set.imu.stamp_jitter, 1e-4);
+  EXPECT_EQ(set.imu.doubled, 0.5);
+  ASSERT_EQ(set.imu.vibration.size(), 2u);
+  EXPECT_EQ(set.imu.vibration[0].specific_force, 3.0);
+  EXPECT_EQ(set.imu.vibration[1].frequency, 75.0);
+  EXPECT_NE(ErrorOf("imu:\n  low_pass: {gyroscope: 0.6}\n" + good.substr(good.find("lidars:")))
+                .find(":2: a cut-off is a share of the rate"),
+            std::string::npos);
+}
+
 TEST(SensorSet, SaysHowTheInfraredLooks) {
   EXPECT_EQ(LoadSensorSet(Write(kGood)).infrared, InfraredLook::kRelated);
   const std::string inverted = "world: {infrared: inverted_half}\n";

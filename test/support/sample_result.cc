@@ -122,14 +122,33 @@ void AddCameraResiduals(CalibrationResult& result) {
 
 CalibrationResult SampleResult() {
   CalibrationResult result;
-  result.trusted = true;
+  result.verdict = Verdict::kTrusted;
   result.warnings = {"the common z of all LiDARs is not visible in this drive and was held at the guess"};
+  QualityCheck convergence;
+  convergence.name = "convergence";
+  convergence.value = 0.083;
+  convergence.limit = 1.0;
+  convergence.unit = "sigma";
+  convergence.refuses = true;
+  convergence.failure = "the calibration has not converged";
+  convergence.remedy = "record a longer drive";
+  QualityCheck coverage;
+  coverage.name = "coverage_image";
+  coverage.sensor = "cam_front";
+  coverage.value = 0.375;
+  coverage.limit = 0.5;
+  coverage.bound = QualityCheck::Bound::kLeast;
+  coverage.unit = "of the image";
+  coverage.failure = "cam_front: landmarks cover little of its image";
+  coverage.remedy = "turn so that structure crosses all of it";
+  result.checks = {convergence, coverage};
   result.imu_frame_id = "imu_link";
   Random random(3);
   result.imu.gyroscope_bias = NormalVector(random, 0.002);
   result.imu.accelerometer_bias = NormalVector(random, 0.05);
   result.imu.gyroscope_matrix(0, 1) = 0.0021;
   result.imu.accelerometer_matrix(1, 0) = -0.0034;
+  result.alignment = ImuAlignment{ImuAxes::kGyroscope, {true, true, false}, {1e-3, 2e-3, 1.7e-2}};
   result.gravity = {0.0, 0.0, -9.80665};
   result.sensors = {SampleSensor("front_lidar", {0.012, 1.693, 0.0}, {1.728, 1.556, 0.157}),
                     SampleSensor("left_lidar", {-0.423, 0.967, 0.1}, {3.133, -0.110, 3.138}),

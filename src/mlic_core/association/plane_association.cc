@@ -184,35 +184,41 @@ std::vector<PlaneNoise> MeasurePlaneNoise(const std::vector<PlaneAssociation>& a
 }
 
 double CorrelationFactor(const std::vector<PlaneAssociation>& associations, const CalibrationState& state) {
-  constexpr double kGroup = 1.0;   // s
-  constexpr double kFewest = 5.0;  // points of a group; from: guard
-  double sum = 0.0, groups = 0.0;
+  constexpr double kGroup = 1.0;   // s; from: structural
+  constexpr double kRidge = 1e-9;  // of a plane's information; from: guard
+  double squares = 0.0, variances = 0.0;
   for (std::size_t d = 0; d < associations.size(); ++d) {
     const PlaneAssociation& association = associations[d];
-    const std::vector<float> residuals = PlaneResiduals(association, state, d);
-    for (std::size_t p = 0; p < association.planes.size(); ++p) {
-      double count = 0.0, total = 0.0, start = 0.0;
-      int lidar = -1;
-      const auto close = [&] {
-        if (count < kFewest) return;
-        sum += total * total / count;
-        groups += 1.0;
+    std::vector<Eigen::Vector2d> of_planes(association.planes.size());  // squares and variances
+    ParallelFor(of_planes.size(), [&](std::size_t p) {
+      const PlaneRows rows = RowsOfPlane(association, state, d, p);
+      const auto by_plane = rows.jacobian.bottomRows<3>();
+      Eigen::Matrix3d information = by_plane * by_plane.transpose();
+      information.diagonal().array() += kRidge;
+      const auto solver = information.ldlt();
+      of_planes[p].setZero();
+      Eigen::Index begin = 0;
+      const auto count = static_cast<Eigen::Index>(rows.observations.size());
+      const auto of = [&](Eigen::Index i) -> const PlaneObservation& {
+        return association.observations[rows.observations[i]];
       };
-      for (std::size_t k = association.begin[p]; k < association.begin[p + 1]; ++k) {
-        const PlaneObservation& o = association.observations[k];
-        if (o.lidar != lidar || o.time > start + kGroup) {
-          close();
-          count = total = 0.0;
-          lidar = o.lidar;
-          start = o.time;
-        }
-        count += 1.0;
-        total += residuals[k] / o.sigma;
+      for (Eigen::Index end = 1; end <= count; ++end) {
+        if (end < count && of(end).lidar == of(begin).lidar && of(end).time <= of(begin).time + kGroup)
+          continue;
+        const auto units = rows.units.segment(begin, end - begin);
+        const Eigen::Vector3d followed = by_plane.middleCols(begin, end - begin) * units;
+        const double total = units.dot(rows.residuals.segment(begin, end - begin));
+        of_planes[p] +=
+            Eigen::Vector2d(total * total, units.squaredNorm() - followed.dot(solver.solve(followed)));
+        begin = end;
       }
-      close();
+    });
+    for (const Eigen::Vector2d& of_plane : of_planes) {
+      squares += of_plane[0];
+      variances += of_plane[1];
     }
   }
-  return groups > 0.0 ? std::max(1.0, sum / groups) : 1.0;
+  return variances > 0.0 ? std::max(1.0, squares / variances) : 1.0;
 }
 
 }  // namespace mlic

@@ -12,12 +12,15 @@ namespace mlic {
 // The IMU residuals (docs/method.md, section 3.1) of one sample, not whitened, with Jacobians:
 //   r_w = M_w w(t) + b_w - w_m,   r_a = M_a R(t)^T (p''(t) - g) + b_a - a_m
 // Columns: 4 rotation control points (12), 4 position control points (12), gyroscope bias (3), accelerometer
-// bias (3), gyroscope matrix row by row (9), lower triangle of the accelerometer matrix row by row (6).
+// bias (3), gravity's magnitude (1), rotation of the accelerometer (M_a <- Exp(delta) M_a, 3), gyroscope
+// matrix row by row (9), lower triangle of the accelerometer matrix row by row (6).
 struct ImuResidual {
   static constexpr int kPosition = 12;                  // from: structural, places of columns
   static constexpr int kBias = 24;                      // from: structural, places of columns
-  static constexpr int kMatrices = 30;                  // from: structural, places of columns
-  static constexpr int kColumns = 45;                   // from: structural, places of columns
+  static constexpr int kGravity = 30;                   // from: structural, places of columns
+  static constexpr int kAlignment = 31;                 // from: structural, places of columns
+  static constexpr int kMatrices = 34;                  // from: structural, places of columns
+  static constexpr int kColumns = 49;                   // from: structural, places of columns
   using Jacobian = Eigen::Matrix<double, kColumns, 6>;  // one column for each residual component
 
   // gravity: map frame, m/s^2. Rows 0-2 of the result: rad/s, 3-5: m/s^2. jacobian may be null.
@@ -48,6 +51,9 @@ struct ImuResidual {
     }
     jacobian->block<3, 3>(kBias, 0).setIdentity();
     jacobian->block<3, 3>(kBias + 3, 3).setIdentity();
+    // g = |g| * down, and the map's axes are aligned to it.
+    jacobian->block<1, 3>(kGravity, 3) = -(force_to_position * gravity.normalized()).transpose();
+    jacobian->block<3, 3>(kAlignment, 3) = Hat(imu.accelerometer_matrix * force);  // (-Hat)^T
     int lower = kMatrices + 9;
     for (int r = 0; r < 3; ++r) {
       jacobian->block<3, 1>(kMatrices + 3 * r, r) = value.angular_velocity;

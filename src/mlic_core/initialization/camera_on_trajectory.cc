@@ -238,7 +238,7 @@ CameraInitialization InitializeCameras(const Rig& rig, const std::vector<CameraS
         config.fixed || AlignCamera(config, start[c], MatchesOfKeyframes(tracks, static_cast<int>(c)),
                                     trajectories, &camera, &alignment);
     if (!result.found[c]) {
-      result.problems.push_back(AlignmentProblem(config.name));
+      result.problems.push_back({config.name, AlignmentProblem(config.name)});
     } else if (!config.fixed) {
       result.notes.push_back(AlignmentNote(config.name, camera, alignment.rotation));
     }
@@ -283,7 +283,7 @@ void JudgeCameras(const Rig& rig, CameraInitialization* judged) {
           "%s: only %zu observations of points agree with the trajectory; record more texture or nearer "
           "structure, or check model and field of view",
           rig.cameras[c].name.c_str(), counts[c]);
-      result.problems.push_back(line);
+      result.problems.push_back({rig.cameras[c].name, line});
       continue;
     }
     const SensorCalibration& sensor = result.cameras[c].sensor;

@@ -10,6 +10,7 @@
 #include "mlic_core/initialization/lens_search.h"
 #include "mlic_core/problem/joint_problem.h"
 #include "mlic_core/problem/state.h"
+#include "mlic_core/sensors/sensor_problem.h"
 
 namespace mlic {
 
@@ -23,7 +24,7 @@ struct CameraStart {
 // first drive that has the camera's images. Throws InputError for a camera that has neither.
 std::vector<CameraStart> StartFromRig(const Rig& rig, const Dataset& dataset);
 
-// What the initialisation of the cameras found; problems are reasons for refusal, in plain words.
+// What the initialisation of the cameras found; problems: of the cameras that it lost.
 struct CameraInitialization {
   std::vector<CameraCalibration> cameras;
   std::vector<FixedCameraParameters> held;  // fixed cameras, and intrinsics that the data do not determine
@@ -31,7 +32,7 @@ struct CameraInitialization {
   std::vector<bool> found;                  // cameras that can take part in the joint solve
   std::vector<LandmarkSet> landmarks;       // of each drive, at the cameras found
   Eigen::MatrixXd information;              // of the calibration of a state with these cameras and no LiDARs
-  std::vector<std::string> problems;
+  std::vector<SensorProblem> problems;
   std::vector<std::string> notes;
 };
 

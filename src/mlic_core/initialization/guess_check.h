@@ -16,7 +16,17 @@ bool IsLostFromGuess(const LidarConfig& config, const RigidTransform& T_imu_lida
 // One line for people why such a LiDAR is refused.
 std::string WhyRejected(const LidarConfig& config);
 
-// Empty, or a warning where the result is more than four of the guess' sigmas away from it.
-std::string DescribeIfFarFromGuess(const ExtrinsicGuess& guess, const RigidTransform& T_imu_sensor);
+// How far the result is from the guess about or along the worst axis, in the guess' sigmas.
+double SigmasFromGuess(const ExtrinsicGuess& guess, const RigidTransform& T_imu_sensor);
+
+// True where the result is more than four of the guess' sigmas away from it: then it was given the wrong way
+// round, or for another sensor, and says nothing of what the data do not show either. As the guess pulled the
+// result to itself, fewer right guesses are taken for wrong than the four sigmas say.
+bool ContradictsGuess(const ExtrinsicGuess& guess, const RigidTransform& T_imu_sensor);
+
+constexpr double kFarFromGuess = 4.0;  // sigmas; from: derivation, 6 of 100000 normal errors lie beyond
+
+// How far the result is from the guess, for people.
+std::string DescribeDistance(const ExtrinsicGuess& guess, const RigidTransform& T_imu_sensor);
 
 }  // namespace mlic

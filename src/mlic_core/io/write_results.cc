@@ -56,7 +56,7 @@ void WriteResults(const fs::path& directory, const CalibrationResult& result, co
     WriteInitialCalibration(directory / "initial_calibration.yaml", result);
   }
   WriteReport(directory / "report.html", result, place);
-  if (result.trusted) {
+  if (result.Usable()) {
     WriteStaticTransforms(directory / "static_transforms.launch", result);
     WriteUrdf(directory / "sensors.urdf.xacro", result);
     WriteCameraInfos(directory / "camera_info", result);

@@ -17,6 +17,10 @@ namespace {
 // seeds 1 to 3
 constexpr double kLargestOwnError = 8.0;
 
+// Of gravity about kStandardGravity, m/s^2. from: standard, the normal gravity formula of WGS 84 gives 9.780
+// at the equator and 9.832 at the poles
+constexpr double kGravitySigma = 0.03;
+
 }  // namespace
 
 Adjustment StartAdjustment(const Rig& rig, const Dataset& dataset, Initialization start) {
@@ -24,6 +28,7 @@ Adjustment StartAdjustment(const Rig& rig, const Dataset& dataset, Initializatio
   adjustment.base_lidar = start.base_lidar;
   adjustment.unaligned_lidars = std::move(start.unaligned);
   adjustment.rejected_lidars.assign(rig.lidars.size(), false);
+  adjustment.contradicted_guesses.assign(rig.lidars.size(), false);
   adjustment.state = std::move(start.state);
   adjustment.initial.lidars = adjustment.state.lidars;
   adjustment.given_imu_sigma = start.imu_sigma;
@@ -32,6 +37,10 @@ Adjustment StartAdjustment(const Rig& rig, const Dataset& dataset, Initializatio
   JointProblem& problem = adjustment.problem;
   problem.dataset = &dataset;
   problem.imu_sigma = std::move(start.imu_sigma);
+  // The accelerometer's scale, where it is estimated, and gravity look alike.
+  const bool gravity_moves = !rig.imu.gravity && rig.imu.intrinsics == ImuIntrinsicsModel::kBias;
+  problem.imu.gravity_sigma = gravity_moves ? kGravitySigma : 0.0;
+  adjustment.state.gravity = rig.imu.gravity.value_or(kStandardGravity);
   for (const LidarConfig& lidar : rig.lidars) {
     problem.guesses.push_back(lidar.fixed ? std::nullopt : lidar.guess);
     problem.lidar_fixed.push_back(lidar.fixed);
@@ -46,6 +55,7 @@ void AddCameras(const Rig& rig, const CameraInitialization& cameras, const std::
   JointProblem& problem = adjustment->problem;
   state.cameras = adjustment->initial.cameras = cameras.cameras;
   adjusted.found = cameras.found;
+  adjustment->contradicted_guesses.resize(state.Sensors().size(), false);
   adjusted.tracks = WithoutLostCameras(tracks, cameras.found);
   // The cameras are not yet as right as single observations are sharp: the first round judges less strictly.
   for (const LandmarkNoise& noise : cameras.noise) {

@@ -11,6 +11,7 @@
 #include "mlic_core/pipeline/lidar_adjustment.h"
 #include "mlic_core/pipeline/stage_clock.h"
 #include "mlic_core/problem/state.h"
+#include "mlic_core/summary/checks.h"
 #include "mlic_core/summary/result_assembly.h"
 
 namespace mlic {
@@ -132,8 +133,10 @@ Adjustment JointAdjustmentStage(const StageContext& context, Landmarks landmarks
   return adjustment;
 }
 
-void AddReasons(const CameraInitialization& cameras, CalibrationResult* result) {
-  result->reasons.insert(result->reasons.end(), cameras.problems.begin(), cameras.problems.end());
+void RejectCameras(const CameraInitialization& cameras, CalibrationResult* result) {
+  for (const SensorProblem& problem : cameras.problems) {
+    result->rejected.push_back({problem.sensor, SensorResult::Type::kCamera, problem.reason});
+  }
 }
 
 // Brings the cameras together for the search for tracks across them. What the first look loses or takes for
@@ -160,7 +163,7 @@ Adjustment CameraStages(const StageContext& context, const std::vector<CameraSta
   const auto tracks = SharedTrackStage(context, SharedPass::kAll, state, features);
   if (map) {
     SharedCameraStage(context, SharedPass::kAll, intrinsics, tracks, state, &cameras);
-    AddReasons(cameras, context.result);
+    RejectCameras(cameras, context.result);
   }
   AddCameras(context.rig, cameras, tracks, &adjustment);
   adjustment = JointAdjustmentStage(context, Landmarks::kTracks, !map, std::move(adjustment));
@@ -171,6 +174,13 @@ Adjustment CameraStages(const StageContext& context, const std::vector<CameraSta
 void ResultStage(const StageContext& context, const Adjustment& adjustment) {
   StageClock stage("result", context);
   AssembleResult(context.rig, context.dataset, adjustment, context.result);
+  const std::vector<QualityCheck>& checks = context.result->checks;
+  const auto passed =
+      std::count_if(checks.begin(), checks.end(), [](const QualityCheck& check) { return check.Passed(); });
+  stage.Line(std::to_string(passed) + " of " + std::to_string(checks.size()) + " checks passed");
+  for (const QualityCheck& check : checks) {
+    if (!check.Passed()) stage.Line(DescribeCheck(check));
+  }
 }
 
 bool ColmapWanted(const StageContext& context) {
@@ -219,7 +229,7 @@ void CalibrateFromLidars(const StageContext& context) {
     if (StartLostFromColmap(context, found.found, tracks, &intrinsics)) {
       found = CameraInitializationStage(context, "cameras_from_colmap", intrinsics, tracks, adjustment.state);
     }
-    AddReasons(found, result);
+    RejectCameras(found, result);
     adjustment = CameraStages(context, intrinsics, found, features, std::move(adjustment));
   }
   ResultStage(context, adjustment);
@@ -242,6 +252,7 @@ void CalibrateFromCameras(const StageContext& context) {
   }
   CalibrationResult* result = context.result;
   result->reasons = start.problems;
+  RejectCameras(cameras, result);
   if (start.state.drives.size() < context.dataset.drives.size()) return FinishRefused(result);
   Adjustment adjustment = StartAdjustment(context.rig, context.dataset, std::move(start));
   adjustment = CameraStages(context, intrinsics, std::move(cameras), features, std::move(adjustment));

@@ -179,7 +179,7 @@ CameraInitialization CameraInitializationStage(const StageContext& context, cons
     context.Save(file, cameras);
   }
   for (const std::string& note : cameras.notes) stage.Line(note);
-  for (const std::string& problem : cameras.problems) stage.Line(problem);
+  for (const SensorProblem& problem : cameras.problems) stage.Line(problem.reason);
   return cameras;
 }
 
@@ -196,7 +196,7 @@ void SharedCameraStage(const StageContext& context, SharedPass pass, const std::
     context.Save(Names(pass).cameras_file, *found);
   }
   for (const std::string& note : found->notes) stage.Line(note);
-  for (const std::string& problem : found->problems) stage.Line(problem);
+  for (const SensorProblem& problem : found->problems) stage.Line(problem.reason);
 }
 
 }  // namespace mlic

@@ -10,8 +10,12 @@
 #include "mlic_core/association/plane_association.h"
 #include "mlic_core/association/ring_corrections.h"
 #include "mlic_core/common/order_statistics.h"
+#include "mlic_core/geometry/so3.h"
+#include "mlic_core/initialization/guess_check.h"
 #include "mlic_core/problem/imu_terms.h"
 #include "mlic_core/problem/priors.h"
+#include "mlic_core/uncertainty/held_translations.h"
+#include "mlic_core/uncertainty/imu_alignment.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
 
 namespace mlic {
@@ -23,7 +27,6 @@ namespace {
 constexpr std::size_t kManyPoints = 2000;  // from: measured, kitti_0005 and the car of 4 LiDARs
 constexpr std::size_t kMostPoints = 6000;  // from: guard, time
 constexpr double kPointsOnPlanes = 500.0;  // from: measured, kitti_0005 and the car of 4 LiDARs
-constexpr double kMostUnsettled = 10.0;    // sigmas; from: guard
 constexpr int kLeastRounds = 5;
 constexpr int kMostRounds = 15;  // from: guard, time
 constexpr int kLeastRoundsWithCameras = 3;
@@ -39,6 +42,7 @@ constexpr double kLeastMatchNoise = 4.0;
 void BeginRounds(Landmarks landmarks, Adjustment* adjustment) {
   adjustment->rounds.landmarks = landmarks;
   adjustment->rounds.done = 0;
+  adjustment->rounds.alignment_tried = false;
   if (landmarks != Landmarks::kTracksAndMap) return;
   adjustment->map.cameras_before = adjustment->state.cameras;
   adjustment->map.noise.assign(adjustment->state.cameras.size(), kLeastMatchNoise);
@@ -100,24 +104,64 @@ void FixUnobservableIntrinsics(const Dataset& dataset, Adjustment* adjustment) {
       PatternSensitivity(problem.landmarks, state.cameras.size()));
 }
 
-void MeasureImuSigma(const Dataset& dataset, Adjustment* adjustment) {
-  constexpr std::size_t kFewest = 35;  // samples; from: guard
-  // Vibration above what the spline can carry, and errors that the data sheet leaves out, add to the noise.
+void MeasureImuSigmas(const Dataset& dataset, Adjustment* adjustment) {
   for (std::size_t d = 0; d < dataset.drives.size(); ++d) {
-    const ImuResiduals residuals = EvaluateImuResiduals(dataset, adjustment->state, d);
-    if (residuals.values.size() < kFewest) continue;
-    const auto measured = [&](int component) {
-      std::vector<double> sizes;
-      for (const auto& value : residuals.values) sizes.push_back(std::abs(value[component]));
-      return 1.4826 * Median(std::move(sizes));
-    };
-    const ImuSigma& given = adjustment->given_imu_sigma[d];
-    ImuSigma& sigma = adjustment->problem.imu_sigma[d];
-    for (int a = 0; a < 3; ++a) {
-      sigma.gyroscope[a] = std::max(given.gyroscope[a], measured(a));
-      sigma.accelerometer[a] = std::max(given.accelerometer[a], measured(3 + a));
-    }
+    adjustment->problem.imu_sigma[d] =
+        MeasureImuSigma(EvaluateImuResiduals(dataset, adjustment->state, d),
+                        adjustment->state.drives[d].trajectory, adjustment->given_imu_sigma[d]);
   }
+}
+
+void DropContradictedGuesses(Adjustment* adjustment) {
+  JointProblem& problem = adjustment->problem;
+  const SensorOrder order = adjustment->state.Sensors();
+  for (std::size_t s = 0; s < order.size(); ++s) {
+    if (!adjustment->contradicted_guesses[s]) continue;
+    const SensorId id = order.At(s);
+    (id.IsLidar() ? problem.guesses : problem.camera_guesses)[id.index].reset();
+  }
+}
+
+// Guesses that the calibration contradicts count no more, once it hardly moves in terms of their sigmas (a
+// wrong one can keep it moving by many of its own). True if there is a new one. before: the round.
+bool FindContradictedGuesses(const AdjustmentContext& context, const CalibrationState& before,
+                             Adjustment* adjustment) {
+  const SensorOrder order = adjustment->state.Sensors();
+  bool found = false;
+  for (std::size_t s = 0; s < order.size(); ++s) {
+    const SensorId id = order.At(s);
+    const bool takes_part =
+        id.IsLidar() ? !adjustment->rejected_lidars[id.index] : adjustment->cameras.found[id.index];
+    const std::optional<ExtrinsicGuess> guess = GuessOf(id, adjustment->problem);
+    if (!takes_part || !guess) continue;
+    const RigidTransform& now = adjustment->state.Sensor(id).T_imu_sensor;
+    ExtrinsicGuess last = *guess;
+    last.T_imu_sensor = before.Sensor(id).T_imu_sensor;
+    if (SigmasFromGuess(last, now) > 1.0 || !ContradictsGuess(*guess, now)) continue;
+    found = adjustment->contradicted_guesses[s] = true;
+    const std::string& name =
+        id.IsLidar() ? context.rig.lidars[id.index].name : context.rig.cameras[id.index].name;
+    context.monitor.line(name + ": the given T_imu_sensor contradicts the data and counts no more");
+  }
+  if (found) DropContradictedGuesses(adjustment);
+  return found;
+}
+
+// Decides which axes of the accelerometer's rotation to the gyroscope move in the next round; held ones are
+// the identity's. True if they are others than in this one.
+bool ReviewAxes(const AdjustmentContext& context, bool many, Adjustment* adjustment) {
+  constexpr double kSame = 0.1;  // of projectors; from: guard, rounding and what a round moves
+  const AlignmentReview review =
+      ReviewAlignment(adjustment->problem, adjustment->state, ScaledInformation(*adjustment, context.dataset),
+                      context.rig.imu.alignment_sigma, !many || adjustment->rounds.alignment_tried);
+  adjustment->alignment_covariance = review.covariance;
+  adjustment->rounds.alignment_tried |= review.taken_back && many;
+  Eigen::Matrix3d& held = adjustment->problem.imu.alignment_held;
+  if ((review.held - held).norm() < kSame) return false;
+  held = review.held;
+  Eigen::Matrix3d& matrix = adjustment->state.accelerometer_matrix;
+  matrix = ExpMatrix((Eigen::Matrix3d::Identity() - held) * Log(matrix));
+  return true;
 }
 
 // True if the next round takes more points of each scan.
@@ -150,7 +194,31 @@ void AssociateAndSolve(const AdjustmentContext& context, bool many, Adjustment* 
   adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment);
   adjustment->plane_noise = MeasurePlaneNoise(problem.planes, adjustment->state, adjustment->plane_noise);
   if (landmarks) MeasureLandmarks(adjustment);
-  MeasureImuSigma(context.dataset, adjustment);
+  MeasureImuSigmas(context.dataset, adjustment);
+}
+
+// What the IMU's slow errors, which single samples do not show, take from its say: measured once, as with
+// less say it contradicts the trajectory more.
+void WeakenImuBySlowErrors(const AdjustmentContext& context, Adjustment* adjustment) {
+  bool weaker = false;
+  for (std::size_t d = 0; d < context.dataset.drives.size(); ++d) {
+    ImuSigma& sigma = adjustment->problem.imu_sigma[d];
+    const ImuMeanExcess excess =
+        MeasureMeanExcess(EvaluateImuResiduals(context.dataset, adjustment->state, d), sigma);
+    adjustment->scale.imu.push_back(excess);
+    sigma.gyroscope *= std::sqrt(excess.variance[0]);
+    sigma.accelerometer *= std::sqrt(excess.variance[1]);
+    for (std::size_t sensor = 0; sensor < 2; ++sensor) {
+      if (excess.variance[sensor] <= 1.0) continue;
+      weaker = true;
+      char text[200];
+      std::snprintf(text, sizeof(text), "the %s errs by %.1f times its noise in means over %.0f s",
+                    sensor == 0 ? "gyroscope" : "accelerometer", std::sqrt(excess.variance[sensor]),
+                    excess.seconds[sensor]);
+      context.monitor.line(text);
+    }
+  }
+  if (weaker) adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment);
 }
 
 std::string DescribeRound(const Adjustment& adjustment, double change) {
@@ -163,6 +231,33 @@ std::string DescribeRound(const Adjustment& adjustment, double change) {
       adjustment.last_solve.observations, adjustment.last_solve.landmark_observations,
       adjustment.last_solve.last_cost, change);
   return text;
+}
+
+void MeasureScale(const Adjustment& adjustment, CovarianceScale* scale) {
+  const JointProblem& problem = adjustment.problem;
+  const CalibrationState& state = adjustment.state;
+  scale->correlation = CorrelationFactor(problem.planes, state);
+  scale->stamps = MeasureStampErrors(problem, state);
+  for (std::size_t l = 0; l < state.lidars.size(); ++l) {
+    scale->correlation = std::max(scale->correlation, scale->stamps[l].excess);
+  }
+  if (adjustment.rounds.landmarks == Landmarks::kNone) return;
+  scale->cameras = MeasureCameraInflation(
+      problem, state, adjustment.cameras.landmark_options,
+      AnalyzeCalibration(problem, state, adjustment.last_solve.information).solved_covariance);
+}
+
+// Solves once more with what the data do not show of translations at the guesses. True if there is any.
+bool HoldUnobservableTranslations(const AdjustmentContext& context, Adjustment* adjustment) {
+  JointProblem& problem = adjustment->problem;
+  const ObservabilityAnalysis analysis = Analyze(*adjustment, context.dataset);
+  problem.held_translations = UnobservableTranslations(problem, adjustment->state.Sensors(), analysis);
+  if (problem.held_translations.empty()) return false;
+  adjustment->shown_before_hold = analysis.sensors;
+  adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment);
+  context.monitor.line(std::to_string(problem.held_translations.size()) +
+                       " directions of translation that the motion does not show stand at the guesses");
+  return true;
 }
 
 }  // namespace
@@ -185,6 +280,7 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
   const int least_rounds = cameras ? kLeastRoundsWithCameras : kLeastRounds;
   JointRounds& rounds = adjustment.rounds;
   if (rounds.landmarks != options.landmarks) BeginRounds(options.landmarks, &adjustment);
+  DropContradictedGuesses(&adjustment);
   rounds.unsettled = 0.0;
   while (rounds.done < kMostRounds) {
     const int round = rounds.done;
@@ -192,6 +288,7 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     const CalibrationState before = adjustment.state;
     AssociateAndSolve(context, many, &adjustment);
     const double change = ChangeInSigmas(adjustment, context.dataset, before);
+    rounds.last_change = change;
     // Not before: extrinsics on their way look like rings that err.
     const bool rings_moved =
         many && change < 1.0 && CorrectRings(adjustment.problem.planes, &adjustment.state);
@@ -199,25 +296,37 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
       adjustment.cameras.sigmas =
           SigmasAgainstLidar(Analyze(adjustment, context.dataset), adjustment.state, adjustment.base_lidar);
     }
+    const bool axes_moved = ReviewAxes(context, many, &adjustment);
     context.monitor.line(DescribeRound(adjustment, change));
     ShowAdjustment(context, NameOf(options.landmarks), round, adjustment);
     context.monitor.progress(std::min(0.95, (round + 1.0) / (least_rounds + 2)));
     const bool more = many && TakeMorePoints(context.dataset, &adjustment);
-    if (many && !more && !rings_moved && change < options.until && round + 1 >= least_rounds) break;
+    const bool guess_dropped =
+        round + 1 < kMostRounds && FindContradictedGuesses(context, before, &adjustment);
+    if (many && !more && !rings_moved && !axes_moved && !guess_dropped && change < options.until &&
+        round + 1 >= least_rounds) {
+      break;
+    }
     // The map has settled once the noise has: then all points take part.
     if (!many && (change < 1.0 || round + 1 >= least_rounds - 1)) rounds.points_per_scan = kManyPoints;
-    if (cameras) FixUnobservableIntrinsics(context.dataset, &adjustment);
     ++rounds.done;
-    if (rounds.done < kMostRounds) {
-      options.after_round(adjustment);
-    } else {
-      rounds.unsettled = std::min(change, kMostUnsettled);
+    if (rounds.done == kMostRounds) {
+      // What is held stays as the last solve had it, or a parameter that never moved would pass for
+      // estimated.
+      rounds.unsettled = change;
+      break;
     }
+    if (cameras) FixUnobservableIntrinsics(context.dataset, &adjustment);
+    options.after_round(adjustment);
   }
   return adjustment;
 }
 
 void MeasureUncertainty(const AdjustmentContext& context, Adjustment* adjustment) {
+  adjustment->scale = {};
+  WeakenImuBySlowErrors(context, adjustment);
+  MeasureScale(*adjustment, &adjustment->scale);
+  if (HoldUnobservableTranslations(context, adjustment)) MeasureScale(*adjustment, &adjustment->scale);
   const CalibrationState& state = adjustment->state;
   const JointProblem& problem = adjustment->problem;
   const auto& line = context.monitor.line;
@@ -229,12 +338,7 @@ void MeasureUncertainty(const AdjustmentContext& context, Adjustment* adjustment
       line(context.rig.cameras[c].name + DescribeHeldOut(map.held_out_errors[c]));
     }
   }
-  CovarianceScale& scale = adjustment->scale;
-  scale.correlation = CorrelationFactor(problem.planes, state);
-  scale.stamps = MeasureStampErrors(problem, state);
-  for (std::size_t l = 0; l < state.lidars.size(); ++l) {
-    scale.correlation = std::max(scale.correlation, scale.stamps[l].excess);
-  }
+  const CovarianceScale& scale = adjustment->scale;
   char text[200];
   std::snprintf(text, sizeof(text), "points share errors: sigmas grow by a factor of %.2f",
                 std::sqrt(scale.correlation));
@@ -243,10 +347,6 @@ void MeasureUncertainty(const AdjustmentContext& context, Adjustment* adjustment
     const std::string found = DescribeCorrections(state.rings[l]);
     if (!found.empty()) line(context.rig.lidars[l].name + found);
   }
-  if (adjustment->rounds.landmarks == Landmarks::kNone) return;
-  scale.cameras = MeasureCameraInflation(
-      problem, state, adjustment->cameras.landmark_options,
-      AnalyzeCalibration(problem, state, adjustment->last_solve.information).solved_covariance);
   for (const std::string& text : DescribeInflation(scale.cameras, context.rig, state)) line(text);
 }
 

@@ -23,8 +23,10 @@ const char* NameOf(Landmarks landmarks);
 Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context,
                          const JointOptions& options);
 
-// Once the calibration is settled: how well the map fits the photos where no solve looked, of the adjustment
-// with the map; and by what the information is too good. Sigmas grow by the latter.
+// Once the calibration is settled. What the motion does not show of translations is put to the guesses, and
+// the rest solved for once more (uncertainty/held_translations.h). Then how well the map fits the photos
+// where no solve looked, of the adjustment with the map; and by what the information is too good. Sigmas grow
+// by the latter.
 void MeasureUncertainty(const AdjustmentContext& context, Adjustment* adjustment);
 
 }  // namespace mlic

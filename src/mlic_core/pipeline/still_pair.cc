@@ -294,14 +294,14 @@ PairRegistration RegisterPairs(const Rig& rig, const std::vector<ScanPhoto>& pai
   CalibrationResult& result = out.result;
   result.imu_frame_id = base.frame_id;
   result.reasons = ReasonsAgainst(found, camera);
-  result.trusted = result.reasons.empty();
+  result.verdict = result.reasons.empty() ? Verdict::kTrusted : Verdict::kRefused;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const std::string name = camera.name + (i == 0 ? "" : "_" + std::to_string(i + 1));
     result.projections.push_back(MakeProjection(name, pairs[i], *stills[i].map,
                                                 {intrinsics, start.T_lidar_camera, T_lidar_camera},
                                                 out.matched ? &*refined : nullptr, found.last_scale));
   }
-  if (result.trusted) {
+  if (result.Trusted()) {
     result.pairs.push_back({base.name, camera.name, T_lidar_camera, camera.sigma});
     result.sensors = {base, camera};
   }

@@ -37,9 +37,12 @@ std::pair<std::size_t, std::size_t> ImuPart(const LinearizationPoint& at, std::s
 void AddImu(const LinearizationPoint& at, std::size_t d, std::size_t chunk, Accumulator* sum) {
   const SplitSpline& trajectory = at.state.drives[d].trajectory;
   const ImuCalibration imu = at.state.Imu(d);
+  const Eigen::Vector3d gravity = at.state.Gravity();
   const auto& samples = at.problem.dataset->drives[d].imu;
   std::vector<int> calibration;
   for (int i = 0; i < 6; ++i) calibration.push_back(at.layout.Bias(d) + i);
+  calibration.push_back(at.layout.gravity);
+  for (int i = 0; i < 3; ++i) calibration.push_back(at.layout.alignment + i);
   for (int i = 0; i < 15 && at.layout.matrices >= 0; ++i) calibration.push_back(at.layout.matrices + i);
   const int width = 24 + static_cast<int>(calibration.size());
   const auto [begin, end] = ImuPart(at, d, chunk);
@@ -48,7 +51,7 @@ void AddImu(const LinearizationPoint& at, std::size_t d, std::size_t chunk, Accu
     if (!trajectory.Contains(samples[k].time)) continue;
     const SplineBasis rb(trajectory.rotation.knots(), samples[k].time);
     const SplineBasis pb(trajectory.position.knots(), samples[k].time);
-    Eigen::Matrix<double, 6, 1> r = ImuResidual::Evaluate(trajectory, rb, pb, imu, kGravity, samples[k], &J);
+    Eigen::Matrix<double, 6, 1> r = ImuResidual::Evaluate(trajectory, rb, pb, imu, gravity, samples[k], &J);
     for (int i = 0; i < 6; ++i) {
       const double sigma = ImuSigmaOf(at.problem.imu_sigma[d], i);
       double weight;
@@ -72,7 +75,7 @@ double ImuCost(const LinearizationPoint& at, std::size_t d, std::size_t chunk) {
     const SplineBasis rb(trajectory.rotation.knots(), samples[k].time);
     const SplineBasis pb(trajectory.position.knots(), samples[k].time);
     const Eigen::Matrix<double, 6, 1> r =
-        ImuResidual::Evaluate(trajectory, rb, pb, imu, kGravity, samples[k], nullptr);
+        ImuResidual::Evaluate(trajectory, rb, pb, imu, at.state.Gravity(), samples[k], nullptr);
     double weight;
     for (int i = 0; i < 6; ++i) {
       cost += ImuComponentCost(r[i] / ImuSigmaOf(at.problem.imu_sigma[d], i), &weight);
@@ -129,7 +132,7 @@ ImuResiduals EvaluateImuResiduals(const Dataset& dataset, const CalibrationState
     residuals.times.push_back(sample.time);
     residuals.values.push_back(ImuResidual::Evaluate(
         trajectory, SplineBasis(trajectory.rotation.knots(), sample.time),
-        SplineBasis(trajectory.position.knots(), sample.time), imu, kGravity, sample, nullptr));
+        SplineBasis(trajectory.position.knots(), sample.time), imu, state.Gravity(), sample, nullptr));
   }
   return residuals;
 }

@@ -8,6 +8,7 @@
 #include "mlic_core/problem/observations.h"
 #include "mlic_core/sensors/measurements.h"
 #include "mlic_core/sensors/rig.h"
+#include "mlic_core/sensors/sensor_id.h"
 
 namespace mlic {
 
@@ -19,6 +20,14 @@ struct FixedCameraParameters {
   bool readout = false;
   std::vector<bool> intrinsics;  // for each parameter; empty: all move
   bool square_pixels = false;    // both focal lengths move, and a prior has them alike
+};
+
+// What of the IMU moves beside its biases and matrices.
+struct ImuFreedom {
+  // Projector on the axes (columns, in the IMU frame) about which the accelerometer's rotation to the
+  // gyroscope stands where it is.
+  Eigen::Matrix3d alignment_held = Eigen::Matrix3d::Identity();
+  double gravity_sigma = 0.0;  // m/s^2, of the prior about kStandardGravity; 0: gravity is held
 };
 
 // Everything that the joint solve is made of. What is held constant is said by the flags and the mask.
@@ -34,6 +43,16 @@ struct JointProblem {
   std::vector<FixedCameraParameters> camera_fixed;            // for each camera; empty: all move
   bool fix_trajectory = false;                                // and the biases
   bool estimate_imu_matrices = false;
+  ImuFreedom imu;
+  // Combinations of the sensors' poses and offsets (Layout, up to `poses`) that stay where the guesses have
+  // them: row . (state - guess) = 0. Rows are unit vectors, of the translations of sensors with a guess.
+  std::vector<Eigen::VectorXd> held_translations;
 };
+
+// The prior of a sensor; none: nothing is given, or not any more.
+inline std::optional<ExtrinsicGuess> GuessOf(SensorId sensor, const JointProblem& problem) {
+  const auto& guesses = sensor.IsLidar() ? problem.guesses : problem.camera_guesses;
+  return sensor.index < guesses.size() ? guesses[sensor.index] : std::nullopt;
+}
 
 }  // namespace mlic

@@ -73,9 +73,12 @@ std::vector<bool> FreeCalibration(const JointProblem& problem, const Layout& lay
     if (problem.lidar_fixed[i])
       std::fill_n(free_calibration.begin() + Layout::Lidar(i), Layout::kOfSensor, false);
   }
+  if (problem.imu.gravity_sigma == 0.0) free_calibration[layout.gravity] = false;
+  if (problem.imu.alignment_held.isIdentity(0.0)) {
+    std::fill_n(free_calibration.begin() + layout.alignment, 3, false);
+  }
   if (problem.fix_trajectory) {
-    std::fill(free_calibration.begin() + (layout.matrices >= 0 ? layout.matrices : layout.biases),
-              free_calibration.end(), false);
+    std::fill(free_calibration.begin() + layout.gravity, free_calibration.end(), false);
   }
   for (std::size_t c = 0; c < problem.camera_fixed.size(); ++c) {
     FixCamera(problem.camera_fixed[c], layout, c, &free_calibration);
@@ -106,6 +109,7 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
   for (int iteration = 0; iteration < iterations; ++iteration) {
     cancellation.ThrowIfCancelled();
     CalibrationPrior(problem, *state, layout, &prior, &prior_gradient);
+    AddHeldTranslations(problem, *state, &prior, &prior_gradient);
     const NormalSolution solution = SolveNormalEquations(sum, couplings, prior, prior_gradient,
                                                          free_calibration, damping, problem.fix_trajectory);
     ++summary.iterations;

@@ -62,6 +62,9 @@ Layout::Layout(const CalibrationState& state, bool with_imu_matrices) {
     intrinsics.push_back(calibration);
     calibration += ParameterCount(camera.intrinsics.model);
   }
+  gravity = calibration++;
+  alignment = calibration;
+  calibration += 3;
   if (with_imu_matrices) {
     matrices = calibration;
     calibration += 15;
@@ -88,6 +91,8 @@ void Layout::Update(const Eigen::VectorXd& delta, CalibrationState* state) const
       camera.intrinsics.parameters[i] += delta[knots + Intrinsics(c) + static_cast<int>(i)];
     }
   }
+  state->gravity += delta[knots + gravity];
+  state->accelerometer_matrix = ExpMatrix(delta.segment<3>(knots + alignment)) * state->accelerometer_matrix;
   if (matrices < 0) return;
   int lower = knots + matrices + 9;
   for (int r = 0; r < 3; ++r) {

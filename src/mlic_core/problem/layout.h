@@ -9,8 +9,9 @@ namespace mlic {
 // Where each parameter stands in the vector of unknowns: the control points of all drives in order of time
 // (which keeps the matrix banded), then the calibration: for each LiDAR, then for each camera, rotation
 // (left perturbation, 3), translation (3) and time offset (1); for each camera readout (1, rolling shutters
-// only) and intrinsics (as many as its model has); the IMU's matrices (15, if estimated); for each drive
-// gyroscope and accelerometer bias (6).
+// only) and intrinsics (as many as its model has); gravity's magnitude (1); the accelerometer's rotation
+// (left perturbation of its matrix, 3); the IMU's matrices (15, if estimated); for each drive gyroscope and
+// accelerometer bias (6).
 struct Layout {
   static constexpr int kOfSensor = 7;  // scalars of one sensor's pose and offset; from: structural
 
@@ -23,6 +24,8 @@ struct Layout {
   int bandwidth = 0;    // below the diagonal, scalars
   int calibration = 0;  // scalars
   int poses = 0;        // scalars of the sensors' poses and offsets, which come first in the calibration
+  int gravity = 0;      // index within the calibration
+  int alignment = 0;    // index within the calibration of the accelerometer's rotation
   int matrices = -1;    // index within the calibration, -1: not estimated
   int biases = 0;       // index within the calibration of the first drive's
 

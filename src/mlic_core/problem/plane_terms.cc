@@ -157,6 +157,35 @@ void MovePlane(const Eigen::Vector3d& step, MapPlane* plane) {
   plane->plane.offset = offset + plane->plane.normal.dot(plane->center);
 }
 
+PlaneRows RowsOfPlane(const PlaneAssociation& association, const CalibrationState& state, std::size_t drive,
+                      std::size_t plane) {
+  const SplitSpline& trajectory = state.drives[drive].trajectory;
+  const auto extrinsics = Extrinsics(state);
+  const PointToPlane factor = PlaneFactor(association.planes[plane]);
+  PlaneRows rows;
+  for (std::size_t k = association.begin[plane]; k < association.begin[plane + 1]; ++k) {
+    const PlaneObservation& o = association.observations[k];
+    if (trajectory.Contains(o.time + state.lidars[o.lidar].time_offset)) rows.observations.push_back(k);
+  }
+  const auto count = static_cast<Eigen::Index>(rows.observations.size());
+  rows.jacobian.resize(PointToPlane::kColumns, count);
+  rows.residuals.resize(count);
+  rows.units.resize(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const PlaneObservation& o = association.observations[rows.observations[i]];
+    const double t = o.time + state.lidars[o.lidar].time_offset;
+    const double residual = factor.Evaluate(trajectory, SplineBasis(trajectory.rotation.knots(), t),
+                                            SplineBasis(trajectory.position.knots(), t), extrinsics[o.lidar],
+                                            o.position.cast<double>(), rows.jacobian.col(i).data());
+    double weight;
+    RobustCost(residual / o.sigma, &weight);
+    rows.units[i] = std::sqrt(weight);
+    rows.jacobian.col(i) *= rows.units[i] / o.sigma;
+    rows.residuals[i] = rows.units[i] * residual / o.sigma;
+  }
+  return rows;
+}
+
 std::vector<float> PlaneResiduals(const PlaneAssociation& association, const CalibrationState& state,
                                   std::size_t drive) {
   const SplitSpline& trajectory = state.drives[drive].trajectory;

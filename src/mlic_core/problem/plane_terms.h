@@ -35,6 +35,17 @@ PointToPlane PlaneFactor(const MapPlane& plane);
 // The plane moved by a step in its three parameters.
 void MovePlane(const Eigen::Vector3d& step, MapPlane* plane);
 
+// The observations of one plane that lie within the trajectory, whitened and with Huber's weights taken in:
+// each row and residual is divided by its sigma and multiplied by the square root of its weight.
+struct PlaneRows {
+  std::vector<std::size_t> observations;  // their places in the association
+  Eigen::MatrixXd jacobian;               // a column for each, laid out as PointToPlane
+  Eigen::VectorXd residuals;
+  Eigen::VectorXd units;  // what a whitened residual of one, followed by all, would have as its column
+};
+PlaneRows RowsOfPlane(const PlaneAssociation& association, const CalibrationState& state, std::size_t drive,
+                      std::size_t plane);
+
 // Signed distances in metres of all observations of one drive to their planes, in their order.
 std::vector<float> PlaneResiduals(const PlaneAssociation& association, const CalibrationState& state,
                                   std::size_t drive);

@@ -46,6 +46,26 @@ void AddSquarePixels(const CameraIntrinsics& intrinsics, int at, Eigen::MatrixXd
   gradient->segment<2>(at) += row * (difference / sigma);
 }
 
+// Axes of the accelerometer's rotation that are held stand where they are; the others are known to what
+// soldered parts can be off by.
+void AddImu(const ImuFreedom& imu, const CalibrationState& state, const Layout& layout,
+            Eigen::MatrixXd* information, Eigen::VectorXd* gradient) {
+  constexpr double kHeld = 1e-5;                  // rad; from: guard, far below what is not shown
+  constexpr double kLoose = 10.0 * M_PI / 180.0;  // rad; from: guard, far above any misalignment
+  const Eigen::Matrix3d free = Eigen::Matrix3d::Identity() - imu.alignment_held;
+  information->block<3, 3>(layout.alignment, layout.alignment) =
+      imu.alignment_held / (kHeld * kHeld) + free / (kLoose * kLoose);
+  if (layout.matrices < 0) {
+    gradient->segment<3>(layout.alignment) = free * Log(state.accelerometer_matrix) / (kLoose * kLoose);
+  }
+  constexpr double kHeldGravity = 1e-5;  // m/s^2; from: guard, far below any difference on the ground
+  const double sigma = imu.gravity_sigma > 0.0 ? imu.gravity_sigma : kHeldGravity;
+  (*information)(layout.gravity, layout.gravity) = 1.0 / (sigma * sigma);
+  if (imu.gravity_sigma > 0.0) {
+    (*gradient)[layout.gravity] = (state.gravity - kStandardGravity) / (sigma * sigma);
+  }
+}
+
 }  // namespace
 
 void CalibrationPrior(const JointProblem& problem, const CalibrationState& state, const Layout& layout,
@@ -71,6 +91,7 @@ void CalibrationPrior(const JointProblem& problem, const CalibrationState& state
     (*information)(layout.Readout(c), layout.Readout(c)) = kReadoutWeight;
     (*gradient)[layout.Readout(c)] = kReadoutWeight * state.cameras[c].readout;
   }
+  AddImu(problem.imu, state, layout, information, gradient);
   // An accelerometer bias of 0.2 m/s^2 and a gyroscope bias of 0.05 rad/s are large for any IMU in use.
   for (std::size_t d = 0; d < state.drives.size(); ++d) {
     const int at = layout.Bias(d);
@@ -96,6 +117,24 @@ void CalibrationPrior(const JointProblem& problem, const CalibrationState& state
       (*information)(lower, lower) = kMatrixWeight;
       (*gradient)[lower++] = kMatrixWeight * (state.accelerometer_matrix(r, c) - identity);
     }
+  }
+}
+
+void AddHeldTranslations(const JointProblem& problem, const CalibrationState& state,
+                         Eigen::MatrixXd* information, Eigen::VectorXd* gradient) {
+  // A micrometre: 1e6 times less than what is held, and weak enough for double precision beside the rest.
+  constexpr double kWeight = 1e12;  // 1 / m^2; from: structural
+  const SensorOrder order = state.Sensors();
+  for (const Eigen::VectorXd& row : problem.held_translations) {
+    double off = 0.0;  // m
+    for (std::size_t s = 0; s < order.size(); ++s) {
+      const std::optional<ExtrinsicGuess> guess = GuessOf(order.At(s), problem);
+      if (!guess) continue;
+      off += row.segment<3>(Layout::Sensor(s) + 3)
+                 .dot(state.Sensor(order.At(s)).T_imu_sensor.translation - guess->T_imu_sensor.translation);
+    }
+    information->topLeftCorner(row.size(), row.size()) += kWeight * row * row.transpose();
+    gradient->head(row.size()) += kWeight * off * row;
   }
 }
 

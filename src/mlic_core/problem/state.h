@@ -10,7 +10,7 @@
 namespace mlic {
 
 // All that is estimated but for the planes, which are found anew for each solve. The map of each drive is
-// aligned to gravity, (0, 0, -9.81).
+// aligned to gravity.
 struct DriveState {
   SplitSpline trajectory;  // T_map_imu
   Eigen::Vector3d gyroscope_bias = Eigen::Vector3d::Zero();
@@ -37,6 +37,7 @@ struct CalibrationState {
   std::vector<CameraCalibration> cameras;
   Eigen::Matrix3d gyroscope_matrix = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d accelerometer_matrix = Eigen::Matrix3d::Identity();
+  double gravity = kStandardGravity;  // m/s^2, its magnitude
   std::vector<DriveState> drives;
 
   SensorOrder Sensors() const { return {lidars.size(), cameras.size()}; }
@@ -44,6 +45,7 @@ struct CalibrationState {
     return id.IsLidar() ? lidars[id.index] : cameras[id.index].sensor;
   }
 
+  Eigen::Vector3d Gravity() const { return {0.0, 0.0, -gravity}; }  // in the map, m/s^2
   ImuCalibration Imu(std::size_t drive) const {
     return {drives[drive].gyroscope_bias, drives[drive].accelerometer_bias, gyroscope_matrix,
             accelerometer_matrix};
@@ -53,6 +55,7 @@ struct CalibrationState {
 // Every number of it is one: no pose, offset, intrinsic, bias or control point is infinite or not a number.
 bool IsFinite(const CalibrationState& state);
 
-const Eigen::Vector3d kGravity(0.0, 0.0, -9.81);
+// In the map, m/s^2, until it is estimated.
+const Eigen::Vector3d kGravity(0.0, 0.0, -kStandardGravity);
 
 }  // namespace mlic

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "mlic_core/common/time.h"
+#include "mlic_core/result/quality_check.h"
 #include "mlic_core/sensors/images.h"
 #include "mlic_core/sensors/rig.h"
 
@@ -43,7 +44,8 @@ struct SensorResult {
   std::string name;
   Type type = Type::kLidar;
   std::string frame_id;
-  std::string topic;  // empty: not known
+  std::string topic;   // empty: not known
+  bool fixed = false;  // held where the rig file has it
   SensorCalibration calibration;
   PoseSigma sigma;
   std::array<bool, 3> translation_observable{true, true, true};
@@ -105,6 +107,7 @@ struct ResidualSummary {
   std::vector<double> over_time_rms;      // rms of each time bin, in units of `unit`
   double rms = 0.0;                       // of all, in units of `unit`; of each coordinate for cameras
   ResidualField over_image;               // cameras only
+  double drift = 0.0;  // rms of the means over time bins beyond what white residuals leave, in their sigmas
 };
 
 // Where one image sees a landmark, where the calibration projects it to, and where the same camera's images
@@ -154,12 +157,39 @@ struct CameraKeyframes {
   std::vector<TimeNs> stamps;  // as in the messages, in order
 };
 
+// A sensor of the rig that is not given.
+struct RejectedSensor {
+  std::string name;
+  SensorResult::Type type = SensorResult::Type::kLidar;
+  std::string reason;  // one line for people, which names it
+};
+
+enum class Verdict {
+  kTrusted,
+  kPartial,  // of the sensors that are given; others were rejected
+  kRefused,
+};
+
+// Whose axes the IMU's are. common: gyroscope and accelerometer are taken for aligned.
+enum class ImuAxes { kCommon, kGyroscope, kAccelerometer };
+
+// How well the accelerometer's axes are known against the gyroscope's (a small left rotation of
+// accelerometer_matrix, rad), and about which axes of the IMU that rotation was estimated.
+struct ImuAlignment {
+  ImuAxes axes = ImuAxes::kCommon;
+  std::array<bool, 3> estimated{false, false, false};
+  Eigen::Vector3d sigma = Eigen::Vector3d::Zero();
+};
+
 struct CalibrationResult {
-  bool trusted = false;
-  std::vector<std::string> reasons;   // why it is refused, each one line
-  std::vector<std::string> warnings;  // what to know though it is trusted
+  Verdict verdict = Verdict::kRefused;
+  std::vector<std::string> reasons;      // why it is refused or partial, each one line
+  std::vector<RejectedSensor> rejected;  // a sensor for each reason against it
+  std::vector<std::string> warnings;     // what to know of what is given
+  std::vector<QualityCheck> checks;      // what the verdict rests on
   std::string imu_frame_id;
   ImuCalibration imu;
+  std::optional<ImuAlignment> alignment;  // none: not known, as of truths
   Eigen::Vector3d gravity{0.0, 0.0, -9.81};
   std::vector<SensorResult> sensors;          // when refused: only those whose link to the IMU was shown
   std::vector<SensorResult> initial_sensors;  // the same before the joint adjustment, without sigmas
@@ -172,6 +202,10 @@ struct CalibrationResult {
   std::vector<CameraProjection> projections;  // one of each camera matched to the map; likewise
   std::vector<CameraKeyframes> keyframes;     // of all drives
   double peak_memory_megabytes = 0.0;
+
+  bool Trusted() const { return verdict == Verdict::kTrusted; }
+  // Whether the sensors that are given are good for use.
+  bool Usable() const { return verdict != Verdict::kRefused; }
 };
 
 }  // namespace mlic

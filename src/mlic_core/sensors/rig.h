@@ -26,11 +26,17 @@ struct ExtrinsicGuess {
   Eigen::Vector3d sigma_rotation = Eigen::Vector3d::Constant(5.0 * M_PI / 180.0);
 };
 
+// Gravity on the ground is within 0.03 m/s^2 of it (9.780 at the equator, 9.832 at the poles).
+constexpr double kStandardGravity = 9.81;  // m/s^2; from: definition
+
 struct ImuConfig {
   std::string topic;
   std::string frame_id;  // empty: the messages' own
   std::optional<ImuNoise> noise;
   ImuIntrinsicsModel intrinsics = ImuIntrinsicsModel::kBias;
+  // rad, of the accelerometer's axes to the gyroscope's. from: standard, data sheets of consumer IMUs, 1 deg
+  double alignment_sigma = 1.0 * M_PI / 180.0;
+  std::optional<double> gravity;  // m/s^2, held; otherwise estimated near kStandardGravity
 };
 
 struct LidarConfig {

@@ -20,7 +20,11 @@ constexpr int kFieldCells = 16;  // along the longer side of an image
 class ResidualCollector {
  public:
   ResidualCollector(std::string sensor, std::string unit, double sigma, double start, double end)
-      : start_(start), width_((end - start) / kTimeBins), squares_(kTimeBins, 0.0), counts_(kTimeBins, 0.0) {
+      : start_(start),
+        width_((end - start) / kTimeBins),
+        squares_(kTimeBins, 0.0),
+        sums_(squares_),
+        counts_(squares_) {
     summary_.sensor = std::move(sensor);
     summary_.unit = std::move(unit);
     summary_.sigma = sigma;
@@ -33,6 +37,7 @@ class ResidualCollector {
     if (bin >= 0 && bin < kHistogramBins) summary_.histogram[bin] += 1.0;
     const int at = std::clamp(static_cast<int>((time - start_) / width_), 0, kTimeBins - 1);
     squares_[at] += residual * residual;
+    sums_[at] += whitened;
     counts_[at] += 1.0;
   }
   // The level that residuals with sigmas of their own are shown against.
@@ -40,13 +45,17 @@ class ResidualCollector {
   void SetField(ResidualField field) { summary_.over_image = std::move(field); }
   ResidualSummary Finish() {
     summary_.inlier_share = total_ > 0.0 ? inliers_ / total_ : 0.0;
-    double squares = 0.0;
+    double squares = 0.0, drift = 0.0, bins = 0.0;
     for (int b = 0; b < kTimeBins; ++b) {
       squares += squares_[b];
       if (counts_[b] == 0.0) continue;
+      const double mean = sums_[b] / counts_[b];
+      drift += mean * mean - 1.0 / counts_[b];
+      bins += 1.0;
       summary_.over_time_seconds.push_back(start_ + (b + 0.5) * width_);
       summary_.over_time_rms.push_back(std::sqrt(squares_[b] / counts_[b]));
     }
+    summary_.drift = std::sqrt(std::max(0.0, drift) / std::max(1.0, bins));
     summary_.rms = total_ > 0.0 ? std::sqrt(squares / total_) : 0.0;
     return summary_;
   }
@@ -54,7 +63,7 @@ class ResidualCollector {
  private:
   ResidualSummary summary_;
   double start_, width_, total_ = 0.0, inliers_ = 0.0;
-  std::vector<double> squares_, counts_;
+  std::vector<double> squares_, sums_, counts_;  // of each time bin; sums_: of whitened residuals
 };
 
 // Sums of reprojection errors by cells of the image.

@@ -2,6 +2,7 @@
 
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -10,10 +11,11 @@
 #include "mlic_core/problem/layout.h"
 #include "mlic_core/problem/observability_limits.h"
 #include "mlic_core/summary/camera_views.h"
+#include "mlic_core/summary/checks.h"
+#include "mlic_core/summary/imu_verdict.h"
 #include "mlic_core/summary/map_projections.h"
 #include "mlic_core/summary/residual_summary.h"
 #include "mlic_core/summary/snapshot.h"
-#include "mlic_core/uncertainty/imu_consistency.h"
 
 namespace mlic {
 namespace {
@@ -27,7 +29,7 @@ double PeakMemoryMegabytes() {
 // What LiDARs and cameras have in common, LiDARs first, as in Layout.
 struct Sensor {
   std::string name, frame_id, topic;
-  bool fixed = false, has_guess = false;
+  bool fixed = false;
   SensorCalibration calibration;
 };
 
@@ -35,7 +37,7 @@ std::vector<Sensor> AllSensors(const Rig& rig, const CalibrationState& state) {
   std::vector<Sensor> sensors;
   const auto add = [&](const auto& config, const SensorCalibration& calibration) {
     sensors.push_back({config.name, config.frame_id.empty() ? config.name : config.frame_id, config.topic,
-                       config.fixed, config.guess.has_value(), calibration});
+                       config.fixed, calibration});
   };
   for (std::size_t l = 0; l < state.lidars.size(); ++l) add(rig.lidars[l], state.lidars[l]);
   for (std::size_t c = 0; c < state.cameras.size(); ++c) add(rig.cameras[c], state.cameras[c].sensor);
@@ -47,6 +49,7 @@ SensorResult MakeSensor(const Sensor& sensor, const ObservabilityAnalysis& analy
   result.name = sensor.name;
   result.frame_id = sensor.frame_id;
   result.topic = sensor.topic;
+  result.fixed = sensor.fixed;
   result.calibration = sensor.calibration;
   result.sigma = analysis.sigmas[s];
   result.translation_observable = analysis.sensors[s].translation;
@@ -86,48 +89,16 @@ std::vector<SensorResult> InitialSensors(const Rig& rig, const CalibrationState&
   return results;
 }
 
-// Reasons for refusal of one sensor; none when its result may be trusted.
-std::vector<std::string> Judge(const Sensor& config, const ObservabilityAnalysis::Sensor& sensor,
-                               const PoseSigma& sigma) {
-  std::vector<std::string> reasons;
-  if (!sigma.rotation.allFinite() || !sigma.translation.allFinite() || !std::isfinite(sigma.time_offset)) {
-    return {config.name +
-            ": its sigmas are not numbers, as the solve came out singular; turn about more axes"};
-  }
-  const auto all = [](const std::array<bool, 3>& axes) { return axes[0] && axes[1] && axes[2]; };
-  if (!all(sensor.rotation)) {
-    reasons.push_back(config.name +
-                      ": the motion does not show its whole rotation to 0.5 deg; turn about more axes");
-  }
-  if (!sensor.time_offset) {
-    reasons.push_back(config.name +
-                      ": the motion does not show its time offset to 5 ms; turn more, and not evenly");
-  }
-  bool translation_shown = all(sensor.translation);
-  for (const UnobservableDirection& direction : sensor.directions) {
-    translation_shown &= direction.quantity != UnobservableDirection::Quantity::kTranslation;
-  }
-  if (!translation_shown && !config.has_guess) {
-    reasons.push_back(config.name +
-                      ": the motion does not show its whole translation to 5 cm, and the rig file gives no "
-                      "T_imu_sensor to fall back on; measure it by hand, or turn about more axes");
-  }
-  return reasons;
-}
-
-// Cameras that found nothing of the map keep what tracks say of them.
-void WarnOfUnmatched(const Rig& rig, const Adjustment& adjustment, CalibrationResult* result) {
-  std::vector<std::size_t> matches(rig.cameras.size(), 0);
-  for (const LandmarkSet& set : adjustment.problem.landmarks) {
-    for (std::size_t p = 0; p < set.points.size(); ++p) {
-      if (set.IsOnMap(p)) ++matches[set.observations[set.begin[p]].camera];
+// What was held is what had not been shown, with the sigmas after the last solve. shown: before it.
+void ReportAsHeld(const std::vector<ObservabilityAnalysis::Sensor>& shown, ObservabilityAnalysis* analysis) {
+  for (std::size_t s = 0; s < shown.size(); ++s) {
+    analysis->sensors[s] = shown[s];
+    const Eigen::Matrix3d covariance =
+        analysis->covariance.block<3, 3>(Layout::Sensor(s) + 3, Layout::Sensor(s) + 3);
+    for (UnobservableDirection& d : analysis->sensors[s].directions) {
+      if (d.quantity != UnobservableDirection::Quantity::kTranslation) continue;
+      d.sigma = std::sqrt(d.direction.dot(covariance * d.direction));
     }
-  }
-  for (std::size_t c = 0; c < matches.size(); ++c) {
-    if (matches[c] > 0 || !adjustment.cameras.found[c]) continue;
-    result->warnings.push_back(
-        rig.cameras[c].name +
-        ": its photos do not match the LiDAR map; its result rests on image tracks alone");
   }
 }
 
@@ -153,52 +124,62 @@ bool DoesNotFit(const Adjustment& adjustment, std::size_t lidar) {
          adjustment.scale.stamps[lidar].excess > kExcess;
 }
 
-template <typename Config>
-void WarnOfGuess(const Config& config, const SensorCalibration& found, std::vector<std::string>* warnings) {
-  if (!config.guess || config.fixed) return;
-  const std::string warning = DescribeIfFarFromGuess(*config.guess, found.T_imu_sensor);
-  if (!warning.empty()) warnings->push_back(config.name + ": " + warning);
+// moved: by the last round of all that were allowed, in sigmas; 0 where the calibration stood still before.
+void WarnOfMovement(double moved, std::vector<std::string>* warnings) {
+  constexpr double kNotable = 0.5, kMost = 1.0;  // sigmas; from: definition, beyond that it is a reason
+  if (moved <= kNotable || moved > kMost) return;
+  char text[160];
+  std::snprintf(text, sizeof(text),
+                "the calibration has hardly converged: the last round moved it by %.2f of its sigma, which "
+                "the sigmas here include",
+                moved);
+  warnings->push_back(text);
 }
 
-// Of sensors whose scans do not keep one time offset to the IMU.
-void WarnOfStamps(const std::vector<Sensor>& sensors, const std::vector<StampErrors>& errors,
-                  std::vector<std::string>* warnings) {
-  constexpr double kNotable = 4.0;  // of variances: sigmas are doubled; from: definition
-  for (std::size_t s = 0; s < errors.size(); ++s) {
-    if (errors[s].excess < kNotable) continue;
-    if (errors[s].wanders) {
-      warnings->push_back(
-          sensors[s].name +
-          ": its clock does not keep step with the IMU's, it drifts or jumps within the drive; "
-          "no time offset is right for all of it: synchronise the clocks, or cut the drive by "
-          "--start and --duration");
+// Failures that refuse reject the sensor that they concern, or are reasons against the whole; others are
+// warnings. A check without a failure's words has them elsewhere.
+void JudgeChecks(const Rig& rig, CalibrationResult* result) {
+  const auto type_of = [&](const std::string& name) {
+    const bool lidar = std::any_of(rig.lidars.begin(), rig.lidars.end(),
+                                   [&](const LidarConfig& config) { return config.name == name; });
+    return lidar ? SensorResult::Type::kLidar : SensorResult::Type::kCamera;
+  };
+  for (const QualityCheck& check : result->checks) {
+    if (check.Passed() || check.failure.empty()) continue;
+    const std::string line = check.failure + "; " + check.remedy;
+    if (!check.refuses) {
+      result->warnings.push_back(line);
+    } else if (check.sensor.empty()) {
+      result->reasons.push_back(line);
     } else {
-      char text[200];
-      std::snprintf(
-          text, sizeof(text),
-          ": its stamps jitter by %.1f ms from message to message against the IMU's; let the device "
-          "stamp them, not the host on arrival",
-          1e3 * errors[s].jitter);
-      warnings->push_back(sensors[s].name + text);
+      result->rejected.push_back({check.sensor, type_of(check.sensor), line});
     }
   }
 }
 
-// Where the IMU contradicts the trajectory something is lost, and sigmas say nothing.
-void JudgeImuAgreement(const Dataset& dataset, const Adjustment& adjustment, CalibrationResult* result) {
-  // White noise gives at most 3 in an hour; trajectories that were lost gave 17 and 35.
-  constexpr double kNotable = 8.0, kTooMuch = 12.0;  // from: definition
-  for (const ImuDisagreement& found :
-       FindImuDisagreements(dataset, adjustment.state, adjustment.problem.imu_sigma, kNotable)) {
-    char text[320];
-    std::snprintf(text, sizeof(text),
-                  "drive %zu, %.0f to %.0f s: the %s contradicts the trajectory by %.2g %s (%.0f times its "
-                  "noise): LiDARs or cameras lost their way there, or the IMU errs; leave the stretch out by "
-                  "--start and --duration",
-                  found.drive + 1, found.begin, found.end, found.of_gyroscope ? "gyroscope" : "accelerometer",
-                  found.mean, found.of_gyroscope ? "rad/s" : "m/s^2", found.ratio);
-    (found.ratio > kTooMuch ? result->reasons : result->warnings).push_back(text);
-  }
+// Once the sensors are in. Reasons against the whole, or no sensor left, refuse it.
+void JudgeResult(CalibrationResult* result) {
+  const bool refused = !result->reasons.empty() || result->sensors.empty();
+  for (const RejectedSensor& rejected : result->rejected) result->reasons.push_back(rejected.reason);
+  result->verdict = refused                    ? Verdict::kRefused
+                    : result->rejected.empty() ? Verdict::kTrusted
+                                               : Verdict::kPartial;
+}
+
+// From LiDARs of the rig to those that are given; points of others are dropped.
+void RenumberLidars(const std::vector<bool>& shown, std::vector<MapPoint>* map) {
+  std::vector<int> places;
+  int next = 0;
+  for (const bool given : shown) places.push_back(given ? next++ : -1);
+  for (MapPoint& point : *map) point.lidar = places[point.lidar];
+  map->erase(std::remove_if(map->begin(), map->end(), [](const MapPoint& point) { return point.lidar < 0; }),
+             map->end());
+}
+
+bool IsRefused(const std::string& sensor, const std::vector<QualityCheck>& checks) {
+  return std::any_of(checks.begin(), checks.end(), [&](const QualityCheck& check) {
+    return check.sensor == sensor && check.refuses && !check.Passed();
+  });
 }
 
 // Every pair whose sensors are shown, and those that their own data tie to each other. lost: of each sensor,
@@ -228,7 +209,8 @@ std::vector<PairResult> MakePairs(const std::vector<Sensor>& sensors, const std:
 }  // namespace
 
 void FinishRefused(CalibrationResult* result) {
-  result->trusted = false;
+  result->verdict = Verdict::kRefused;
+  for (const RejectedSensor& rejected : result->rejected) result->reasons.push_back(rejected.reason);
   result->peak_memory_megabytes = PeakMemoryMegabytes();
 }
 
@@ -237,54 +219,44 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
   const CalibrationState& state = adjustment.state;
   Check(IsFinite(state), "the calibration holds what is not a number; please report this with the log");
   ObservabilityAnalysis analysis = Analyze(adjustment, dataset);
+  ReportAsHeld(adjustment.shown_before_hold, &analysis);
   InflateTimesFromAzimuth(dataset, &analysis);
   const std::vector<Sensor> sensors = AllSensors(rig, state);
   const SensorOrder order = state.Sensors();
   const std::vector<bool>& found = adjustment.cameras.found;
-  std::vector<bool> shown, lost;
+  std::vector<bool> lost, taking_part;
   for (std::size_t s = 0; s < sensors.size(); ++s) {
     const SensorId id = order.At(s);
     lost.push_back(id.IsLidar() ? adjustment.rejected_lidars[id.index] || DoesNotFit(adjustment, id.index)
                                 : !found[id.index]);
-    std::vector<std::string> reasons;
-    if (id.IsLidar() && lost[s]) reasons = {WhyRejected(rig.lidars[id.index])};
-    if (!lost[s] && !sensors[s].fixed) reasons = Judge(sensors[s], analysis.sensors[s], analysis.sigmas[s]);
-    shown.push_back(!lost[s] && reasons.empty());
-    result->reasons.insert(result->reasons.end(), reasons.begin(), reasons.end());
+    taking_part.push_back(!lost[s]);
+    if (!id.IsLidar() || !lost[s]) continue;
+    result->rejected.push_back(
+        {sensors[s].name, SensorResult::Type::kLidar, WhyRejected(rig.lidars[id.index])});
   }
-  if (!state.lidars.empty() && adjustment.problem.planes[0].planes.size() < 20) {
-    result->reasons.push_back("the map has hardly any planes; record near buildings or in a furnished hall");
-  }
-  if (adjustment.rounds.unsettled > 0.5) {
-    char text[200];
-    std::snprintf(text, sizeof(text),
-                  "the calibration has not converged: the last round moved it by %.1f of its sigma, which "
-                  "the sigmas here include",
-                  adjustment.rounds.unsettled);
-    result->warnings.push_back(text);
-  }
+  result->residuals = SummarizeResiduals(rig, dataset, adjustment);
+  result->checks = MakeChecks(rig, dataset, adjustment, analysis, taking_part, result->residuals);
+  JudgeChecks(rig, result);
   JudgeImuAgreement(dataset, adjustment, result);
-  WarnOfStamps(sensors, adjustment.scale.stamps, &result->warnings);
-  if (adjustment.rounds.landmarks == Landmarks::kTracksAndMap) WarnOfUnmatched(rig, adjustment, result);
-  result->trusted = result->reasons.empty();
+  WarnOfMovement(adjustment.rounds.unsettled, &result->warnings);
+  std::vector<bool> shown;
   for (std::size_t s = 0; s < sensors.size(); ++s) {
+    shown.push_back(!lost[s] && !IsRefused(sensors[s].name, result->checks));
     if (!shown[s]) continue;
     result->sensors.push_back(MakeSensor(sensors[s], analysis, s));
     const SensorId id = order.At(s);
-    if (id.IsLidar()) {
-      WarnOfGuess(rig.lidars[id.index], result->sensors.back().calibration, &result->warnings);
-      continue;
-    }
+    if (id.IsLidar()) continue;
     const std::size_t c = id.index;
-    WarnOfGuess(rig.cameras[c], result->sensors.back().calibration, &result->warnings);
     AddIntrinsics(state.cameras[c], analysis.cameras[c], &result->sensors.back());
     const std::vector<HeldOutMatches>& held_out = adjustment.map.held_out_errors;
     if (c < held_out.size() && held_out[c].count > 0) result->sensors.back().held_out = held_out[c];
   }
+  JudgeResult(result);
   result->initial_sensors = InitialSensors(rig, adjustment.initial, shown);
   result->pairs = MakePairs(sensors, shown, lost, analysis);
   result->imu = state.Imu(0);
-  result->gravity = kGravity;
+  result->gravity = state.Gravity();
+  result->alignment = AlignmentOf(adjustment);
   for (std::size_t d = 0; d < state.drives.size(); ++d) {
     const SplitSpline& trajectory = state.drives[d].trajectory;
     result->trajectories.push_back(
@@ -292,11 +264,11 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
   }
   result->map =
       SampleMap(state, adjustment.problem.planes[0], MapOrigin(state.drives[0].trajectory), 2000000);
+  RenumberLidars(shown, &result->map);
   if (adjustment.rounds.landmarks == Landmarks::kTracksAndMap) {
     result->projections =
         ProjectOnPhotos(rig, dataset, adjustment.map.cameras_before, state, adjustment.problem.landmarks[0]);
   }
-  result->residuals = SummarizeResiduals(rig, dataset, adjustment);
   if (!adjustment.problem.landmarks.empty()) {
     result->views = ChooseViews(rig, dataset.drives[0], state, adjustment.problem.landmarks[0]);
     result->keyframes = UsedKeyframes(rig, dataset, adjustment.problem.landmarks);

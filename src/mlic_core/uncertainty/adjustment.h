@@ -12,6 +12,7 @@
 #include "mlic_core/problem/state.h"
 #include "mlic_core/result/result.h"
 #include "mlic_core/uncertainty/camera_covariance.h"
+#include "mlic_core/uncertainty/imu_noise.h"
 #include "mlic_core/uncertainty/observability.h"
 #include "mlic_core/uncertainty/stamp_errors.h"
 
@@ -43,9 +44,11 @@ struct JointRounds {
   Landmarks landmarks = Landmarks::kNone;  // with which `done` counts
   int done = 0;
   std::size_t points_per_scan = 0;  // that take part in the map
+  bool alignment_tried = false;     // AlignmentReview::taken_back of an earlier round
   // By how many of its sigmas the last round moved the calibration where rounds were over before it was
   // settled, else 0: part of the sigmas.
   double unsettled = 0.0;
+  double last_change = 0.0;  // by how many of its sigmas the last round moved the calibration
 };
 
 // By what the last solve's information is too good, measured once the calibration is settled.
@@ -53,6 +56,8 @@ struct CovarianceScale {
   double correlation = 1.0;  // of variances, for errors that points share
   CameraInflation cameras;
   std::vector<StampErrors> stamps;  // of each LiDAR, then of each camera; empty before
+  // Of each drive, empty before; the last solve's sigmas of the IMU contain it already.
+  std::vector<ImuMeanExcess> imu;
 };
 
 // A calibration while it is adjusted: what the rounds keep, what a checkpoint holds (serialize_stages.cc says
@@ -63,14 +68,20 @@ struct Adjustment {
   std::size_t base_lidar = 0;
   std::vector<bool> unaligned_lidars;  // of each LiDAR: see Initialization
   std::vector<bool> rejected_lidars;   // of each LiDAR: takes no part, its planes lead far from its guess
+  // Of each LiDAR, then of each camera: what the data show of it contradicts its guess, which counts no more.
+  std::vector<bool> contradicted_guesses;
   JointProblem problem;
   std::vector<ImuSigma> given_imu_sigma;  // of each drive, before residuals were measured
-  std::vector<PlaneNoise> plane_noise;    // of each LiDAR
+  Eigen::Matrix3d alignment_covariance = Eigen::Matrix3d::Zero();  // AlignmentReview::covariance
+  std::vector<PlaneNoise> plane_noise;                             // of each LiDAR
   AdjustedCameras cameras;
   MapMatching map;
   JointRounds rounds;
   SolveSummary last_solve;
   CovarianceScale scale;
+  // What the data show of each sensor, once directions were held for it; empty before, and where all is
+  // shown.
+  std::vector<ObservabilityAnalysis::Sensor> shown_before_hold;
   std::vector<std::string> lines;  // what the present stage has reported so far
 };
 

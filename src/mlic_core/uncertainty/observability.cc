@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "mlic_core/geometry/so3.h"
@@ -15,26 +16,50 @@
 namespace mlic {
 namespace {
 
-// Marks axes and directions of one 3-vector quantity.
-void Judge(const Eigen::Matrix3d& data_covariance, const Eigen::Matrix3d& covariance, double limit,
-           const Eigen::Vector3d* guess_sigma, UnobservableDirection::Quantity quantity,
-           std::array<bool, 3>* axes, std::vector<UnobservableDirection>* directions) {
+// Marks axes and directions of one 3-vector quantity. Returns the one that is shown least.
+ObservabilityAnalysis::LeastShown Judge(const Eigen::Matrix3d& data_covariance,
+                                        const Eigen::Matrix3d& covariance, double limit,
+                                        const Eigen::Vector3d* guess_sigma,
+                                        UnobservableDirection::Quantity quantity, std::array<bool, 3>* axes,
+                                        std::vector<UnobservableDirection>* directions) {
   const auto limit_along = [&](const Eigen::Vector3d& direction) {
     if (guess_sigma == nullptr) return limit;
     return std::min(limit, direction.cwiseProduct(*guess_sigma).norm());
   };
+  ObservabilityAnalysis::LeastShown least;
+  const auto look = [&](const Eigen::Vector3d& direction, double sigma) {
+    const double along = limit_along(direction);
+    // Also where the sigma is not a number.
+    if (!(sigma * least.limit <= least.sigma * along)) least = {sigma, along};
+    return sigma <= along;
+  };
   for (int a = 0; a < 3; ++a) {
-    (*axes)[a] = std::sqrt(data_covariance(a, a)) <= limit_along(Eigen::Vector3d::Unit(a));
+    (*axes)[a] = look(Eigen::Vector3d::Unit(a), std::sqrt(data_covariance(a, a)));
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(data_covariance);
   for (int i = 0; i < 3; ++i) {
     Eigen::Vector3d direction = eigen.eigenvectors().col(i);
-    if (std::sqrt(std::max(0.0, eigen.eigenvalues()[i])) <= limit_along(direction)) continue;
+    if (look(direction, std::sqrt(std::max(0.0, eigen.eigenvalues()[i])))) continue;
     int largest;
     direction.cwiseAbs().maxCoeff(&largest);
     if (direction[largest] < 0.0) direction = -direction;
     directions->push_back({quantity, direction, std::sqrt(direction.dot(covariance * direction))});
   }
+  return least;
+}
+
+// With combinations of the sensors' translations held at the guesses (rows), the rest follows what is wrong
+// with these: the covariance given each of them, and what their own covariance adds.
+Eigen::MatrixXd WithHeld(const Eigen::MatrixXd& covariance, const std::vector<Eigen::VectorXd>& held,
+                         const Eigen::VectorXd& guess_variances) {
+  if (held.empty()) return covariance;
+  Eigen::MatrixXd rows(static_cast<Eigen::Index>(held.size()), held[0].size());
+  for (std::size_t i = 0; i < held.size(); ++i) rows.row(static_cast<Eigen::Index>(i)) = held[i].transpose();
+  const Eigen::MatrixXd of_rows = covariance.leftCols(rows.cols()) * rows.transpose();
+  const Eigen::MatrixXd variance = rows * of_rows.topRows(rows.cols());
+  const Eigen::MatrixXd follows = variance.ldlt().solve(of_rows.transpose()).transpose();
+  const Eigen::MatrixXd of_guess = rows * guess_variances.asDiagonal() * rows.transpose();
+  return covariance - follows * of_rows.transpose() + follows * of_guess * follows.transpose();
 }
 
 struct SensorGuess {
@@ -44,34 +69,44 @@ struct SensorGuess {
 
 // What the covariances of all sensors are made of.
 struct SensorInformation {
-  Eigen::MatrixXd data;              // information of the calibration (Layout) without the guesses
-  Eigen::MatrixXd solved;            // the same with all that the solve held taken as known
-  Eigen::MatrixXd guess;             // what the guesses add
-  std::vector<SensorGuess> sensors;  // of each LiDAR, then of each camera
-  Eigen::VectorXd limits;            // steps that count as large
+  Eigen::MatrixXd data;               // information of the calibration (Layout) without the guesses
+  Eigen::MatrixXd solved;             // the same with all that the solve held taken as known
+  Eigen::MatrixXd guess;              // what the guesses add
+  std::vector<SensorGuess> sensors;   // of each LiDAR, then of each camera
+  std::vector<Eigen::VectorXd> held;  // JointProblem::held_translations
+  Eigen::VectorXd limits;             // steps that count as large
 };
+
+// Sensors that are given are known: to a thousandth of the limits.
+Eigen::MatrixXd WithFixedSensors(const SensorInformation& given, Eigen::MatrixXd data) {
+  for (std::size_t l = 0; l < given.sensors.size(); ++l) {
+    if (!given.sensors[l].fixed) continue;
+    for (int i = Layout::Sensor(l); i < Layout::Sensor(l + 1); ++i) {
+      data(i, i) += 1e6 / (given.limits[i] * given.limits[i]);
+    }
+  }
+  return data;
+}
 
 // Of all sensors and of the calibration's other parameters.
 ObservabilityAnalysis AnalyzeSensors(const SensorInformation& given, const CameraInflation& inflation,
                                      double scale) {
   const Eigen::VectorXd& limits = given.limits;
   const std::size_t sensors = given.sensors.size();
-  // Sensors that are given are known: to a thousandth of the limits.
-  const auto with_fixed = [&](Eigen::MatrixXd data) {
-    for (std::size_t l = 0; l < sensors; ++l) {
-      if (!given.sensors[l].fixed) continue;
-      for (int i = Layout::Sensor(l); i < Layout::Sensor(l + 1); ++i)
-        data(i, i) += 1e6 / (limits[i] * limits[i]);
-    }
-    return data;
-  };
+  const Eigen::MatrixXd data = WithFixedSensors(given, given.data);
+  const Eigen::MatrixXd solved = WithFixedSensors(given, given.solved);
   ObservabilityAnalysis analysis;
-  analysis.solved_covariance = InverseInLimits(with_fixed(given.solved) + given.guess, limits);
-  const Eigen::MatrixXd all_covariance = InverseInLimits(with_fixed(given.data) + given.guess, limits) +
-                                         VarianceOfInflation(analysis.solved_covariance, inflation, scale);
+  analysis.solved_covariance = InverseInLimits(solved + given.guess, limits);
+  Eigen::VectorXd guess_variances = Eigen::VectorXd::Zero(Layout::Sensor(sensors));
+  for (std::size_t s = 0; s < sensors; ++s) {
+    if (!given.sensors[s].guess) continue;
+    guess_variances.segment<3>(Layout::Sensor(s) + 3) = given.sensors[s].guess->sigma_translation.cwiseAbs2();
+  }
+  const Eigen::MatrixXd all_covariance =
+      WithHeld(InverseInLimits(data + given.guess, limits), given.held, guess_variances) +
+      VarianceOfInflation(analysis.solved_covariance, inflation, scale);
   const Eigen::MatrixXd data_covariance =
-      InverseInLimits(with_fixed(given.data), limits) +
-      VarianceOfInflation(InverseInLimits(with_fixed(given.solved), limits), inflation, scale);
+      InverseInLimits(data, limits) + VarianceOfInflation(InverseInLimits(solved, limits), inflation, scale);
   const int poses = Layout::Sensor(sensors);
   analysis.data_covariance = data_covariance.topLeftCorner(poses, poses);
   analysis.covariance = all_covariance.topLeftCorner(poses, poses);
@@ -84,17 +119,18 @@ ObservabilityAnalysis AnalyzeSensors(const SensorInformation& given, const Camer
     const std::optional<ExtrinsicGuess>& guess = given.sensors[l].guess;
     ObservabilityAnalysis::Sensor sensor;
     using Quantity = UnobservableDirection::Quantity;
-    Judge(shown.block<3, 3>(at + 3, at + 3), all.block<3, 3>(at + 3, at + 3), kTranslationLimit,
-          guess ? &guess->sigma_translation : nullptr, Quantity::kTranslation, &sensor.translation,
-          &sensor.directions);
-    Judge(shown.block<3, 3>(at, at), all.block<3, 3>(at, at), kRotationLimit,
-          guess ? &guess->sigma_rotation : nullptr, Quantity::kRotation, &sensor.rotation,
-          &sensor.directions);
+    sensor.least_translation = Judge(shown.block<3, 3>(at + 3, at + 3), all.block<3, 3>(at + 3, at + 3),
+                                     kTranslationLimit, guess ? &guess->sigma_translation : nullptr,
+                                     Quantity::kTranslation, &sensor.translation, &sensor.directions);
+    sensor.least_rotation = Judge(shown.block<3, 3>(at, at), all.block<3, 3>(at, at), kRotationLimit,
+                                  guess ? &guess->sigma_rotation : nullptr, Quantity::kRotation,
+                                  &sensor.rotation, &sensor.directions);
     PoseSigma sigma;
     sigma.rotation = all.diagonal().segment<3>(at).cwiseSqrt();
     sigma.translation = all.diagonal().segment<3>(at + 3).cwiseSqrt();
     sigma.time_offset = std::sqrt(all(at + 6, at + 6));
-    sensor.time_offset = std::sqrt(shown(at + 6, at + 6)) <= kTimeLimit;
+    sensor.least_time_offset = {std::sqrt(shown(at + 6, at + 6)), kTimeLimit};
+    sensor.time_offset = sensor.least_time_offset.sigma <= kTimeLimit;
     if (!sensor.time_offset) {
       sensor.directions.push_back({Quantity::kTimeOffset, Eigen::Vector3d::Zero(), sigma.time_offset});
     }
@@ -104,12 +140,8 @@ ObservabilityAnalysis AnalyzeSensors(const SensorInformation& given, const Camer
   return analysis;
 }
 
-}  // namespace
-
-ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const CalibrationState& state,
-                                         const Eigen::MatrixXd& information, const CameraInflation& inflation,
-                                         double scale) {
-  const Layout layout(state, problem.estimate_imu_matrices);
+SensorInformation MakeInformation(const JointProblem& problem, const CalibrationState& state,
+                                  const Layout& layout, const Eigen::MatrixXd& information) {
   Eigen::MatrixXd prior;
   Eigen::VectorXd gradient;
   CalibrationPrior(problem, state, layout, &prior, &gradient);
@@ -131,10 +163,35 @@ ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const Cali
   }
   const Eigen::MatrixXd known =
       InformationWithFixed(information, state, layout, problem.camera_fixed) + (prior - guess);
+  given.held = problem.held_translations;
   given.data = WithVarianceOfTangentialTerms(information, state, layout, problem.camera_fixed, known);
   given.solved = known;
   given.guess = guess;
   given.limits = CalibrationLimits(state, layout);
+  return given;
+}
+
+}  // namespace
+
+FreeAlignment CovarianceWithFreeAlignment(const JointProblem& problem, const CalibrationState& state,
+                                          const Eigen::MatrixXd& information) {
+  const Layout layout(state, problem.estimate_imu_matrices);
+  const SensorInformation given = MakeInformation(problem, state, layout, information);
+  FreeAlignment free;
+  for (const SensorGuess& sensor : given.sensors) free.fixed.push_back(sensor.fixed);
+  Eigen::MatrixXd data = given.data;
+  const int at = layout.alignment;
+  data.block<3, 3>(at, at) = information.block<3, 3>(at, at);
+  free.covariance = InverseInLimits(WithFixedSensors(given, std::move(data)), given.limits);
+  return free;
+}
+
+ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const CalibrationState& state,
+                                         const Eigen::MatrixXd& information, const CameraInflation& inflation,
+                                         double scale) {
+  const Layout layout(state, problem.estimate_imu_matrices);
+  const SensorInformation given = MakeInformation(problem, state, layout, information);
+  const int poses = layout.poses;
   ObservabilityAnalysis analysis = AnalyzeSensors(given, inflation, scale);
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
     ObservabilityAnalysis::Intrinsics camera;

@@ -14,11 +14,17 @@ namespace mlic {
 // What the data show of each LiDAR and then each camera, and how well everything is known (docs/method.md,
 // section 10).
 struct ObservabilityAnalysis {
+  // The direction of a quantity that the data show least, in terms of its limit: m, rad, s.
+  struct LeastShown {
+    double sigma = 0.0;
+    double limit = 1.0;
+  };
   struct Sensor {
     std::array<bool, 3> translation{true, true, true};  // along the IMU's axes
     std::array<bool, 3> rotation{true, true, true};
     bool time_offset = true;
     std::vector<UnobservableDirection> directions;
+    LeastShown least_translation, least_rotation, least_time_offset;
   };
   std::vector<Sensor> sensors;      // in the SensorOrder, as all that follow
   std::vector<PoseSigma> sigmas;    // with the guesses
@@ -43,6 +49,15 @@ struct ObservabilityAnalysis {
 ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const CalibrationState& state,
                                          const Eigen::MatrixXd& information,
                                          const CameraInflation& inflation = {}, double scale = 1.0);
+
+// Covariance of all parameters (Layout) from the data alone, without the guesses, where the accelerometer's
+// rotation to the gyroscope is free and has no prior.
+struct FreeAlignment {
+  Eigen::MatrixXd covariance;
+  std::vector<bool> fixed;  // of each sensor (SensorOrder): it is given, or takes no part
+};
+FreeAlignment CovarianceWithFreeAlignment(const JointProblem& problem, const CalibrationState& state,
+                                          const Eigen::MatrixXd& information);
 
 // Of the poses and offsets of the sensors at two places, out of ObservabilityAnalysis::covariance or
 // data_covariance.

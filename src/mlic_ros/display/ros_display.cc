@@ -142,7 +142,7 @@ void RosDisplay::OnResult(const CalibrationResult& result) {
   PublishTracks(result.views);
   PublishProjections(result.projections);
   const std::lock_guard<std::mutex> lock(mutex_);
-  status_.state = result.trusted ? Status::TRUSTED : Status::REFUSED;
+  status_.state = result.Trusted() ? Status::TRUSTED : result.Usable() ? Status::PARTIAL : Status::REFUSED;
   status_.stage = "done";
   status_.progress = 1.0f;
   status_.messages = result.reasons;

@@ -137,7 +137,7 @@ JobEnd RunWithLog(const JobOptions& options, const CancellationToken& cancellati
   } catch (...) {
     end = EndWithException(output.Path() / JobLog::kFileName);
   }
-  log.FileOnly(end.status == kTrusted, end.lines[0]);
+  log.FileOnly(end.status == kTrusted || end.status == kPartial, end.lines[0]);
   return end;
 }
 
@@ -156,7 +156,8 @@ JobEnd RunCalibrationJob(const std::function<JobOptions()>& make_options,
   } catch (...) {
     end = EndWithException({});
   }
-  if (end.status != kTrusted && end.status != kRefused) display.OnFailure(end.lines[0]);
+  const bool with_result = end.status == kTrusted || end.status == kPartial || end.status == kRefused;
+  if (!with_result) display.OnFailure(end.lines[0]);
   return end;
 }
 

@@ -15,6 +15,7 @@
 #include "mlic_core/evaluation/truth_comparison.h"
 #include "mlic_core/io/output_directory.h"
 #include "mlic_core/io/result/result_file.h"
+#include "mlic_core/io/result/result_names.h"
 #include "mlic_core/io/rig/rig_file.h"
 #include "mlic_core/io/text_file.h"
 #include "mlic_ros/bag/bag_loader.h"
@@ -146,7 +147,7 @@ int Evaluate(const EvaluateOptions& options, const CancellationToken& cancellati
   if (fs::exists(initial_file)) compared.initial = ReadCalibrationFile(initial_file);
   const BagSet bags({options.bag});
   Evaluation evaluation;
-  evaluation.text = "verdict: " + std::string(compared.calibration.trusted ? "trusted" : "refused") + "\n";
+  evaluation.text = "verdict: " + VerdictName(compared.calibration.verdict) + "\n";
   if (compared.truth) {
     CompareTo(*compared.truth, "", "", compared.calibration, &evaluation);
     if (compared.initial)

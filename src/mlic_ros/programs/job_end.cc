@@ -16,23 +16,24 @@ namespace fs = std::filesystem;
 
 std::string Absolute(const fs::path& path) { return fs::absolute(path).lexically_normal().string(); }
 
-std::string Trusted(const CalibrationResult& result) {
+// The sensors that are given: how many, their worst sigmas.
+std::string Given(const CalibrationResult& result) {
   const LargestSigmas worst = FindLargestSigmas(result);
   std::size_t held = 0;
   for (const SensorResult& sensor : result.sensors) held += sensor.unobservable.size();
   const std::size_t count = result.sensors.size();
-  std::string line = "TRUSTED: " + std::to_string(count) + (count == 1 ? " sensor" : " sensors") +
-                     ", worst sigma " + ShortNumber(worst.rotation * 180.0 / M_PI, 2) + " deg, " +
+  std::string line = std::to_string(count) + (count == 1 ? " sensor" : " sensors") + ", worst sigma " +
+                     ShortNumber(worst.rotation * 180.0 / M_PI, 2) + " deg, " +
                      ShortNumber(1e3 * worst.translation, 2) + " mm, " +
                      ShortNumber(1e3 * worst.time_offset, 2) + " ms";
   if (held > 0) line += "; " + std::to_string(held) + " unobservable directions, see the report";
   return line;
 }
 
-std::string Refused(const CalibrationResult& result) {
-  std::string line = "REFUSED: ";
-  for (std::size_t i = 0; i < result.reasons.size(); ++i) line += (i == 0 ? "" : "; ") + result.reasons[i];
-  return result.reasons.empty() ? line + "a check failed, see the log" : line;
+std::string Joined(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += (text.empty() ? "" : "; ") + line;
+  return text;
 }
 
 JobEnd Failure(int status, const std::string& reason, const fs::path& log, const std::string& advice) {
@@ -45,8 +46,17 @@ JobEnd Failure(int status, const std::string& reason, const fs::path& log, const
 
 JobEnd EndWithResult(const CalibrationResult& result, const fs::path& directory) {
   const std::string report = "report: " + Absolute(directory / "report.html");
-  if (result.trusted) return {kTrusted, {Trusted(result), report, "use it: " + UseCommand(directory)}};
-  return {kRefused, {Refused(result), report, "to do: " + NextSteps(result, directory).front()}};
+  const std::string use = "use it: " + UseCommand(directory);
+  switch (result.verdict) {
+    case Verdict::kTrusted:
+      return {kTrusted, {"TRUSTED: " + Given(result), report, use}};
+    case Verdict::kPartial:
+      return {kPartial, {"PARTIAL: " + Given(result) + ". Rejected: " + Joined(result.reasons), report, use}};
+    case Verdict::kRefused:
+      break;
+  }
+  const std::string why = result.reasons.empty() ? "a check failed, see the log" : Joined(result.reasons);
+  return {kRefused, {"REFUSED: " + why, report, "to do: " + NextSteps(result, directory).front()}};
 }
 
 JobEnd EndWithException(const fs::path& log) {

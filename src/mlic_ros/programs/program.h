@@ -7,7 +7,14 @@
 namespace mlic {
 
 // Exit statuses that every program shares; README lists them.
-enum ExitStatus { kTrusted = 0, kBadInput = 1, kRefused = 2, kFailure = 3, kInterrupted = 130 };
+enum ExitStatus {
+  kTrusted = 0,
+  kBadInput = 1,
+  kRefused = 2,
+  kFailure = 3,
+  kPartial = 4,  // some sensors of the rig
+  kInterrupted = 130,
+};
 
 // Runs the body and turns exceptions into exit statuses, each with one line on stderr that begins with the
 // program's name. failure_hint completes the line of an internal failure, such as where the log is.

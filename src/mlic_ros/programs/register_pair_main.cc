@@ -92,7 +92,7 @@ std::string Describe(const PairRegistration& done) {
                 done.matched ? "refined by single matches"
                              : "from all pixels together: single matches are too few or agree no better");
   std::string out = text;
-  if (!done.result.trusted) return out;
+  if (!done.result.Trusted()) return out;
   const SensorResult& camera = done.result.sensors[1];
   const RigidTransform& T = camera.calibration.T_imu_sensor;
   std::snprintf(text, sizeof(text),
@@ -117,7 +117,7 @@ int Register(const RegisterOptions& options) {
   });
   for (const std::string& line : kept) std::fprintf(stderr, "register_pair: %s\n", line.c_str());
   std::fputs(text.c_str(), stdout);
-  if (done.result.trusted) return kTrusted;
+  if (done.result.Trusted()) return kTrusted;
   std::fprintf(stderr, "register_pair: refused: %s\n", done.result.reasons.front().c_str());
   return kRefused;
 }

@@ -28,6 +28,9 @@ struct Arguments {
   std::string output;
   double duration = 60.0;
   std::uint64_t seed = 1;
+  std::string world = "of_scenario";
+  std::uint64_t world_seed = 1;
+  int moving = 0;
   bool no_guess = false;
   bool noise_free = false;
   double rotation_error_deg = 4.81;
@@ -48,6 +51,13 @@ void AddOptions(CLI::App& app, Arguments& a) {
   app.add_option("--seed", a.seed, "Motion, noise and errors of the guess follow from it");
   app.add_option("--output", a.output, "DRIVE.bag; DRIVE_truth.yaml and DRIVE_rig.yaml are written beside it")
       ->required();
+  app.add_option(
+      "--world", a.world,
+      "yard, hall, street, car_park, corridor, slope or grove from --world-seed; of_scenario: the one "
+      "yard or hall");
+  app.add_option("--world-seed", a.world_seed, "Layout, materials and clutter of --world follow from it");
+  app.add_option("--moving", a.moving, "How many cars, people or doors move in --world")
+      ->check(CLI::Range(0, 100));
   app.add_flag("--no-guess", a.no_guess, "The rig file gets no initial extrinsics");
   app.add_flag("--noise-free", a.noise_free, "Exact measurements (biases, matrices and clock offsets stay)");
   app.add_option("--rotation-error-deg", a.rotation_error_deg, "Error of the guessed rotations, deg")
@@ -59,10 +69,10 @@ void AddOptions(CLI::App& app, Arguments& a) {
 // The truth as a calibration result: sigmas are zero.
 CalibrationResult TrueResult(const sim::SensorSet& sensors) {
   CalibrationResult truth;
-  truth.trusted = true;
+  truth.verdict = Verdict::kTrusted;
   truth.imu_frame_id = sensors.imu.frame_id;
   truth.imu = sensors.imu.calibration;
-  truth.gravity = sim::MapGravity();
+  truth.gravity = {0.0, 0.0, -sensors.imu.gravity};
   const auto add = [&](const SensorResult& sensor) {
     for (const SensorResult& other : truth.sensors) {
       PairResult pair;
@@ -77,7 +87,7 @@ CalibrationResult TrueResult(const sim::SensorSet& sensors) {
     SensorResult sensor;
     sensor.name = lidar.name;
     sensor.frame_id = lidar.frame_id;
-    sensor.calibration = lidar.calibration;
+    sensor.calibration = sim::AsTheImuSeesIt(sensors.imu, lidar.calibration);
     add(sensor);
   }
   for (const sim::SimulatedCamera& camera : sensors.cameras) {
@@ -85,7 +95,7 @@ CalibrationResult TrueResult(const sim::SensorSet& sensors) {
     sensor.name = camera.name;
     sensor.type = SensorResult::Type::kCamera;
     sensor.frame_id = camera.frame_id;
-    sensor.calibration = camera.calibration;
+    sensor.calibration = sim::AsTheImuSeesIt(sensors.imu, camera.calibration);
     sensor.intrinsics = camera.intrinsics;
     if (camera.rolling_shutter) sensor.rolling_shutter_readout = camera.readout;
     add(sensor);
@@ -134,6 +144,9 @@ void Run(const Arguments& arguments) {
   options.scenario = sim::ScenarioFromName(arguments.scenario);
   options.duration = arguments.duration;
   options.seed = arguments.seed;
+  options.world = sim::WorldFamilyFromName(arguments.world);
+  options.world_seed = arguments.world_seed;
+  options.moving_objects = arguments.moving;
   options.with_noise = !arguments.noise_free;
   sim::GuessOptions guess;
   guess.with_guess = !arguments.no_guess;

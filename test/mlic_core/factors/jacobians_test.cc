@@ -37,6 +37,8 @@ CalibrationState RandomState(std::uint64_t seed) {
   lidar.time_offset = 0.05;
   state.lidars.push_back(lidar);
   state.gyroscope_matrix += 0.01 * Eigen::Matrix3d::Random();
+  state.accelerometer_matrix = ExpMatrix(0.05 * RandomVector(&random));
+  state.gravity = 9.79;
   return state;
 }
 
@@ -163,12 +165,14 @@ TEST(ImuResidual, JacobianAgreesWithNumericOne) {
   sample.specific_force = Eigen::Vector3d(0.1, 9.0, 1.0);
   const auto evaluate = [&](const CalibrationState& at, ImuResidual::Jacobian* J) {
     return ImuResidual::Evaluate(at.drives[0].trajectory, RotationBasis(at, kTime), PositionBasis(at, kTime),
-                                 at.Imu(0), kGravity, sample, J);
+                                 at.Imu(0), at.Gravity(), sample, J);
   };
   ImuResidual::Jacobian J;
   evaluate(state, &J);
   std::vector<int> columns = KnotColumns(layout, state, kTime);
   for (int i = 0; i < 6; ++i) columns.push_back(layout.knots + layout.Bias(0) + i);
+  columns.push_back(layout.knots + layout.gravity);
+  for (int i = 0; i < 3; ++i) columns.push_back(layout.knots + layout.alignment + i);
   for (int i = 0; i < 15; ++i) columns.push_back(layout.knots + layout.matrices + i);
   ExpectNumericJacobian(J, ImuResidual::kColumns, [&](int column, double step) {
     return evaluate(Moved(state, layout, columns[column], step), nullptr);

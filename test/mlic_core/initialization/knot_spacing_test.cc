@@ -33,5 +33,28 @@ TEST(KnotSpacing, FollowsScansWhereTheImuIsTooSlow) {
   EXPECT_EQ(ChooseKnotSpacing(Shaking(200.0), 0.01).position, ChooseKnotSpacing(Shaking(200.0)).position);
 }
 
+// Vibration far above what splines carry, on rotors at 60 to 95 Hz and one beyond half of the rate, hides
+// nothing of the motion.
+TEST(KnotSpacing, FollowsTheMotionWhateverVibratesAboveIt) {
+  for (const double rate : {200.0, 400.0}) {
+    const KnotSpacing quiet = ChooseKnotSpacing(Shaking(rate));
+    EXPECT_LT(quiet.rotation, 0.15);
+    EXPECT_LT(quiet.position, 0.15);
+    std::vector<ImuSample> shaken = Shaking(rate);
+    for (ImuSample& sample : shaken) {
+      for (const double frequency : {61.0, 78.0, 93.0, 110.0}) {
+        const double w = 2.0 * M_PI * frequency;
+        const Eigen::Vector3d wave(std::sin(w * sample.time), std::sin(w * sample.time + 1.0),
+                                   std::cos(w * sample.time));
+        sample.specific_force += 3.0 * wave;
+        sample.angular_velocity += 0.1 * wave;
+      }
+    }
+    const KnotSpacing vibrating = ChooseKnotSpacing(shaken);
+    EXPECT_LT(std::abs(std::log(vibrating.rotation / quiet.rotation)), 0.25) << rate;
+    EXPECT_LT(std::abs(std::log(vibrating.position / quiet.position)), 0.25) << rate;
+  }
+}
+
 }  // namespace
 }  // namespace mlic

@@ -186,6 +186,9 @@ TEST(WriteResults, RefusedGetsNothingThatOthersWouldLoad) {
                            "images/keyframes.csv", "initial_calibration.yaml"}) {
     EXPECT_TRUE(std::filesystem::exists(directory.Path() / "trusted" / name)) << name;
   }
+  result.verdict = Verdict::kPartial;
+  WriteResults(directory.Path() / "partial", result, "/data");
+  EXPECT_TRUE(std::filesystem::exists(directory.Path() / "partial" / "static_transforms.launch"));
   CalibrationResult refused;
   refused.reasons = {"the vehicle stood still"};
   const std::filesystem::path output = directory.Path() / "refused";
@@ -195,7 +198,7 @@ TEST(WriteResults, RefusedGetsNothingThatOthersWouldLoad) {
     left.push_back(entry.path().filename());
   std::sort(left.begin(), left.end());
   EXPECT_EQ(left, (std::vector<std::string>{"calibration.yaml", "report.html"}));
-  EXPECT_FALSE(ReadCalibrationFile(output / "calibration.yaml").trusted);
+  EXPECT_FALSE(ReadCalibrationFile(output / "calibration.yaml").Trusted());
 }
 
 TEST(WriteResults, SameResultSameBytes) {

@@ -28,6 +28,13 @@ TEST(Report, TrustedSaysSoFirstAndMarksWhatIsUnobservable) {
   EXPECT_TRUE(Contains(html, "1423 planes"));
 }
 
+TEST(Report, ShowsTheChecksThatFailedFirst) {
+  const std::string html = ReportOf(SampleResult());
+  EXPECT_TRUE(Contains(html, "1 of 2 checks passed"));
+  EXPECT_LT(html.find("<td>coverage_image</td>"), html.find("<td>convergence</td>"));
+  EXPECT_TRUE(Contains(html, "turn so that structure crosses all of it"));
+}
+
 TEST(Report, SaysWhereTheTimeWent) {
   const std::string html = ReportOf(SampleResult());
   EXPECT_TRUE(Contains(html, "<td>odometry</td><td class=\"n\">11.7</td><td class=\"n\">44.1</td>"));
@@ -49,6 +56,17 @@ TEST(Report, RefusedGivesReasonsEscaped) {
   EXPECT_TRUE(Contains(html, "turned by 3 deg &lt; 20 deg &amp; stood still"));
   EXPECT_TRUE(Contains(html, "Record again with turns"));
   EXPECT_EQ(html.find("<h1>Trusted"), std::string::npos);
+}
+
+TEST(Report, PartialNamesTheRejectedAndStillSaysHowToUseTheRest) {
+  CalibrationResult result = SampleResult();
+  result.verdict = Verdict::kPartial;
+  result.reasons = {"cam_left: its images are dark"};
+  const std::string html = ReportOf(result);
+  EXPECT_TRUE(Contains(html, "<h1>Partial</h1>"));
+  EXPECT_TRUE(Contains(html, "cam_left: its images are dark"));
+  EXPECT_TRUE(Contains(html, "static_transforms.launch"));
+  EXPECT_FALSE(Contains(html, "Record again with turns"));
 }
 
 TEST(Report, AdviceWorksFromAnyFolder) {

@@ -19,18 +19,46 @@ void ExpectSame(const PoseSigma& a, const PoseSigma& b) {
   EXPECT_NEAR(a.time_offset, b.time_offset, 1e-12);
 }
 
+TEST(ResultFile, SaysOfEachCheckWhetherItPassed) {
+  TemporaryDirectory directory;
+  WriteCalibrationFile(directory.Path() / "calibration.yaml", SampleResult());
+  const std::string text = ReadFile(directory.Path() / "calibration.yaml");
+  EXPECT_TRUE(Contains(
+      text, "{name: convergence, value: 0.083, limit: 1, bound: most, unit: \"sigma\", passed: true"));
+  EXPECT_TRUE(Contains(text, "sensor: cam_front, value: 0.375, limit: 0.5, bound: least"));
+  EXPECT_TRUE(Contains(text, "passed: false, remedy: \"turn so that structure crosses all of it\"}"));
+}
+
 TEST(ResultFile, RoundTripKeepsEverything) {
   TemporaryDirectory directory;
   const CalibrationResult result = SampleResult();
   WriteCalibrationFile(directory.Path() / "calibration.yaml", result);
   const CalibrationResult copy = ReadCalibrationFile(directory.Path() / "calibration.yaml");
-  EXPECT_EQ(copy.trusted, result.trusted);
+  EXPECT_EQ(copy.Trusted(), result.Trusted());
+  EXPECT_EQ(copy.reasons, result.reasons);
+  EXPECT_EQ(copy.warnings, result.warnings);
+  ASSERT_EQ(copy.checks.size(), result.checks.size());
+  for (std::size_t i = 0; i < copy.checks.size(); ++i) {
+    const QualityCheck &a = result.checks[i], &b = copy.checks[i];
+    EXPECT_EQ(a.name, b.name);
+    EXPECT_EQ(a.sensor, b.sensor);
+    EXPECT_EQ(a.value, b.value);
+    EXPECT_EQ(a.limit, b.limit);
+    EXPECT_EQ(a.unit, b.unit);
+    EXPECT_EQ(a.bound, b.bound);
+    EXPECT_EQ(a.Passed(), b.Passed());
+    EXPECT_EQ(a.remedy, b.remedy);
+  }
   EXPECT_EQ(copy.imu_frame_id, result.imu_frame_id);
   EXPECT_LT((copy.imu.gyroscope_bias - result.imu.gyroscope_bias).norm(), 1e-12);
   EXPECT_LT((copy.imu.accelerometer_bias - result.imu.accelerometer_bias).norm(), 1e-12);
   EXPECT_LT((copy.imu.gyroscope_matrix - result.imu.gyroscope_matrix).norm(), 1e-11);
   EXPECT_LT((copy.imu.accelerometer_matrix - result.imu.accelerometer_matrix).norm(), 1e-11);
   EXPECT_LT((copy.gravity - result.gravity).norm(), 1e-10);
+  ASSERT_TRUE(copy.alignment.has_value());
+  EXPECT_EQ(copy.alignment->axes, result.alignment->axes);
+  EXPECT_EQ(copy.alignment->estimated, result.alignment->estimated);
+  EXPECT_LT((copy.alignment->sigma - result.alignment->sigma).norm(), 1e-12);
   ASSERT_EQ(copy.sensors.size(), result.sensors.size());
   for (std::size_t i = 0; i < copy.sensors.size(); ++i) {
     const SensorResult &a = result.sensors[i], &b = copy.sensors[i];
@@ -81,9 +109,28 @@ TEST(ResultFile, RefusedKeepsReasons) {
   result.reasons = {"the vehicle stood still: turn it", "quotes \" and: colons # survive"};
   WriteCalibrationFile(directory.Path() / "calibration.yaml", result);
   const CalibrationResult copy = ReadCalibrationFile(directory.Path() / "calibration.yaml");
-  EXPECT_FALSE(copy.trusted);
+  EXPECT_FALSE(copy.Trusted());
   EXPECT_EQ(copy.reasons, result.reasons);
   EXPECT_TRUE(copy.sensors.empty());
+}
+
+TEST(ResultFile, PartialNamesTheRejectedWithAllReasons) {
+  TemporaryDirectory directory;
+  CalibrationResult result = SampleResult();
+  result.verdict = Verdict::kPartial;
+  result.rejected = {{"cam_left", SensorResult::Type::kCamera, "cam_left: dark"},
+                     {"low_lidar", SensorResult::Type::kLidar, "low_lidar: lost"},
+                     {"cam_left", SensorResult::Type::kCamera, "cam_left: too few"}};
+  WriteCalibrationFile(directory.Path() / "calibration.yaml", result);
+  const CalibrationResult copy = ReadCalibrationFile(directory.Path() / "calibration.yaml");
+  EXPECT_EQ(copy.verdict, Verdict::kPartial);
+  EXPECT_EQ(copy.sensors.size(), result.sensors.size());
+  ASSERT_EQ(copy.rejected.size(), 2u);
+  EXPECT_EQ(copy.rejected[0].name, "cam_left");
+  EXPECT_EQ(copy.rejected[0].type, SensorResult::Type::kCamera);
+  EXPECT_EQ(copy.rejected[0].reason, "cam_left: dark; cam_left: too few");
+  EXPECT_EQ(copy.rejected[1].name, "low_lidar");
+  EXPECT_EQ(copy.rejected[1].type, SensorResult::Type::kLidar);
 }
 
 TEST(ResultFile, TruthFileWithFewKeys) {
@@ -95,7 +142,7 @@ TEST(ResultFile, TruthFileWithFewKeys) {
                       "rotation: [-0.007412088, 0.001015086, 0.000385188, 0.999971941]}\n");
   const CalibrationResult truth = ReadCalibrationFile(path);
   ASSERT_EQ(truth.sensors.size(), 1u);
-  EXPECT_TRUE(truth.trusted);
+  EXPECT_TRUE(truth.Trusted());
   EXPECT_EQ(truth.sensors[0].calibration.time_offset, 0.0);
   EXPECT_NEAR(truth.sensors[0].calibration.T_imu_sensor.rotation.norm(), 1.0, 1e-15);
   EXPECT_TRUE(truth.imu.gyroscope_matrix.isIdentity(0.0));

@@ -13,6 +13,8 @@ const char* const kFull = R"(imu:
   frame_id: imu_link
   noise: {gyroscope: 1.0e-3, accelerometer: 1.0e-2}
   intrinsics: scale_misalignment
+  alignment_sigma_deg: 0.25
+  gravity: 9.7936
 lidars:
   front_lidar:
     topic: /front_lidar/points
@@ -60,6 +62,8 @@ TEST_F(RigFileTest, ReadsEveryKey) {
   EXPECT_EQ(rig.imu.frame_id, "imu_link");
   EXPECT_DOUBLE_EQ(rig.imu.noise->accelerometer, 1e-2);
   EXPECT_EQ(rig.imu.intrinsics, ImuIntrinsicsModel::kScaleMisalignment);
+  EXPECT_NEAR(rig.imu.alignment_sigma, 0.25 * M_PI / 180.0, 1e-15);
+  EXPECT_EQ(rig.imu.gravity, 9.7936);
   ASSERT_EQ(rig.lidars.size(), 2u) << "the disabled one is left out";
   const LidarConfig& front = rig.lidars[0];
   EXPECT_EQ(front.name, "front_lidar");

@@ -11,6 +11,7 @@ namespace {
 struct SimulatedRun {
   CalibrationResult result;
   std::vector<SensorCalibration> truth;
+  Rig rig;
 };
 
 SimulatedRun CalibrateSimulated(const std::string& sensors_file, sim::Scenario scenario, double duration,
@@ -19,7 +20,7 @@ SimulatedRun CalibrateSimulated(const std::string& sensors_file, sim::Scenario s
                                              DriveOptions(scenario, duration, seed, with_noise), with_guess);
   CalibrationObserver observer;
   return {Calibrate(input.rig, input.dataset, CancellationToken(), observer),
-          sim::TrueCalibrations(input.sensors)};
+          sim::TrueCalibrations(input.sensors), input.rig};
 }
 
 double RotationErrorDeg(const SimulatedRun& run, std::size_t l) {
@@ -30,6 +31,10 @@ double RotationErrorDeg(const SimulatedRun& run, std::size_t l) {
 Eigen::Vector3d TranslationError(const SimulatedRun& run, std::size_t l) {
   return run.result.sensors[l].calibration.T_imu_sensor.translation - run.truth[l].T_imu_sensor.translation;
 }
+Eigen::Vector3d DistanceFromGuess(const SimulatedRun& run, std::size_t l) {
+  return run.result.sensors[l].calibration.T_imu_sensor.translation -
+         run.rig.lidars[l].guess->T_imu_sensor.translation;
+}
 double OffsetError(const SimulatedRun& run, std::size_t l) {
   return std::abs(run.result.sensors[l].calibration.time_offset - run.truth[l].time_offset);
 }
@@ -37,7 +42,7 @@ double OffsetError(const SimulatedRun& run, std::size_t l) {
 TEST(Calibration, NoiseFreeHandHeldDriveGivesTheTruth) {
   const SimulatedRun run =
       CalibrateSimulated("handheld.yaml", sim::Scenario::kHandheld, 15.0, 2, false, false);
-  ASSERT_TRUE(run.result.trusted);
+  ASSERT_TRUE(run.result.Trusted());
   EXPECT_LT(RotationErrorDeg(run, 0), 1e-3);
   EXPECT_LT(TranslationError(run, 0).norm(), 1e-4);
   EXPECT_LT(OffsetError(run, 0), 2e-6);
@@ -46,7 +51,7 @@ TEST(Calibration, NoiseFreeHandHeldDriveGivesTheTruth) {
 TEST(Calibration, NoisyHandHeldDriveNeedsNoGuessAndKeepsItsSigmas) {
   const SimulatedRun run =
       CalibrateSimulated("handheld.yaml", sim::Scenario::kHandheld, 20.0, 1, true, false);
-  ASSERT_TRUE(run.result.trusted);
+  ASSERT_TRUE(run.result.Trusted());
   EXPECT_LT(RotationErrorDeg(run, 0), 0.016);
   EXPECT_LT(TranslationError(run, 0).norm(), 2e-3);
   EXPECT_LT(OffsetError(run, 0), 4e-5);
@@ -58,7 +63,7 @@ TEST(Calibration, NoisyHandHeldDriveNeedsNoGuessAndKeepsItsSigmas) {
 TEST(Calibration, FourLidarsOfACarShareTheirMap) {
   const SimulatedRun run =
       CalibrateSimulated("paper_rig_lidars.yaml", sim::Scenario::kFigureEight, 20.0, 1, true, true);
-  ASSERT_TRUE(run.result.trusted);
+  ASSERT_TRUE(run.result.Trusted());
   ASSERT_EQ(run.result.sensors.size(), 4u);
   for (std::size_t l = 0; l < 4; ++l) {
     EXPECT_LT(RotationErrorDeg(run, l), 0.06);
@@ -81,24 +86,63 @@ TEST(Calibration, FourLidarsOfACarShareTheirMap) {
 TEST(Calibration, PlanarDriveHoldsTheHeight) {
   const SimulatedRun run =
       CalibrateSimulated("paper_rig_lidars.yaml", sim::Scenario::kPlanar, 20.0, 1, true, true);
-  ASSERT_TRUE(run.result.trusted);
+  ASSERT_TRUE(run.result.Trusted());
   for (const SensorResult& sensor : run.result.sensors) {
     EXPECT_FALSE(sensor.translation_observable[2]) << sensor.name;
     EXPECT_TRUE(sensor.translation_observable[0] && sensor.translation_observable[1]) << sensor.name;
     ASSERT_EQ(sensor.unobservable.size(), 1u);
     EXPECT_GT(std::abs(sensor.unobservable[0].direction.z()), 0.99);
+    EXPECT_NEAR(sensor.unobservable[0].sigma, 0.05, 0.002) << "the mean of four guesses of 0.1 m";
   }
+  // The map places the LiDARs against each other, the guesses all of them over the IMU.
+  double off = 0.0;
+  for (std::size_t l = 0; l < 4; ++l) {
+    off += run.result.sensors[l].unobservable[0].direction.dot(DistanceFromGuess(run, l)) / 4.0;
+    for (std::size_t m = 0; m < l; ++m) {
+      EXPECT_NEAR(TranslationError(run, l).z(), TranslationError(run, m).z(), 3e-3);
+    }
+  }
+  EXPECT_NEAR(off, 0.0, 1e-3);
+}
+
+TEST(Calibration, WhatAPlanarDriveDoesNotShowStandsAtTheGuess) {
+  const SimulatedRun run = CalibrateSimulated("handheld.yaml", sim::Scenario::kPlanar, 15.0, 2, true, true);
+  ASSERT_EQ(run.result.sensors.size(), 1u);
+  const std::vector<UnobservableDirection>& open = run.result.sensors[0].unobservable;
+  ASSERT_EQ(open.size(), 1u);
+  ASSERT_EQ(open[0].quantity, UnobservableDirection::Quantity::kTranslation);
+  EXPECT_NEAR(open[0].direction.dot(DistanceFromGuess(run, 0)), 0.0, 1e-6);
+  EXPECT_NEAR(open[0].sigma, 0.1, 1e-4) << "the guess's own";
 }
 
 TEST(Calibration, PlanarDriveWithoutGuessIsRefused) {
   EXPECT_FALSE(CalibrateSimulated("paper_rig_lidars.yaml", sim::Scenario::kPlanar, 12.0, 1, true, false)
-                   .result.trusted);
+                   .result.Trusted());
+}
+
+// Given the wrong way round, the guess is metres off along the axes that the drive shows, and right by no
+// more than chance along the one that it does not.
+TEST(Calibration, GuessTheWrongWayRoundDecidesNothing) {
+  sim::SensorSet sensors = ConfiguredSensors("handheld.yaml");
+  sensors.lidars[0].calibration.T_imu_sensor = {
+      Eigen::Quaterniond(Eigen::AngleAxisd(0.03, Eigen::Vector3d(0.6, 0.0, 0.8))), {0.9, -0.3, 0.4}};
+  SimulatedInput input = SimulateInput(sensors, DriveOptions(sim::Scenario::kPlanar, 15.0, 3), true);
+  const RigidTransform truth = sim::TrueCalibrations(sensors)[0].T_imu_sensor;
+  input.rig.lidars[0].guess->T_imu_sensor = truth.Inverse();
+  CalibrationObserver observer;
+  const CalibrationResult result = Calibrate(input.rig, input.dataset, CancellationToken(), observer);
+  EXPECT_FALSE(result.Trusted());
+  ASSERT_FALSE(result.reasons.empty());
+  EXPECT_NE(result.reasons[0].find("contradicts the given T_imu_sensor"), std::string::npos)
+      << result.reasons[0];
+  input.rig.lidars[0].guess->T_imu_sensor = truth;
+  EXPECT_TRUE(Calibrate(input.rig, input.dataset, CancellationToken(), observer).Trusted());
 }
 
 TEST(Calibration, DrivesWithoutExcitationAreRefusedThoughThereIsAGuess) {
   for (const auto scenario : {sim::Scenario::kStatic, sim::Scenario::kStraight, sim::Scenario::kCircle}) {
     const SimulatedRun run = CalibrateSimulated("handheld.yaml", scenario, 8.0, 1, true, true);
-    EXPECT_FALSE(run.result.trusted);
+    EXPECT_FALSE(run.result.Trusted());
     EXPECT_FALSE(run.result.reasons.empty());
   }
 }

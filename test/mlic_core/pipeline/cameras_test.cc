@@ -110,7 +110,7 @@ PoseError Compare(const RigidTransform& found, const RigidTransform& truth, cons
 TEST(CameraEndToEnd, AHandHeldPairOfCamerasWithALidarNeedsNoGuess) {
   const CalibrationResult& result = Uninterrupted();
   for (const std::string& reason : result.reasons) std::printf("  reason: %s\n", reason.c_str());
-  ASSERT_TRUE(result.trusted);
+  ASSERT_TRUE(result.Trusted());
   ASSERT_EQ(result.sensors.size(), 3u);
   double square = 0.0;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -135,7 +135,7 @@ TEST(CameraEndToEnd, AHandHeldPairOfCamerasWithALidarNeedsNoGuess) {
 
 TEST(CameraEndToEnd, ThePairOfCamerasAndTheIntrinsicsAreFound) {
   const CalibrationResult& result = Uninterrupted();
-  ASSERT_TRUE(result.trusted);
+  ASSERT_TRUE(result.Trusted());
   const std::vector<SensorResult>& truth = Drive().truth.sensors;
   bool seen = false;
   for (const PairResult& pair : result.pairs) {
@@ -157,6 +157,38 @@ TEST(CameraEndToEnd, ThePairOfCamerasAndTheIntrinsicsAreFound) {
                 error.mean_after_rotation);
     EXPECT_GT(error.covered, 0.95) << error.name;
     EXPECT_LT(error.mean, 0.3) << error.name;
+  }
+}
+
+// Images of a camera whose cap was left on.
+class DarkImages : public ImageSource {
+ public:
+  explicit DarkImages(std::shared_ptr<const ImageSource> source) : source_(std::move(source)) {}
+  std::size_t Count() const override { return source_->Count(); }
+  double Time(std::size_t index) const override { return source_->Time(index); }
+  cv::Mat Load(std::size_t index) const override { return 0 * source_->Load(index); }
+
+ private:
+  std::shared_ptr<const ImageSource> source_;
+};
+
+TEST(CameraEndToEnd, ADarkCameraIsRejectedAndCostsTheOthersNothing) {
+  Dataset dataset = Drive().dataset;
+  CameraRecording& right = dataset.drives[0].cameras[1];
+  right.images = std::make_shared<DarkImages>(right.images);
+  CalibrationObserver observer;
+  const CalibrationResult result = Calibrate(Drive().rig, dataset, CancellationToken(), observer);
+  EXPECT_EQ(result.verdict, Verdict::kPartial);
+  ASSERT_EQ(result.rejected.size(), 1u);
+  EXPECT_EQ(result.rejected[0].name, "cam_right");
+  ASSERT_EQ(result.sensors.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const SensorResult& sensor = result.sensors[i];
+    const PoseError error = Compare(sensor.calibration.T_imu_sensor,
+                                    Drive().truth.sensors[i].calibration.T_imu_sensor, sensor.sigma);
+    EXPECT_LT(error.degrees, 0.05) << sensor.name;
+    EXPECT_LT(error.metres, 5e-3) << sensor.name;
+    EXPECT_LT(error.square, 36.0) << sensor.name;
   }
 }
 

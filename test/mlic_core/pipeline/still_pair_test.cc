@@ -70,7 +70,7 @@ const Parked& Park() {
 TEST(PairRegistration, FindsTheCameraOfOneScanAndItsPhoto) {
   const Parked& parked = Park();
   const PairRegistration done = RegisterPairs(parked.rig, {parked.pair});
-  ASSERT_TRUE(done.result.trusted) << done.result.reasons.front();
+  ASSERT_TRUE(done.result.Trusted()) << done.result.reasons.front();
   const RigidTransform& found = done.result.sensors[1].calibration.T_imu_sensor;
   const double rotation = AngleBetween(found.rotation, parked.truth.rotation) / kDegree;
   const double translation = (found.translation - parked.truth.translation).norm();
@@ -93,7 +93,7 @@ TEST(PairRegistration, RefusesAPhotoOfAnotherPlace) {
   const CameraIntrinsics whole{rig.cameras[0].model, 1280, 800, *rig.cameras[0].intrinsics};
   rig.cameras[0].intrinsics = ScaledIntrinsics(whole, 0.5).parameters;
   const PairRegistration done = RegisterPairs(rig, {pair});
-  EXPECT_FALSE(done.result.trusted);
+  EXPECT_FALSE(done.result.Trusted());
   EXPECT_TRUE(done.result.sensors.empty());
 }
 

@@ -196,6 +196,7 @@ TEST(CeresReference, FindsTheSameMinimumOfImuAndCameras) {
   c.problem.guesses = {std::nullopt};
   c.problem.camera_guesses.resize(2);
   c.problem.camera_fixed.resize(2);
+  c.problem.imu = {Eigen::Matrix3d::Zero(), 0.03};
   c.problem.camera_fixed[0].square_pixels = true;
   c.problem.camera_fixed[1].intrinsics = {false, false, false, false, false, false, true, true};
   Disturb(&random, &c.start.lidars[0]);

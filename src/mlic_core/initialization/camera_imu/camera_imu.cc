@@ -80,7 +80,7 @@ Initialization Solve(const Rig& rig, const Dataset& dataset, const std::vector<C
   SetImuSigma(rig, dataset, &result);
   const VisualRotations rotations = AlignWithGyroscope(rig, dataset, start, tracks, cancellation);
   result.notes = rotations.notes;
-  result.problems = rotations.problems;
+  cameras->problems = rotations.problems;
   if (std::none_of(rotations.found.begin(), rotations.found.end(), [](bool found) { return found; })) {
     result.problems.push_back(
         "no camera's images turn as the IMU does: the drive turns too little to show time offset and "
@@ -194,11 +194,11 @@ Initialization InitializeFromCameras(const Rig& rig, const Dataset& dataset,
   Initialization result = Solve(rig, dataset, start, tracks, {2, 8}, cancellation, &adjusted);
   if (result.state.drives.empty()) {
     cameras->found = adjusted.found;
+    cameras->problems = adjusted.problems;
     return result;
   }
   JudgeCameras(rig, &adjusted);
   result.notes.insert(result.notes.end(), adjusted.notes.begin(), adjusted.notes.end());
-  result.problems.insert(result.problems.end(), adjusted.problems.begin(), adjusted.problems.end());
   *cameras = std::move(adjusted);
   return result;
 }

@@ -95,7 +95,7 @@ VisualRotations AlignWithGyroscope(const Rig& rig, const Dataset& dataset,
       result.found[c] =
           config.fixed || AlignCamera(config, start[c], pairs[c], trajectories, &camera, &alignments[c]);
       if (!result.found[c]) {
-        result.problems.push_back(AlignmentProblem(config.name));
+        result.problems.push_back({config.name, AlignmentProblem(config.name)});
       } else {
         if (!config.fixed) result.notes.push_back(AlignmentNote(config.name, camera, alignments[c].rotation));
         motions[c] = VisualMotions(pairs[c], camera.intrinsics, start[c].from_field_of_view ? 8.0 : 3.0);

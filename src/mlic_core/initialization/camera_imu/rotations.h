@@ -12,7 +12,7 @@ struct VisualRotations {
   std::vector<CameraCalibration> cameras;  // rotation, time offset; focal length from the field of view
   std::vector<bool> found;
   std::vector<Eigen::Vector3d> gyroscope_bias;  // of each drive, rad/s
-  std::vector<std::string> problems;
+  std::vector<SensorProblem> problems;          // of the cameras not found
   std::vector<std::string> notes;
 };
 

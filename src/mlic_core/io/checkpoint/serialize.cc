@@ -28,10 +28,11 @@ auto Members(Drive& drive) { return std::tie(drive.epoch, drive.imu, drive.lidar
 auto Members(Dataset& dataset) { return std::tie(dataset.drives); }
 
 auto Members(SensorResult& sensor) {
-  return std::tie(sensor.name, sensor.type, sensor.frame_id, sensor.topic, sensor.calibration, sensor.sigma,
-                  sensor.translation_observable, sensor.rotation_observable, sensor.time_offset_observable,
-                  sensor.unobservable, sensor.intrinsics, sensor.intrinsics_sigma, sensor.intrinsics_fixed,
-                  sensor.rolling_shutter_readout, sensor.readout_sigma, sensor.held_out);
+  return std::tie(sensor.name, sensor.type, sensor.frame_id, sensor.fixed, sensor.topic, sensor.calibration,
+                  sensor.sigma, sensor.translation_observable, sensor.rotation_observable,
+                  sensor.time_offset_observable, sensor.unobservable, sensor.intrinsics,
+                  sensor.intrinsics_sigma, sensor.intrinsics_fixed, sensor.rolling_shutter_readout,
+                  sensor.readout_sigma, sensor.held_out);
 }
 
 auto Members(PairResult& pair) { return std::tie(pair.a, pair.b, pair.T_a_b, pair.sigma); }
@@ -42,15 +43,21 @@ auto Members(StageSummary& stage) {
 auto Members(ResidualField& field) { return std::tie(field.columns, field.rows, field.mean, field.counts); }
 auto Members(ResidualSummary& residual) {
   return std::tie(residual.sensor, residual.unit, residual.sigma, residual.inlier_share, residual.histogram,
-                  residual.over_time_seconds, residual.over_time_rms, residual.rms, residual.over_image);
+                  residual.over_time_seconds, residual.over_time_rms, residual.rms, residual.over_image,
+                  residual.drift);
 }
 
 auto Members(CameraKeyframes& keyframes) { return std::tie(keyframes.camera, keyframes.stamps); }
+auto Members(QualityCheck& check) {
+  return std::tie(check.name, check.sensor, check.value, check.limit, check.unit, check.bound, check.refuses,
+                  check.failure, check.remedy);
+}
+auto Members(RejectedSensor& sensor) { return std::tie(sensor.name, sensor.type, sensor.reason); }
 auto Members(CalibrationResult& result) {
-  return std::tie(result.trusted, result.reasons, result.warnings, result.imu_frame_id, result.imu,
-                  result.gravity, result.sensors, result.initial_sensors, result.pairs, result.trajectories,
-                  result.map, result.stages, result.residuals, result.keyframes,
-                  result.peak_memory_megabytes);
+  return std::tie(result.verdict, result.reasons, result.rejected, result.warnings, result.checks,
+                  result.imu_frame_id, result.imu, result.gravity, result.sensors, result.initial_sensors,
+                  result.pairs, result.trajectories, result.map, result.stages, result.residuals,
+                  result.keyframes, result.peak_memory_megabytes);
 }
 
 std::vector<char> ToBytes(const Dataset& dataset) { return WrittenBytes(dataset); }

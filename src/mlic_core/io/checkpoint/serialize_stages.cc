@@ -55,7 +55,7 @@ auto Members(CameraCalibration& camera) {
 }
 auto Members(CalibrationState& state) {
   return std::tie(state.lidars, state.rings, state.cameras, state.gyroscope_matrix,
-                  state.accelerometer_matrix, state.drives);
+                  state.accelerometer_matrix, state.gravity, state.drives);
 }
 
 auto Members(AngularRateAlignment& alignment) {
@@ -89,12 +89,13 @@ auto Members(LidarPointObservation& observation) {
 
 auto Members(LandmarkSet& set) { return std::tie(set.points, set.observations, set.begin, set.lidar_points); }
 auto Members(Adjustment& adjustment) {
-  return std::tie(adjustment.state, adjustment.plane_noise, adjustment.problem.imu_sigma,
-                  adjustment.problem.camera_fixed, adjustment.problem.landmarks,
-                  adjustment.cameras.landmark_options.noise, adjustment.cameras.sigmas,
-                  adjustment.map.cameras_before, adjustment.map.noise, adjustment.map.held_out,
-                  adjustment.rounds.landmarks, adjustment.rounds.done, adjustment.rounds.points_per_scan,
-                  adjustment.lines);
+  return std::tie(
+      adjustment.state, adjustment.contradicted_guesses, adjustment.plane_noise, adjustment.problem.imu_sigma,
+      adjustment.problem.camera_fixed, adjustment.problem.landmarks,
+      adjustment.cameras.landmark_options.noise, adjustment.cameras.sigmas, adjustment.map.cameras_before,
+      adjustment.map.noise, adjustment.map.held_out, adjustment.rounds.landmarks, adjustment.rounds.done,
+      adjustment.rounds.points_per_scan, adjustment.rounds.alignment_tried, adjustment.alignment_covariance,
+      adjustment.problem.imu.alignment_held, adjustment.problem.imu.gravity_sigma, adjustment.lines);
 }
 
 template <>
@@ -117,6 +118,7 @@ auto Members(ImageFeatures& features) {
 auto Members(Track& track) { return std::tie(track.observations); }
 auto Members(TrackSet& tracks) { return std::tie(tracks.keyframes, tracks.tracks); }
 
+auto Members(SensorProblem& problem) { return std::tie(problem.sensor, problem.reason); }
 auto Members(CameraInitialization& cameras) {
   return std::tie(cameras.cameras, cameras.held, cameras.noise, cameras.found, cameras.problems,
                   cameras.notes);

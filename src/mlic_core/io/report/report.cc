@@ -19,7 +19,7 @@ main{max-width:1160px;margin:0 auto;padding:24px}
 section{background:var(--paper);border:1px solid var(--line);border-radius:8px;padding:18px 22px;margin:0 0 18px}
 h1{margin:0;font-size:30px}h2{margin:0 0 12px;font-size:18px}h3{margin:0 0 6px;font-size:14px}
 .verdict{border-left:8px solid}.verdict ul{margin:6px 0 10px}
-.trusted{border-left-color:#1e8449}.trusted h1{color:#1e8449}.refused{border-left-color:#c0392b}.refused h1{color:#c0392b}
+.trusted{border-left-color:#1e8449}.trusted h1{color:#1e8449}.partial{border-left-color:#b7950b}.partial h1{color:#b7950b}.refused{border-left-color:#c0392b}.refused h1{color:#c0392b}
 .lead{font-size:17px;margin:4px 0 10px}
 .tiles{display:flex;flex-wrap:wrap;gap:10px;margin-top:12px}
 .tile{background:var(--ground);border-radius:6px;padding:8px 14px;min-width:130px}
@@ -88,7 +88,7 @@ void WriteReport(const std::filesystem::path& path, const CalibrationResult& res
   const std::string top_view = TopViewFigure(result);
   if (!top_view.empty()) html += Section("The first drive from above", top_view);
   if (!result.pairs.empty()) html += Section("Pairs of sensors", PairTable(result));
-  if (result.trusted || !result.sensors.empty()) html += Section("IMU", ImuTable(result));
+  if (!result.sensors.empty()) html += Section("IMU", ImuTable(result));
   if (!result.residuals.empty()) html += Section("Residuals", ResidualSection(result));
   if (!result.stages.empty()) html += Section("Stages", StageTable(result));
   std::string steps = "<ul>\n";

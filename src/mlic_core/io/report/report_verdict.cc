@@ -1,9 +1,11 @@
 #include "mlic_core/io/report/report_verdict.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include "mlic_core/io/result/export_frames.h"
+#include "mlic_core/io/result/result_names.h"
 #include "mlic_core/io/text_file.h"
 
 namespace mlic {
@@ -57,15 +59,43 @@ std::string List(const std::vector<std::string>& lines) {
   return html + "</ul>\n";
 }
 
+// Every check, those that failed first; shut until it is asked for where all passed.
+std::string ChecksTable(const std::vector<QualityCheck>& checks) {
+  if (checks.empty()) return "";
+  std::string failed, passed;
+  std::size_t failures = 0;
+  for (const QualityCheck& check : checks) {
+    const bool good = check.Passed();
+    failures += good ? 0 : 1;
+    (good ? passed : failed) +=
+        "<tr><td>" + EscapeXml(check.name) + "</td><td>" + EscapeXml(check.sensor) + "</td><td class=\"n\">" +
+        ShortNumber(check.value, 3) + "</td><td class=\"n\">" +
+        (check.bound == QualityCheck::Bound::kMost ? "&le; " : "&ge; ") + ShortNumber(check.limit, 3) +
+        "</td><td>" + EscapeXml(check.unit) + "</td><td>" + (good ? "passed" : "<b>failed</b>") +
+        "</td><td>" + (good ? "" : EscapeXml(check.remedy)) + "</td></tr>\n";
+  }
+  return std::string("<details") + (failures > 0 ? " open" : "") + "><summary>" +
+         std::to_string(checks.size() - failures) + " of " + std::to_string(checks.size()) +
+         " checks passed</summary>\n<div "
+         "class=\"wide\"><table><tr><th>check</th><th>sensor</th><th>value</th>"
+         "<th>limit</th><th></th><th></th><th>what to do</th></tr>\n" +
+         failed + passed + "</table></div></details>\n";
+}
+
 }  // namespace
 
 std::string VerdictBlock(const CalibrationResult& result) {
   const bool unobservable =
       std::any_of(result.sensors.begin(), result.sensors.end(),
                   [](const SensorResult& sensor) { return !sensor.unobservable.empty(); });
-  std::string html = std::string("<section class=\"verdict ") + (result.trusted ? "trusted" : "refused") +
-                     "\">\n<h1>" + (result.trusted ? "Trusted" : "Refused") + "</h1>\n<p class=\"lead\">";
-  if (!result.trusted) {
+  const std::string name = VerdictName(result.verdict);
+  std::string title = name;
+  title[0] = static_cast<char>(std::toupper(title[0]));
+  std::string html = "<section class=\"verdict " + name + "\">\n<h1>" + title + "</h1>\n<p class=\"lead\">";
+  if (result.verdict == Verdict::kPartial) {
+    html += "The sensors below can be used. Others of the rig were rejected and are not given:</p>\n" +
+            List(result.reasons);
+  } else if (!result.Usable()) {
     html += "Do not use this calibration: the recording does not determine it, or a check failed.</p>\n" +
             List(result.reasons.empty() ? std::vector<std::string>{"no reason was given; see log.txt"}
                                         : result.reasons);
@@ -78,7 +108,7 @@ std::string VerdictBlock(const CalibrationResult& result) {
     html += "The calibration can be used: the drive determines every direction of every sensor.</p>\n";
   }
   if (!result.warnings.empty()) html += "<p>Warnings:</p>\n" + List(result.warnings);
-  return html + Tiles(result) + "</section>\n";
+  return html + ChecksTable(result.checks) + Tiles(result) + "</section>\n";
 }
 
 LargestSigmas FindLargestSigmas(const CalibrationResult& result) {
@@ -108,7 +138,13 @@ std::string UseCommand(const std::filesystem::path& place) {
 std::vector<std::string> NextSteps(const CalibrationResult& result, const std::filesystem::path& place) {
   using Quantity = UnobservableDirection::Quantity;
   std::vector<std::string> steps;
-  if (!result.trusted) {
+  for (const QualityCheck& check : result.checks) {
+    if (check.Passed() || !check.refuses) continue;
+    const std::string step =
+        check.name + (check.sensor.empty() ? "" : " of " + check.sensor) + ": " + check.remedy;
+    if (!result.Trusted()) steps.push_back(step);
+  }
+  if (!result.Usable()) {
     steps.push_back(
         "Record again with turns: a figure of eight in a vehicle, or turns about all three axes by hand, "
         "among "
@@ -117,7 +153,7 @@ std::vector<std::string> NextSteps(const CalibrationResult& result, const std::f
         "Or give T_imu_sensor with sigma in the rig file: it decides the directions that the drive does not "
         "determine.");
   }
-  if (result.trusted && HasUnobservable(result, Quantity::kTranslation)) {
+  if (result.Usable() && HasUnobservable(result, Quantity::kTranslation)) {
     steps.push_back(
         "Unobservable translations: measure them by ruler or drawing and give them in the rig file with "
         "their "
@@ -137,7 +173,7 @@ std::vector<std::string> NextSteps(const CalibrationResult& result, const std::f
           "wrong point time.");
     }
   }
-  if (result.trusted) {
+  if (result.Usable()) {
     steps.push_back("Use it: " + UseCommand(place) +
                     ", or include sensors.urdf.xacro in the vehicle's model.");
     steps.push_back(

@@ -12,7 +12,8 @@ void WriteCalibrationFile(const std::filesystem::path& path, const CalibrationRe
 
 // Reads such a file, a truth file too: absent keys keep their defaults, a verdict that is absent counts as
 // trusted, absent sigmas are zero. Only `format`, `sensors` and each sensor's type and T_imu_sensor must be
-// there. Throws InputError with file, line and key.
+// there. Of rejected sensors
+// only type and reason are read. Throws InputError with file, line and key.
 CalibrationResult ReadCalibrationFile(const std::filesystem::path& path);
 
 }  // namespace mlic

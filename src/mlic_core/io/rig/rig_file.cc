@@ -125,6 +125,10 @@ void WriteRigFile(const std::filesystem::path& path, const Rig& rig) {
             ", accelerometer: " + ShortNumber(rig.imu.noise->accelerometer, 12) + "}\n";
   }
   text += "  intrinsics: " + ImuIntrinsicsNames()[static_cast<std::size_t>(rig.imu.intrinsics)] + "\n";
+  if (rig.imu.alignment_sigma != ImuConfig().alignment_sigma) {
+    text += "  alignment_sigma_deg: " + ShortNumber(rig.imu.alignment_sigma * kDegreesPerRadian, 12) + "\n";
+  }
+  if (rig.imu.gravity) text += "  gravity: " + ShortNumber(*rig.imu.gravity, 12) + "\n";
   if (!rig.lidars.empty()) text += "lidars:\n";
   for (const LidarConfig& lidar : rig.lidars) text += SensorText(lidar);
   if (!rig.cameras.empty()) text += "cameras:\n";

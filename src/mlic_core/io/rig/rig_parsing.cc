@@ -136,7 +136,7 @@ Eigen::Quaterniond ParseQuaternion(const YamlReader& rotation) {
 }
 
 ImuConfig ParseImu(const YamlReader& imu) {
-  imu.CheckKeys({"topic", "frame_id", "noise", "intrinsics"});
+  imu.CheckKeys({"topic", "frame_id", "noise", "intrinsics", "alignment_sigma_deg", "gravity"});
   ImuConfig config;
   config.topic = imu.Get("topic", "give the IMU's topic in the bag (inspect_bag lists them)").String();
   if (imu.Has("frame_id")) config.frame_id = imu.Get("frame_id").String();
@@ -151,6 +151,19 @@ ImuConfig ParseImu(const YamlReader& imu) {
   }
   if (imu.Has("intrinsics")) {
     config.intrinsics = static_cast<ImuIntrinsicsModel>(imu.Get("intrinsics").Choice(ImuIntrinsicsNames()));
+  }
+  if (imu.Has("alignment_sigma_deg")) {
+    const YamlReader sigma = imu.Get("alignment_sigma_deg");
+    config.alignment_sigma = kRadiansPerDegree * sigma.Number();
+    if (config.alignment_sigma <= 0.0 || config.alignment_sigma > 0.5 * M_PI) {
+      sigma.Fail("of the accelerometer's axes to the gyroscope's, degrees: above 0 and at most 90");
+    }
+  }
+  if (imu.Has("gravity")) {
+    config.gravity = imu.Get("gravity").Number();
+    if (*config.gravity < 9.7 || *config.gravity > 9.9) {
+      imu.Get("gravity").Fail("the magnitude of gravity in m/s^2, from 9.76 to 9.84 on the ground");
+    }
   }
   return config;
 }

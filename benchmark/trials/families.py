@@ -1,0 +1,182 @@
+"""What a trial is drawn from: rigs, worlds, motions, IMU grades and single effects. Everything follows from the seed.
+
+World families are split in two: constants of the code may be chosen on drives of the *open* ones; the *closed* ones are
+only reported.
+"""
+
+import copy
+import math
+import pathlib
+import random
+import sys
+
+sys.path.append(str(pathlib.Path(__file__).resolve().parent.parent))
+
+import lenses
+
+OPEN = ['yard', 'hall', 'car_park', 'slope']
+CLOSED = ['street', 'corridor', 'grove']
+BY_HAND_ONLY = ['hall', 'corridor']
+ON_HILLS = ['slope', 'grove']
+KINDS = ['lidar', 'camera', 'camera_imu']
+
+# rate, densities (rad/s/sqrt(Hz), m/s^2/sqrt(Hz)), their walks, sigmas of the biases (rad/s, m/s^2); of data sheets.
+IMU_GRADES = {
+    'tactical': (200, 5e-5, 5e-4, 5e-7, 5e-6, 5e-4, 0.01),
+    'industrial': (400, 1.5e-4, 1.2e-3, 2e-6, 2e-5, 3e-3, 0.03),
+    'consumer': (200, 4e-4, 3e-3, 1e-5, 1e-4, 8e-3, 0.1),
+}
+
+LIDARS = {
+    'spinning_16': {'layout': 'velodyne', 'pattern': {'kind': 'spinning', 'rings': 16, 'vertical_fov_deg': [-15, 15],
+                                                      'azimuth_steps': 1200}},
+    'spinning_32': {'layout': 'hesai', 'pattern': {'kind': 'spinning', 'rings': 32, 'vertical_fov_deg': [-25, 15],
+                                                   'azimuth_steps': 1024}},
+    'spinning_64': {'layout': 'ouster', 'pattern': {'kind': 'spinning', 'rings': 64, 'vertical_fov_deg': [-22, 22],
+                                                    'azimuth_steps': 512, 'simultaneous_rings': True}},
+    'raster': {'layout': 'robosense', 'pattern': {'kind': 'raster', 'fov_deg': [120, 25], 'columns': 300, 'rows': 80}},
+    'rosette': {'layout': 'livox', 'pattern': {'kind': 'rosette', 'cone_fov_deg': 70, 'points_per_scan': 20000}},
+}
+
+
+def rings_of(pattern):
+    return {'spinning': pattern.get('rings'), 'raster': pattern.get('rows')}.get(pattern['kind'], 1)
+
+
+def rotation(axis, angle):
+    """Row by row; angle in rad."""
+    length = math.sqrt(sum(a * a for a in axis))
+    x, y, z = (a / length for a in axis)
+    c, s = math.cos(angle), math.sin(angle)
+    return [c + x * x * (1 - c), x * y * (1 - c) - z * s, x * z * (1 - c) + y * s,
+            y * x * (1 - c) + z * s, c + y * y * (1 - c), y * z * (1 - c) - x * s,
+            z * x * (1 - c) - y * s, z * y * (1 - c) + x * s, c + z * z * (1 - c)]
+
+
+def draw_imu(draw, grade, by_hand):
+    rate, gyroscope, accelerometer, gyroscope_walk, accelerometer_walk, *biases = IMU_GRADES[grade]
+    return {
+        'rate': rate,
+        'T_body_imu': {'xyz': [0, 0, 1.6] if by_hand else [draw.uniform(-0.5, 0.5), draw.uniform(-0.3, 0.3),
+                                                           draw.uniform(0.6, 1.5)],
+                       'rpy_deg': [draw.gauss(0, 3), draw.gauss(0, 3), draw.uniform(-180, 180)]},
+        'noise': {'gyroscope': gyroscope, 'accelerometer': accelerometer, 'gyroscope_walk': gyroscope_walk,
+                  'accelerometer_walk': accelerometer_walk},
+        'gyroscope_bias': [draw.gauss(0, biases[0]) for _ in range(3)],
+        'accelerometer_bias': [draw.gauss(0, biases[1]) for _ in range(3)],
+    }
+
+
+def draw_lidar(draw, kind, by_hand):
+    lidar = copy.deepcopy(LIDARS[kind])
+    reach, tilt = (0.2, 15.0) if by_hand else (0.9, 4.0)
+    lidar['T_imu_sensor'] = {'xyz': [draw.uniform(-reach, reach), draw.uniform(-reach, reach),
+                                     draw.uniform(-0.2, 0.3)],
+                             'rpy_deg': [draw.gauss(0, tilt), draw.gauss(0, tilt), draw.uniform(-180, 180)]}
+    lidar['time_offset'] = draw.uniform(-0.06, 0.06)
+    lidar['phase'] = draw.uniform(0.0, 0.1)
+    lidar['range_noise'] = draw.uniform(0.01, 0.03)
+    if lidar['layout'] in ('velodyne', 'hesai', 'robosense') and draw.random() < 0.3:
+        lidar['stamp'] = 'end'
+    return lidar
+
+
+def draw_camera(draw, by_hand):
+    model, size, parameters = lenses.LENSES[draw.choice(sorted(lenses.LENSES))]
+    focal = draw.uniform(0.97, 1.03)
+    parameters = [focal * p for p in parameters[:2]] + [p + draw.gauss(0, 5) for p in parameters[2:4]] + parameters[4:]
+    rolling = draw.random() < 0.5
+    reach = 0.15 if by_hand else 0.6
+    # z of the camera looks along a horizontal direction, about.
+    camera = {'T_imu_sensor': {'xyz': [draw.uniform(-reach, reach) for _ in range(3)],
+                               'rpy_deg': [-90 + draw.gauss(0, 8), draw.gauss(0, 8), draw.uniform(-180, 180)]},
+              'time_offset': draw.uniform(-0.05, 0.05), 'phase': draw.uniform(0.0, 0.1), 'rate': 10, 'model': model,
+              'image_size': list(size), 'intrinsics': parameters,
+              'fov_deg': round(lenses.field_of_view_deg((model, size, parameters))),
+              'exposure': draw.uniform(0.001, 0.008), 'encoding': draw.choice(['mono8', 'mono_jpeg'])}
+    if rolling:
+        camera.update(shutter='rolling', readout=draw.uniform(0.005, 0.03))
+    return camera
+
+
+def turned(degrees):
+    def apply(draw, trial):
+        trial['sensors']['imu']['accelerometer_matrix'] = rotation([draw.gauss(0, 1) for _ in range(3)],
+                                                                   math.radians(degrees))
+    return apply
+
+
+def on_lidars(**keys):
+    def apply(draw, trial):
+        for lidar in trial['sensors'].get('lidars', {}).values():
+            lidar.update(keys)
+    return apply
+
+
+def on_imu(**keys):
+    def apply(draw, trial):
+        trial['sensors']['imu'].update(keys)
+    return apply
+
+
+def ring_bias(draw, trial):
+    for lidar in trial['sensors'].get('lidars', {}).values():
+        lidar['ring_bias'] = [draw.gauss(0, 0.01) for _ in range(rings_of(lidar['pattern']))]
+
+
+def scaled_imu(draw, trial):
+    for name in ('gyroscope_matrix', 'accelerometer_matrix'):
+        trial['sensors']['imu'][name] = [(1.0 if k % 4 == 0 else 0.0) + draw.gauss(0, 0.003) for k in range(9)]
+
+
+# What one effect changes of an otherwise plain drive.
+EFFECTS = {
+    'none': lambda draw, trial: None,
+    'moving': lambda draw, trial: trial.update(moving=6),
+    'ring_bias': ring_bias,                       # 1 cm
+    'range_walk': on_lidars(range_walk=0.02),     # m for each tenfold weaker echo
+    'packet_loss': on_lidars(packet_loss=0.05),
+    'rain': on_lidars(rain=0.003),                # 6 % of beams of 20 m
+    'accelerometer_turned_1': turned(1.0),
+    'accelerometer_turned_3': turned(3.0),
+    'imu_scale': scaled_imu,                      # 0.3 % of scale and shear
+    'imu_filtered': on_imu(low_pass={'gyroscope': 0.1, 'accelerometer': 0.1}),  # cut-off as a share of the rate
+    'vibration': on_imu(vibration=[{'frequency': 73, 'specific_force': 3, 'angular_velocity': 0.02}]),
+    'gravity': on_imu(gravity=9.79),
+    'imu_stamps': on_imu(stamps={'jitter': 0.0005, 'doubled': 0.3}),
+}
+
+
+def draw_motion(draw, world):
+    by_hand = world in BY_HAND_ONLY or draw.random() < 0.6
+    if by_hand:
+        return True, 'handheld_tilted' if draw.random() < 0.2 else 'handheld'
+    return False, 'planar' if world not in ON_HILLS and draw.random() < 0.15 else 'figure_eight'
+
+
+def draw_trial(kind, seed, split, effect='none'):
+    """A trial as a dictionary: sensors (of a sensors file), and what `simulate` is told besides."""
+    draw = random.Random(f'{kind}/{split}/{seed}')  # effects leave the drive as it is, so that they pair
+    world = (OPEN if split == 'open' else CLOSED)[seed % (4 if split == 'open' else 3)]
+    by_hand, motion = draw_motion(draw, world)
+    grade = draw.choice(sorted(IMU_GRADES))
+    sensors = {'imu': draw_imu(draw, grade, by_hand)}
+    if kind != 'camera_imu':
+        count = draw.choices([1, 2, 3], [6, 3, 1])[0] if kind == 'lidar' else 1
+        types = [draw.choice(sorted(LIDARS)) for _ in range(count)]
+        sensors['lidars'] = {f'lidar_{i}': draw_lidar(draw, name, by_hand) for i, name in enumerate(types)}
+        rig = '+'.join(types)
+    else:
+        rig = ''
+    if kind != 'lidar':
+        count = draw.choice([1, 2])
+        sensors['cameras'] = {f'camera_{i}': draw_camera(draw, by_hand) for i in range(count)}
+        rig += ('+' if rig else '') + '+'.join(c['model'] for c in sensors['cameras'].values())
+    # Cars see neither all of the rotation nor the height well: they come with a guess.
+    guess = not by_hand or draw.random() < 0.5
+    trial = {'kind': kind, 'seed': seed, 'split': split, 'effect': effect, 'world': world,
+             'world_seed': draw.randrange(1 << 30), 'motion': motion, 'guess': guess, 'rig': rig, 'imu': grade,
+             'duration': round(draw.uniform(15, 20) if by_hand else draw.uniform(22, 25), 1), 'moving': 0,
+             'sensors': sensors}
+    EFFECTS[effect](random.Random(f'{kind}/{split}/{seed}/{effect}'), trial)
+    return trial

@@ -1,0 +1,123 @@
+#!/usr/bin/python3
+"""Tables of trials: who is calibrated, how large errors are, and whether the claimed sigmas hold.
+
+usage: report.py ROWS.csv [ROWS.csv ...]
+
+Normalised errors squared over their number are 1 where sigmas are right; their interval is that of a bootstrap over
+drives (components of one drive are not independent). Only trusted drives count there. A verdict is right when a trusted
+result lies within 5 sigmas, or a refused one beyond.
+"""
+
+import collections
+import csv
+import random
+import statistics
+import sys
+
+BEYOND = 5.0  # claimed sigmas; a normal error is there once in 1.7 million
+RESAMPLES = 2000
+
+
+def load(paths):
+    rows = []
+    for path in paths:
+        with open(path, newline='') as file:
+            rows += list(csv.DictReader(file))
+    return rows
+
+
+def drive_of(line):
+    return line['kind'], line['split'], line['seed'], line['effect'], line['commit']
+
+
+def by_drive(rows):
+    drives = collections.OrderedDict()
+    for line in rows:
+        drives.setdefault(drive_of(line), []).append(line)
+    return drives
+
+
+def worst_z(lines):
+    return max((float(line['worst_z']) for line in lines if line['worst_z']), default=float('nan'))
+
+
+def mean_square_interval(groups):
+    """Mean of z^2 of (squares, n) by drive, and the 95 percent interval of a bootstrap over drives."""
+    def mean(chosen):
+        return sum(s for s, _ in chosen) / sum(n for _, n in chosen)
+    draw = random.Random(1)
+    means = sorted(mean(draw.choices(groups, k=len(groups))) for _ in range(RESAMPLES))
+    return mean(groups), means[int(0.025 * RESAMPLES)], means[int(0.975 * RESAMPLES)]
+
+
+def drives_table(drives):
+    """By split and world: how many are trusted, and verdicts that were right and wrong."""
+    lines = ['| split | world | drives | trusted | refused | none | trusted beyond 5 sigmas | refused within | worst z of '
+             'trusted |', '|---|---|---|---|---|---|---|---|---|']
+    groups = collections.defaultdict(list)
+    for rows in drives.values():
+        for world in (rows[0]['world'], 'all'):
+            groups[rows[0]['split'], world].append(rows)
+    for (split, world), members in sorted(groups.items(), key=lambda item: (item[0][0], item[0][1] == 'all', item[0][1])):
+        verdicts = collections.Counter(rows[0]['verdict'] for rows in members)
+        trusted = [worst_z(rows) for rows in members if rows[0]['verdict'] == 'trusted']
+        refused = [worst_z(rows) for rows in members if rows[0]['verdict'] in ('refused', 'partial')]
+        lines.append(f'| {split} | {world} | {len(members)} | {verdicts["trusted"]} | '
+                     f'{verdicts["refused"] + verdicts["partial"]} | {verdicts["none"]} | '
+                     f'{sum(z > BEYOND for z in trusted)} | {sum(z <= BEYOND for z in refused)} | '
+                     f'{max(trusted, default=float("nan")):.1f} |')
+    return lines
+
+
+def sigmas_table(rows):
+    """By split and kind of parameter, of trusted drives."""
+    lines = ['| split | parameter | drives | error, median / worst | of claimed sigma, median | mean z^2 [95 %] | '
+             'intervals that hold | worst z |', '|---|---|---|---|---|---|---|---|']
+    groups = collections.defaultdict(list)
+    for line in rows:
+        if line['verdict'] == 'trusted' and int(line['n']) > 0:
+            groups[line['split'], line['parameter']].append(line)
+    for (split, parameter), members in sorted(groups.items()):
+        squares = [(float(line['squares']), int(line['n'])) for line in members]
+        mean, low, high = mean_square_interval(squares)
+        count = sum(n for _, n in squares)
+        errors = [float(line['error']) for line in members]
+        ratio = statistics.median(float(line['error']) / float(line['sigma']) for line in members)
+        inside = sum(int(line['inside']) for line in members)
+        lines.append(f'| {split} | {parameter} | {len(members)} | {statistics.median(errors):.3g} / {max(errors):.3g} | '
+                     f'{ratio:.2f} | {mean:.2f} [{low:.2f}, {high:.2f}] of {count} | {inside / count:.0%} | '
+                     f'{max(float(line["worst_z"]) for line in members):.1f} |')
+    return lines
+
+
+def beyond_table(drives, limit=4.0):
+    """Trusted drives beyond the limit, worst first: what to look at."""
+    found = sorted(((worst_z(rows), key, rows) for key, rows in drives.items()
+                    if rows[0]['verdict'] == 'trusted' and worst_z(rows) > limit), reverse=True)
+    lines = ['| split seed | world | motion | rig | IMU | effect | worst z | of |', '|---|---|---|---|---|---|---|---|']
+    for z, _, rows in found:
+        first = rows[0]
+        worst = max((line for line in rows if line['worst_z']), key=lambda line: float(line['worst_z']))
+        lines.append(f'| {first["split"]} {first["seed"]} | {first["world"]} | {first["motion"]} | {first["rig"]} | '
+                     f'{first["imu"]} | {first["effect"]} | {z:.1f} | {worst["parameter"]} |')
+    return lines if found else [f'No trusted result beyond {limit:g} sigmas.']
+
+
+def report(rows):
+    drives = by_drive(rows)
+    return '\n'.join(drives_table(drives) + [''] + sigmas_table(rows) + [''] + beyond_table(drives))
+
+
+def main():
+    if len(sys.argv) < 2 or sys.argv[1].startswith('-'):
+        sys.exit(__doc__)
+    rows = load(sys.argv[1:])
+    if not rows:
+        sys.exit(f'report.py: no rows in {", ".join(sys.argv[1:])}')
+    print(f'commit {", ".join(sorted({line["commit"] for line in rows}))}, effect '
+          f'{", ".join(sorted({line["effect"] for line in rows}))}\n')
+    print(report(rows))
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,125 @@
+"""Scores of one calibration against its truth, from the two files (calibration.yaml's format): a row for each kind of
+parameter.
+
+Errors are taken along the axes that the file's sigmas belong to (docs/outputs.md): translations and rotations along the
+axes of the IMU, of pairs along those of the first sensor. Directions that the result marks as not observable stand at the
+guess: they are left out, as are intrinsics that were held.
+"""
+
+import math
+import pathlib
+import sys
+
+import yaml
+
+sys.path.append(str(pathlib.Path(__file__).resolve().parent.parent / 'accuracy'))
+
+import row
+
+# Of a trial, then of one kind of parameter in it. error: worst of the drive (of a pose: length of the error vector) in
+# deg, m, s or px (focal length); sigma: the claimed one of the same; n: components; squares: sum of (error/sigma)^2;
+# inside: how many lie within their 95 percent interval.
+TRIAL = ['kind', 'split', 'seed', 'effect', 'world', 'world_seed', 'rig', 'imu', 'motion', 'duration', 'guess', 'commit',
+         'verdict', 'exit', 'lost', 'cpu_s']
+SCORE = ['parameter', 'n', 'error', 'sigma', 'squares', 'inside', 'worst_z']
+COLUMNS = TRIAL + SCORE
+INTERVAL = 1.959964  # of a normal distribution, 95 percent
+
+
+def product(a, b):
+    """Of two quaternions, x y z w."""
+    ax, ay, az, aw = a
+    bx, by, bz, bw = b
+    return [aw * bx + ax * bw + ay * bz - az * by, aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw, aw * bw - ax * bx - ay * by - az * bz]
+
+
+def rotation_vector(estimate, truth):
+    """Of estimate * truth^-1, deg."""
+    x, y, z, w = product(estimate, [-truth[0], -truth[1], -truth[2], truth[3]])
+    length = math.sqrt(x * x + y * y + z * z)
+    if length == 0.0:
+        return [0.0] * 3
+    angle = 2.0 * math.atan2(length, abs(w)) * (1.0 if w >= 0.0 else -1.0)
+    return [math.degrees(angle) * part / length for part in (x, y, z)]
+
+
+def pose_errors(found, pose, truth, offsets):
+    """Errors and sigmas of a pose by quantity, all three directions."""
+    sigma = found['sigma']
+    return {
+        'rotation': (rotation_vector(pose['rotation'], truth['rotation']), sigma['rotation_deg']),
+        'translation': ([a - b for a, b in zip(pose['translation'], truth['translation'])], sigma['translation']),
+        'offset': ([offsets[0] - offsets[1]], [sigma['time_offset']]),
+    }
+
+
+def observable(sensor, quantity):
+    flags = sensor.get('observable', {}).get({'offset': 'time_offset'}.get(quantity, quantity), True)
+    return flags if isinstance(flags, list) else [flags] * (1 if quantity == 'offset' else 3)
+
+
+def both_observable(pair, sensors, quantity):
+    """Whether both sensors of a pair have the quantity observable in all directions: a pair's axes are its own."""
+    return all(all(observable(sensors[name], quantity)) for name in pair.split('/'))
+
+
+class Collected:
+    """Errors and sigmas of all components, by kind of parameter."""
+
+    def __init__(self):
+        self.parts = {}
+
+    def add(self, parameter, errors, sigmas, flags):
+        kept = [(e, s) for e, s, flag in zip(errors, sigmas, flags) if flag and s > 0.0]
+        if kept:
+            self.parts.setdefault(parameter, []).append(kept)
+
+    def rows(self):
+        for parameter, groups in self.parts.items():
+            worst = max(groups, key=lambda group: math.hypot(*(e for e, _ in group)))
+            z = [abs(e) / s for group in groups for e, s in group]
+            yield {'parameter': parameter, 'n': len(z), 'error': f'{math.hypot(*(e for e, _ in worst)):.4g}',
+                   'sigma': f'{math.hypot(*(s for _, s in worst)):.4g}', 'squares': f'{sum(v * v for v in z):.4f}',
+                   'inside': sum(v < INTERVAL for v in z), 'worst_z': f'{max(z):.3f}'}
+
+
+def add_intrinsics(collected, found, truth):
+    if 'intrinsics_sigma' not in found or found['intrinsics']['model'] != truth['intrinsics']['model']:
+        return
+    pairs = zip(found['intrinsics']['params'], truth['intrinsics']['params'], found['intrinsics_sigma'])
+    errors = [(a - b, s) for a, b, s in pairs]
+    for name, part in [('focal', errors[:2]), ('center', errors[2:4]), ('distortion', errors[4:])]:
+        # Held parameters have no sigma.
+        collected.add(f'camera_{name}', [e for e, _ in part], [s for _, s in part], [True] * len(part))
+    readouts = [sensor.get('rolling_shutter_readout') for sensor in (found, truth)]
+    if None not in readouts and 'readout_sigma' in found:
+        collected.add('camera_readout', [readouts[0] - readouts[1]], [found['readout_sigma']], [True])
+
+
+def score(calibration, truth):
+    """Rows of SCORE, verdict and number of lost sensors. calibration, truth: paths; the first may not exist."""
+    true = yaml.safe_load(pathlib.Path(truth).read_text())
+    if not pathlib.Path(calibration).exists():
+        return [], 'none', len(true['sensors'])
+    found = yaml.safe_load(pathlib.Path(calibration).read_text())
+    collected = Collected()
+    sensors = {name: sensor for name, sensor in found['sensors'].items() if name in true['sensors']}
+    types = {name: sensor['type'] for name, sensor in true['sensors'].items()}
+    for name, sensor in sensors.items():
+        truth_of = true['sensors'][name]
+        offsets = (sensor['time_offset'], truth_of['time_offset'])
+        for quantity, (errors, sigmas) in pose_errors(sensor, sensor['T_imu_sensor'], truth_of['T_imu_sensor'],
+                                                      offsets).items():
+            collected.add(f'{row.kind_of(name, types)}_{quantity}', errors, sigmas, observable(sensor, quantity))
+        add_intrinsics(collected, sensor, truth_of)
+    for name, pair in found.get('pairs', {}).items():
+        if name not in true['pairs'] or 'sigma' not in pair:
+            continue
+        offsets = [pair_of[1]['time_offset'] - pair_of[0]['time_offset']
+                   for pair_of in ([both['sensors'][part] for part in name.split('/')] for both in (found, true))]
+        for quantity, (errors, sigmas) in pose_errors(pair, pair['T_a_b'], true['pairs'][name]['T_a_b'],
+                                                      offsets).items():
+            collected.add(f'{row.kind_of(name, types)}_{quantity}', errors, sigmas,
+                          [both_observable(name, sensors, quantity)] * len(errors))
+    return list(collected.rows()), found['verdict'], len(types) - len(sensors)

@@ -1,0 +1,293 @@
+#include "mlic_core/summary/checks.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+
+#include "mlic_core/initialization/guess_check.h"
+#include "mlic_core/summary/imu_verdict.h"
+
+namespace mlic {
+namespace {
+
+using Bound = QualityCheck::Bound;
+constexpr double kDegreesPerRadian = 180.0 / M_PI;
+
+// What all checks are made from.
+struct Judged {
+  const Rig& rig;
+  const Dataset& dataset;
+  const Adjustment& adjustment;
+  const ObservabilityAnalysis& analysis;
+  const std::vector<ResidualSummary>& residuals;
+};
+
+// A sensor's side of the rig file.
+struct Given {
+  std::string name;
+  bool fixed = false;
+  std::optional<ExtrinsicGuess> guess;
+};
+
+Given GivenOf(const Rig& rig, SensorId id) {
+  if (id.IsLidar()) {
+    const LidarConfig& lidar = rig.lidars[id.index];
+    return {lidar.name, lidar.fixed, lidar.guess};
+  }
+  const CameraConfig& camera = rig.cameras[id.index];
+  return {camera.name, camera.fixed, camera.guess};
+}
+
+// The last round of a run that converges moves the calibration by a tenth of its sigma at most.
+QualityCheck CheckConvergence(const Adjustment& adjustment) {
+  QualityCheck check;
+  check.name = "convergence";
+  check.value = adjustment.rounds.last_change;
+  check.limit = 1.0;  // from: definition, a calibration that moves by more than its sigma has none
+  check.unit = "sigma";
+  check.refuses = true;
+  char text[200];
+  std::snprintf(
+      text, sizeof(text),
+      "the calibration has not converged: the last round moved it by %.3g of its sigma, the limit is "
+      "%.0f",
+      check.value, check.limit);
+  check.failure = text;
+  check.remedy = "record a longer drive, with more turns and among more structure";
+  return check;
+}
+
+// What the motion shows of one sensor, in the direction that it shows least in terms of its limit.
+void AddExcitation(const Given& sensor, const ObservabilityAnalysis::Sensor& shown, bool guess_contradicted,
+                   std::vector<QualityCheck>* checks) {
+  const auto make = [&](const char* name, const ObservabilityAnalysis::LeastShown& least, double factor,
+                        const char* unit) {
+    QualityCheck check;
+    check.name = name;
+    check.sensor = sensor.name;
+    check.value = factor * least.sigma;
+    check.limit = factor * least.limit;
+    check.unit = unit;
+    check.refuses = true;
+    return check;
+  };
+  QualityCheck rotation = make("excitation_rotation", shown.least_rotation, kDegreesPerRadian, "deg");
+  rotation.failure = sensor.name + ": the motion does not show its whole rotation to 0.5 deg";
+  rotation.remedy = "turn about more axes";
+  if (!std::isfinite(rotation.value)) {
+    rotation.failure = sensor.name + ": its sigmas are not numbers, as the solve came out singular";
+  }
+  QualityCheck offset = make("excitation_time_offset", shown.least_time_offset, 1e3, "ms");
+  offset.failure = sensor.name + ": the motion does not show its time offset to 5 ms";
+  offset.remedy = "turn more, and not evenly";
+  QualityCheck translation = make("excitation_translation", shown.least_translation, 1.0, "m");
+  translation.remedy = "turn about more axes, or measure it by hand and give it in the rig file";
+  const std::string not_shown = sensor.name + ": the motion does not show its whole translation to 5 cm, ";
+  if (guess_contradicted) {
+    translation.failure = not_shown + "and contradicts the given T_imu_sensor where it does";
+    translation.remedy = "give the T_imu_sensor that maps points of the sensor into the IMU's frame";
+  } else if (sensor.guess) {
+    translation.refuses = false;
+    translation.failure = not_shown + "there it stands at the given T_imu_sensor";
+  } else {
+    translation.failure = not_shown + "and the rig file gives no T_imu_sensor to fall back on";
+  }
+  for (QualityCheck* check : {&rotation, &translation, &offset}) checks->push_back(*check);
+}
+
+void AddAgreementWithGuess(const Given& sensor, const RigidTransform& found,
+                           std::vector<QualityCheck>* checks) {
+  if (!sensor.guess) return;
+  QualityCheck check;
+  check.name = "agreement_with_guess";
+  check.sensor = sensor.name;
+  check.value = SigmasFromGuess(*sensor.guess, found);
+  check.limit = kFarFromGuess;
+  check.unit = "sigma";
+  check.failure = sensor.name + ": " + DescribeDistance(*sensor.guess, found);
+  check.remedy = "check that T_imu_sensor maps points of the sensor into the IMU's frame, and the topic";
+  checks->push_back(check);
+}
+
+// Scans that do not keep one time offset to the IMU.
+QualityCheck CheckStamps(const std::string& name, const StampErrors& errors) {
+  QualityCheck check;
+  check.name = "stamps";
+  check.sensor = name;
+  check.value = errors.excess;
+  check.limit = 4.0;  // sigmas are doubled; from: definition
+  check.unit = "of the noise's variance";
+  if (errors.wanders) {
+    check.failure = name +
+                    ": its clock does not keep step with the IMU's, it drifts or jumps within the drive; no "
+                    "time offset is right for all of it";
+    check.remedy = "synchronise the clocks, or cut the drive by --start and --duration";
+  } else {
+    char text[120];
+    std::snprintf(text, sizeof(text),
+                  ": its stamps jitter by %.1f ms from message to message against the IMU's",
+                  1e3 * errors.jitter);
+    check.failure = name + text;
+    check.remedy = "let the device stamp its messages, not the host on arrival";
+  }
+  return check;
+}
+
+// Sums over the map's points.
+void AddPlanes(const Judged& judged, const std::vector<bool>& taking_part,
+               std::vector<QualityCheck>* checks) {
+  const PlaneAssociation& map = judged.adjustment.problem.planes[0];
+  QualityCheck count;
+  count.name = "planes";
+  count.value = static_cast<double>(map.planes.size());
+  count.limit = 20.0;
+  count.unit = "planes";
+  count.bound = Bound::kLeast;
+  count.refuses = true;
+  count.failure = "the map has hardly any planes";
+  count.remedy = "record near buildings or in a furnished hall";
+  checks->push_back(count);
+  const std::size_t lidars = judged.adjustment.state.lidars.size();
+  std::vector<Eigen::Matrix3d> directions(lidars, Eigen::Matrix3d::Zero());
+  for (std::size_t p = 0; p < map.planes.size(); ++p) {
+    const Eigen::Vector3d& normal = map.planes[p].plane.normal;
+    for (std::size_t k = map.begin[p]; k < map.begin[p + 1]; ++k) {
+      directions[map.observations[k].lidar] += normal * normal.transpose();
+    }
+  }
+  for (std::size_t l = 0; l < lidars; ++l) {
+    if (!taking_part[l]) continue;
+    const Eigen::Vector3d shares =
+        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(directions[l], Eigen::EigenvaluesOnly).eigenvalues();
+    QualityCheck check;
+    check.name = "coverage_directions";
+    check.sensor = judged.rig.lidars[l].name;
+    check.value = shares[2] > 0.0 ? std::max(0.0, shares[0]) / shares[2] : 0.0;
+    check.limit = 0.01;  // a tenth in sigma
+    check.unit = "of the planes' points, weakest against strongest direction";
+    check.bound = Bound::kLeast;
+    check.failure = check.sensor + ": its planes hardly face one direction of space";
+    check.remedy = "record where the sensor sees walls that face different ways, and ground";
+    checks->push_back(check);
+  }
+}
+
+void AddImuAgreement(const Judged& judged, std::vector<QualityCheck>* checks) {
+  QualityCheck check;
+  check.name = "imu_agreement";
+  check.limit = kImuContradicts;
+  check.unit = "of the noise of a second's mean";
+  check.refuses = true;
+  for (const ImuDisagreement& found : DisagreementsOfImu(judged.dataset, judged.adjustment, 0.0)) {
+    check.value = std::max(check.value, found.ratio);
+  }
+  check.remedy = "leave the stretch out by --start and --duration";
+  checks->push_back(check);
+  check.name = "imu_slow_errors";
+  check.value = LargestSlowError(judged.adjustment);
+  check.limit = kImuSlowErrors;
+  check.unit = "of the noise of means over 1 to 10 s";
+  check.remedy = "record shorter, after the IMU has warmed up, or try intrinsics: scale_misalignment";
+  checks->push_back(check);
+}
+
+// Where the camera sees landmarks, and what the LiDAR map says of it.
+void AddCamera(const Judged& judged, std::size_t c, std::vector<QualityCheck>* checks) {
+  const std::string& name = judged.rig.cameras[c].name;
+  QualityCheck check;
+  check.sensor = name;
+  check.bound = Bound::kLeast;
+  for (const ResidualSummary& residual : judged.residuals) {
+    const std::vector<int>& counts = residual.over_image.counts;
+    if (residual.sensor != name || counts.empty()) continue;
+    const auto covered = std::count_if(counts.begin(), counts.end(), [](int count) { return count > 0; });
+    check.name = "coverage_image";
+    check.value = static_cast<double>(covered) / static_cast<double>(counts.size());
+    check.limit = 0.5;
+    check.unit = "of the image";
+    check.failure = name + ": landmarks cover little of its image; the lens is not shown elsewhere";
+    check.remedy = "record where structure fills the image, and turn so that it crosses all of it";
+    checks->push_back(check);
+  }
+  if (judged.adjustment.rounds.landmarks != Landmarks::kTracksAndMap) return;
+  std::size_t matches = 0;
+  for (const LandmarkSet& set : judged.adjustment.problem.landmarks) {
+    for (std::size_t p = 0; p < set.points.size(); ++p) {
+      if (set.IsOnMap(p) && set.observations[set.begin[p]].camera == static_cast<int>(c)) ++matches;
+    }
+  }
+  check.name = "map_matches";
+  check.value = static_cast<double>(matches);
+  check.limit = 1.0;
+  check.unit = "matches";
+  check.failure = name + ": its photos do not match the LiDAR map; its result rests on image tracks alone";
+  check.remedy = "record where camera and LiDARs see the same surfaces, in daylight";
+  checks->push_back(check);
+  const std::vector<HeldOutMatches>& held_out = judged.adjustment.map.held_out_errors;
+  if (c >= held_out.size() || held_out[c].count == 0) return;
+  check.name = "held_out_matches";
+  check.bound = Bound::kMost;
+  check.value = held_out[c].median;
+  check.limit = 3.0;  // twice what good calibrations leave of such matches (SPEC: 1.6 to 1.8 px)
+  check.unit = "px";
+  check.failure = name + ": places of the LiDAR map that no solve used lie off in its photos";
+  check.remedy = "check the lens model and the stamps of camera and LiDARs";
+  checks->push_back(check);
+}
+
+// Of LiDARs and cameras: whether residuals drift together over time.
+void AddWhiteness(const Judged& judged, const std::string& name, std::vector<QualityCheck>* checks) {
+  for (const ResidualSummary& residual : judged.residuals) {
+    if (residual.sensor != name) continue;
+    QualityCheck check;
+    check.name = "whiteness";
+    check.sensor = name;
+    check.value = residual.drift;
+    check.limit = 0.5;  // of a residual's own noise
+    check.unit = "sigma";
+    check.failure = name + ": its residuals drift over the drive";
+    check.remedy = "check mount and clock, and what moves in its view";
+    checks->push_back(check);
+  }
+}
+
+}  // namespace
+
+std::vector<QualityCheck> MakeChecks(const Rig& rig, const Dataset& dataset, const Adjustment& adjustment,
+                                     const ObservabilityAnalysis& analysis,
+                                     const std::vector<bool>& taking_part,
+                                     const std::vector<ResidualSummary>& residuals) {
+  const Judged judged{rig, dataset, adjustment, analysis, residuals};
+  std::vector<QualityCheck> checks{CheckConvergence(adjustment)};
+  const SensorOrder order = adjustment.state.Sensors();
+  for (std::size_t s = 0; s < order.size(); ++s) {
+    if (!taking_part[s]) continue;
+    const SensorId id = order.At(s);
+    const Given sensor = GivenOf(rig, id);
+    if (!sensor.fixed) {
+      AddExcitation(sensor, analysis.sensors[s], adjustment.contradicted_guesses[s], &checks);
+      AddAgreementWithGuess(sensor, adjustment.state.Sensor(id).T_imu_sensor, &checks);
+    }
+    if (s < adjustment.scale.stamps.size()) {
+      checks.push_back(CheckStamps(sensor.name, adjustment.scale.stamps[s]));
+    }
+    AddWhiteness(judged, sensor.name, &checks);
+    if (!id.IsLidar()) AddCamera(judged, id.index, &checks);
+  }
+  if (!adjustment.state.lidars.empty()) AddPlanes(judged, taking_part, &checks);
+  AddImuAgreement(judged, &checks);
+  return checks;
+}
+
+std::string DescribeCheck(const QualityCheck& check) {
+  char text[240];
+  std::snprintf(text, sizeof(text), "check %s%s%s: %.3g, at %s %.3g %s: %s", check.name.c_str(),
+                check.sensor.empty() ? "" : " of ", check.sensor.c_str(), check.value,
+                check.bound == Bound::kMost ? "most" : "least", check.limit, check.unit.c_str(),
+                check.Passed() ? "passed" : "failed");
+  return text;
+}
+
+}  // namespace mlic

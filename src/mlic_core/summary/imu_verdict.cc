@@ -1,0 +1,77 @@
+#include "mlic_core/summary/imu_verdict.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace mlic {
+namespace {
+
+// Slow errors of the IMU widen the sigmas; far beyond its noise they are another matter than noise.
+void JudgeSlowErrors(std::size_t drive, const ImuMeanExcess& excess, CalibrationResult* result) {
+  for (std::size_t sensor = 0; sensor < 2; ++sensor) {
+    const double ratio = std::sqrt(excess.variance[sensor]);
+    if (ratio <= kImuSlowErrors) continue;
+    char text[320];
+    std::snprintf(
+        text, sizeof(text),
+        "drive %zu: means of the %s over %.0f s are off the trajectory by %.1f times what its noise "
+        "allows: its bias drifts, its scale or axes are off, or LiDARs or cameras lead astray; record "
+        "shorter, after the IMU has warmed up, or try intrinsics: scale_misalignment",
+        drive + 1, sensor == 0 ? "gyroscope" : "accelerometer", excess.seconds[sensor], ratio);
+    result->reasons.push_back(text);
+  }
+}
+
+}  // namespace
+
+double LargestSlowError(const Adjustment& adjustment) {
+  double largest = 0.0;
+  for (const ImuMeanExcess& excess : adjustment.scale.imu) {
+    for (const double variance : excess.variance) largest = std::max(largest, std::sqrt(variance));
+  }
+  return largest;
+}
+
+std::vector<ImuDisagreement> DisagreementsOfImu(const Dataset& dataset, const Adjustment& adjustment,
+                                                double least) {
+  std::vector<ImuSigma> sigmas = adjustment.problem.imu_sigma;
+  for (std::size_t d = 0; d < adjustment.scale.imu.size(); ++d) {
+    sigmas[d].gyroscope /= std::sqrt(adjustment.scale.imu[d].variance[0]);
+    sigmas[d].accelerometer /= std::sqrt(adjustment.scale.imu[d].variance[1]);
+  }
+  return FindImuDisagreements(dataset, adjustment.state, sigmas, least);
+}
+
+void JudgeImuAgreement(const Dataset& dataset, const Adjustment& adjustment, CalibrationResult* result) {
+  constexpr double kNotable = 8.0;  // from: definition
+  for (std::size_t d = 0; d < adjustment.scale.imu.size(); ++d) {
+    JudgeSlowErrors(d, adjustment.scale.imu[d], result);
+  }
+  for (const ImuDisagreement& found : DisagreementsOfImu(dataset, adjustment, kNotable)) {
+    char text[320];
+    std::snprintf(text, sizeof(text),
+                  "drive %zu, %.0f to %.0f s: the %s contradicts the trajectory by %.2g %s (%.0f times its "
+                  "noise): LiDARs or cameras lost their way there, or the IMU errs; leave the stretch out by "
+                  "--start and --duration",
+                  found.drive + 1, found.begin, found.end, found.of_gyroscope ? "gyroscope" : "accelerometer",
+                  found.mean, found.of_gyroscope ? "rad/s" : "m/s^2", found.ratio);
+    (found.ratio > kImuContradicts ? result->reasons : result->warnings).push_back(text);
+  }
+}
+
+ImuAlignment AlignmentOf(const Adjustment& adjustment) {
+  ImuAlignment alignment;
+  if (adjustment.problem.estimate_imu_matrices) {
+    alignment.axes = ImuAxes::kAccelerometer;
+    return alignment;
+  }
+  for (int a = 0; a < 3; ++a) {
+    alignment.estimated[a] = adjustment.problem.imu.alignment_held(a, a) < 0.5;
+    if (alignment.estimated[a]) alignment.axes = ImuAxes::kGyroscope;
+  }
+  alignment.sigma = adjustment.alignment_covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  return alignment;
+}
+
+}  // namespace mlic

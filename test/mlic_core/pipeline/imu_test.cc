@@ -1,0 +1,67 @@
+// IMUs as real ones are: the calibration stands, and its sigmas hold.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "mlic_core/geometry/so3.h"
+#include "mlic_core/pipeline/calibrator.h"
+#include "support/simulated_input.h"
+
+namespace mlic {
+namespace {
+
+constexpr double kDegree = M_PI / 180.0;
+
+CalibrationResult CalibrateHandheld(const sim::SensorSet& sensors, double duration, bool with_noise) {
+  const SimulatedInput input =
+      SimulateInput(sensors, DriveOptions(sim::Scenario::kHandheld, duration, 1, with_noise), false);
+  CalibrationObserver observer;
+  return Calibrate(input.rig, input.dataset, CancellationToken(), observer);
+}
+
+// The accelerometer 3 deg off the gyroscope, in a place of less gravity.
+sim::SensorSet TurnedHandheld() {
+  sim::SensorSet sensors = ConfiguredSensors("handheld.yaml");
+  sensors.imu.calibration.accelerometer_matrix = ExpMatrix(3.0 * kDegree * Eigen::Vector3d(0.6, -0.48, 0.64));
+  sensors.imu.gravity = 9.79;
+  return sensors;
+}
+
+double AlignmentErrorDeg(const CalibrationResult& result, const sim::SensorSet& sensors) {
+  return Log(Eigen::Matrix3d(result.imu.accelerometer_matrix *
+                             sensors.imu.calibration.accelerometer_matrix.transpose()))
+             .norm() /
+         kDegree;
+}
+
+TEST(TurnedAccelerometer, IsFoundToNumericalPrecisionWithoutNoise) {
+  const sim::SensorSet sensors = TurnedHandheld();
+  const CalibrationResult result = CalibrateHandheld(sensors, 15.0, false);
+  ASSERT_TRUE(result.trusted);
+  const RigidTransform &found = result.sensors[0].calibration.T_imu_sensor,
+                       &truth = sensors.lidars[0].calibration.T_imu_sensor;
+  EXPECT_LT(AngleBetween(found.rotation, truth.rotation) / kDegree, 1e-3);
+  EXPECT_LT((found.translation - truth.translation).norm(), 2e-4);
+  EXPECT_LT(AlignmentErrorDeg(result, sensors), 2e-3);
+  EXPECT_NEAR(result.gravity.z(), -9.79, 1e-3);
+}
+
+TEST(TurnedAccelerometer, IsFoundWithinSigmasInNoise) {
+  const sim::SensorSet sensors = TurnedHandheld();
+  const CalibrationResult result = CalibrateHandheld(sensors, 20.0, true);
+  ASSERT_TRUE(result.trusted);
+  const SensorResult& lidar = result.sensors[0];
+  const RigidTransform& truth = sensors.lidars[0].calibration.T_imu_sensor;
+  const Eigen::Vector3d translation = lidar.calibration.T_imu_sensor.translation - truth.translation;
+  EXPECT_LT(translation.norm(), 3e-3);
+  EXPECT_LT(translation.cwiseQuotient(lidar.sigma.translation).cwiseAbs().maxCoeff(), 4.0);
+  EXPECT_LT(AngleBetween(lidar.calibration.T_imu_sensor.rotation, truth.rotation) / kDegree, 0.016);
+  ASSERT_TRUE(result.alignment.has_value());
+  EXPECT_EQ(result.alignment->axes, ImuAxes::kGyroscope);
+  EXPECT_LT(AlignmentErrorDeg(result, sensors), 0.06);
+  EXPECT_LT(result.alignment->sigma.maxCoeff(), 0.03 * kDegree);
+}
+
+}  // namespace
+}  // namespace mlic

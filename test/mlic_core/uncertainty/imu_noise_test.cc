@@ -1,0 +1,108 @@
+#include "mlic_core/uncertainty/imu_noise.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "mlic_core/common/random.h"
+#include "mlic_sim/imu_simulator.h"
+#include "support/true_spline.h"
+
+namespace mlic {
+namespace {
+
+constexpr double kDuration = 40.0;
+
+// What an IMU at rest reads, less what it should: residuals of a spline that follows none of it.
+ImuResiduals AtRest(const sim::SimulatedImu& imu, std::uint64_t seed) {
+  sim::ImuSimulator simulator(imu, true, Random(seed));
+  const auto rest = [](double) {
+    sim::MotionState state;
+    state.velocity.setZero();
+    state.acceleration.setZero();
+    state.angular_velocity.setZero();
+    return state;
+  };
+  ImuResiduals residuals;
+  for (int k = 0; k < kDuration * imu.rate; ++k) {
+    const ImuSample sample = simulator.Next(k / imu.rate, rest);
+    residuals.times.push_back(sample.time);
+    residuals.values.emplace_back();
+    residuals.values.back() << sample.angular_velocity, sample.specific_force - Eigen::Vector3d(0, 0, 9.81);
+  }
+  return residuals;
+}
+
+SplitSpline WithKnotsEvery(double spacing) {
+  const UniformKnots knots = UniformKnots::Covering(0.0, kDuration, spacing);
+  return {So3Spline(knots, std::vector<Eigen::Quaterniond>(knots.count, Eigen::Quaterniond::Identity())),
+          PositionSpline(knots, std::vector<Eigen::Vector3d>(knots.count, Eigen::Vector3d::Zero()))};
+}
+
+sim::SimulatedImu Mems() {
+  sim::SimulatedImu imu;
+  imu.noise = {1e-3, 1e-2};
+  return imu;
+}
+
+TEST(ImuSigma, OfWhiteNoiseIsItsScatter) {
+  const double root_rate = std::sqrt(200.0);
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const ImuSigma sigma = MeasureImuSigma(AtRest(Mems(), seed), WithKnotsEvery(0.05), {});
+    for (int a = 0; a < 3; ++a) {
+      EXPECT_NEAR(sigma.gyroscope[a], 1e-3 * root_rate, 0.05e-3 * root_rate);
+      EXPECT_NEAR(sigma.accelerometer[a], 1e-2 * root_rate, 0.05e-2 * root_rate);
+    }
+  }
+}
+
+TEST(ImuSigma, OfFilteredNoiseIsThatOfItsDensity) {
+  sim::SimulatedImu imu = Mems();
+  imu.gyroscope_low_pass = imu.accelerometer_low_pass = 0.1;
+  const double root_rate = std::sqrt(200.0);
+  const ImuSigma sigma = MeasureImuSigma(AtRest(imu, 2), WithKnotsEvery(0.08), {});
+  for (int a = 0; a < 3; ++a) {
+    EXPECT_NEAR(sigma.gyroscope[a], 1e-3 * root_rate, 0.15e-3 * root_rate);
+    EXPECT_NEAR(sigma.accelerometer[a], 1e-2 * root_rate, 0.15e-2 * root_rate);
+  }
+}
+
+TEST(ImuSigma, IsNeverBelowTheGivenOne) {
+  const ImuSigma given{Eigen::Vector3d::Constant(0.5), Eigen::Vector3d::Constant(0.6)};
+  const ImuSigma sigma = MeasureImuSigma(AtRest(Mems(), 1), WithKnotsEvery(0.05), given);
+  EXPECT_EQ(sigma.gyroscope, given.gyroscope);
+  EXPECT_EQ(sigma.accelerometer, given.accelerometer);
+}
+
+TEST(ImuMeanExcess, WhiteNoiseHasNone) {
+  const ImuSigma sigma{Eigen::Vector3d::Constant(1e-3 * std::sqrt(200.0)),
+                       Eigen::Vector3d::Constant(1e-2 * std::sqrt(200.0))};
+  int beyond = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const ImuMeanExcess excess = MeasureMeanExcess(AtRest(Mems(), seed), sigma);
+    for (const double variance : excess.variance) {
+      beyond += variance > 1.0;
+      EXPECT_LT(variance, 1.5) << seed;
+    }
+  }
+  EXPECT_LE(beyond, 2);
+}
+
+// A bias of the accelerometer that changes by 4 sigmas (root mean square) of a mean over 5 s, within single
+// samples' noise.
+TEST(ImuMeanExcess, SlowErrorsStandOut) {
+  ImuResiduals residuals = AtRest(Mems(), 3);
+  const ImuSigma sigma{Eigen::Vector3d::Constant(1e-3 * std::sqrt(200.0)),
+                       Eigen::Vector3d::Constant(1e-2 * std::sqrt(200.0))};
+  for (std::size_t k = 0; k < residuals.times.size(); ++k) {
+    residuals.values[k].tail<3>().array() +=
+        4.0 * 1e-2 / std::sqrt(5.0) * std::sqrt(2.0) * std::sin(2.0 * M_PI * residuals.times[k] / 25.0);
+  }
+  const ImuMeanExcess excess = MeasureMeanExcess(residuals, sigma);
+  EXPECT_LT(excess.variance[0], 1.1);
+  EXPECT_GT(excess.variance[1], 5.0);
+  EXPECT_GE(excess.seconds[1], 5.0);
+}
+
+}  // namespace
+}  // namespace mlic
