@@ -1,11 +1,11 @@
 #include "matching_scene.h"
 
-#include "support/true_spline.h"
 #include "mlic_core/camera/features/image_quality.h"
 #include "mlic_core/common/error.h"
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/lidar/scan_filter.h"
 #include "mlic_sim/image_stage.h"
+#include "support/true_spline.h"
 
 namespace mlic {
 namespace {

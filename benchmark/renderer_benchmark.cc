@@ -10,11 +10,11 @@
 #include <ctime>
 #include <exception>
 
-#include "support/true_spline.h"
 #include "mlic_core/crossmodal/renderer.h"
 #include "mlic_core/lidar/scan_filter.h"
 #include "mlic_sim/image_stage.h"
 #include "mlic_sim/simulation.h"
+#include "support/true_spline.h"
 
 namespace mlic {
 namespace {

@@ -6,11 +6,7 @@ only reported.
 
 import copy
 import math
-import pathlib
 import random
-import sys
-
-sys.path.append(str(pathlib.Path(__file__).resolve().parent.parent))
 
 import lenses
 

@@ -19,7 +19,8 @@ KEY_OF_PACKAGE = {
 }
 # Likewise of the first part of an included path.
 KEY_OF_INCLUDE = {
-    'CLI': 'cli11', 'Eigen': 'eigen', 'benchmark': 'benchmark', 'boost': 'libboost-dev', 'cblas.h': 'libopenblas-dev',
+    'CLI': 'cli11', 'Eigen': 'eigen', 'unsupported': 'eigen', 'benchmark': 'benchmark', 'boost': 'libboost-dev',
+    'cblas.h': 'libopenblas-dev',
     'ceres': 'libceres-dev', 'embree3': 'embree', 'embree4': 'embree', 'gmock': 'gtest', 'gtest': 'gtest',
     'opencv2': 'libopencv-dev', 'pcl': 'libpcl-all-dev', 'ros': 'roscpp', 'spdlog': 'spdlog',
     'sqlite3.h': 'libsqlite3-dev', 'tbb': 'tbb', 'tsl': 'robin-map-dev', 'yaml-cpp': 'yaml-cpp',

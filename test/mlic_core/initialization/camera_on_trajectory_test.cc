@@ -97,7 +97,7 @@ Errors Compare(const CameraCalibration& truth, const CameraCalibration& estimate
 Errors Worst(const Case& c, const CameraInitialization& result) {
   Errors worst;
   for (const std::string& line : result.notes) std::printf("  %s\n", line.c_str());
-  for (const std::string& line : result.problems) std::printf("  problem: %s\n", line.c_str());
+  for (const SensorProblem& problem : result.problems) std::printf("  problem: %s\n", problem.reason.c_str());
   for (std::size_t i = 0; i < c.truth.size(); ++i) {
     EXPECT_TRUE(result.found[i]) << "camera " << i;
     const Errors e = Compare(c.truth[i], result.cameras[i]);

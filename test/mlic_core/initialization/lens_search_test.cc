@@ -73,7 +73,7 @@ void ExpectToStart(const CameraIntrinsics& lens, const std::vector<double>& fiel
   for (const double error : field_of_view_errors) {
     const CameraInitialization result = drive.From(
         {IntrinsicsFromFieldOfView(lens.model, lens.width, lens.height, FieldOfViewDeg(lens) * error), true});
-    for (const std::string& line : result.problems) std::printf("  %s\n", line.c_str());
+    for (const SensorProblem& problem : result.problems) std::printf("  %s\n", problem.reason.c_str());
     ASSERT_TRUE(result.found[0]) << "field of view times " << error;
     const CameraCalibration &expected = from_truth.cameras[0], &found = result.cameras[0];
     EXPECT_LT(AngleBetween(found.sensor.T_imu_sensor.rotation, expected.sensor.T_imu_sensor.rotation),

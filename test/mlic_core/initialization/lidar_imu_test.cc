@@ -58,10 +58,10 @@ TEST(GuessCheck, JudgesByTheSigmasOfTheGuess) {
   EXPECT_FALSE(IsLostFromGuess(config, moved({4.81, 0.0, 0.0}, {0.1, -0.1, 0.5})));
   EXPECT_TRUE(IsLostFromGuess(config, moved({0.0, 0.0, 0.0}, {0.3, 0.0, 0.0})));
   EXPECT_TRUE(IsLostFromGuess(config, moved({0.0, -12.0, 0.0}, {0.0, 0.0, 0.0})));
-  EXPECT_EQ(DescribeIfFarFromGuess(*config.guess, moved({0.0, 15.0, 0.0}, {0.3, 0.0, 0.0})), "");
-  EXPECT_NE(DescribeIfFarFromGuess(*config.guess, moved({0.0, 25.0, 0.0}, {0.3, 0.4, 0.0}))
-                .find("25.0 deg and 0.50 m"),
-            std::string::npos);
+  EXPECT_FALSE(ContradictsGuess(*config.guess, moved({0.0, 15.0, 0.0}, {0.3, 0.0, 0.0})));
+  const RigidTransform far = moved({0.0, 25.0, 0.0}, {0.3, 0.4, 0.0});
+  EXPECT_TRUE(ContradictsGuess(*config.guess, far));
+  EXPECT_NE(DescribeDistance(*config.guess, far).find("25.0 deg and 0.50 m"), std::string::npos);
 }
 
 }  // namespace

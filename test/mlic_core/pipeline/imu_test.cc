@@ -38,7 +38,7 @@ double AlignmentErrorDeg(const CalibrationResult& result, const sim::SensorSet& 
 TEST(TurnedAccelerometer, IsFoundToNumericalPrecisionWithoutNoise) {
   const sim::SensorSet sensors = TurnedHandheld();
   const CalibrationResult result = CalibrateHandheld(sensors, 15.0, false);
-  ASSERT_TRUE(result.trusted);
+  ASSERT_TRUE(result.Trusted());
   const RigidTransform &found = result.sensors[0].calibration.T_imu_sensor,
                        &truth = sensors.lidars[0].calibration.T_imu_sensor;
   EXPECT_LT(AngleBetween(found.rotation, truth.rotation) / kDegree, 1e-3);
@@ -50,7 +50,7 @@ TEST(TurnedAccelerometer, IsFoundToNumericalPrecisionWithoutNoise) {
 TEST(TurnedAccelerometer, IsFoundWithinSigmasInNoise) {
   const sim::SensorSet sensors = TurnedHandheld();
   const CalibrationResult result = CalibrateHandheld(sensors, 20.0, true);
-  ASSERT_TRUE(result.trusted);
+  ASSERT_TRUE(result.Trusted());
   const SensorResult& lidar = result.sensors[0];
   const RigidTransform& truth = sensors.lidars[0].calibration.T_imu_sensor;
   const Eigen::Vector3d translation = lidar.calibration.T_imu_sensor.translation - truth.translation;

@@ -154,15 +154,15 @@ ColmapModel Summarize(const ColmapReconstruction& reconstruction, const ColmapIn
 void FindDoubts(const ColmapOptions& options, ColmapModel* model) {
   if (model->registered_share < options.least_registered_share) {
     model->problems.push_back(Text("COLMAP registered %.0f%% of the keyframes, expected %.0f%%",
-                                 100.0 * model->registered_share, 100.0 * options.least_registered_share));
+                                   100.0 * model->registered_share, 100.0 * options.least_registered_share));
   }
   if (!(model->reprojection_rms <= options.largest_rms)) {
     model->problems.push_back(Text("COLMAP's points are off by %.2f px (rms), expected at most %.2f",
-                                 model->reprojection_rms, options.largest_rms));
+                                   model->reprojection_rms, options.largest_rms));
   }
   if (model->coverage < options.least_coverage) {
     model->problems.push_back(Text("COLMAP's points cover %.0f%% of the image, expected %.0f%%",
-                                 100.0 * model->coverage, 100.0 * options.least_coverage));
+                                   100.0 * model->coverage, 100.0 * options.least_coverage));
   }
 }
 

@@ -42,8 +42,8 @@ struct ColmapModel {
   std::vector<TrackObservation> observations;  // of the points, by keyframe (of the input)
   std::vector<int> observed_points;            // of each observation
   double registered_share = 0.0;
-  double reprojection_rms = 0.0;    // px, of both coordinates together
-  double coverage = 0.0;            // share of 8 x 8 cells of the image with observations
+  double reprojection_rms = 0.0;      // px, of both coordinates together
+  double coverage = 0.0;              // share of 8 x 8 cells of the image with observations
   std::vector<std::string> problems;  // checks that failed, each one line; empty: to be trusted
 };
 
