@@ -13,7 +13,7 @@ namespace mlic {
 namespace {
 
 constexpr double kFinest = 0.04;               // s
-constexpr double kTolerance = 0.01;            // of the noise's variance
+constexpr double kTolerance = 0.01;            // of the variance of the noise that the finest knots carry
 constexpr int kReferenceSamples = 16384;       // from: guard, its own scatter is below that of a drive's
 constexpr double kHannVariance = 35.0 / 18.0;  // from: derivation, sum w^4 N / (sum w^2)^2 of the window
 constexpr double kMedianVariance = 2.08;  // from: derivation, 1 / ln(2)^2, of exponential variates' median
@@ -122,6 +122,7 @@ double Choose(const Signal& measured, double finest, double lidar_period, int de
   const Signal noise = LowPassed(ReferenceNoise(rate), top);
   const double least = VarianceBelow(top, left, rate);
   const double least_of_noise = VarianceBelow(top, FitResiduals(noise, finest, degree), rate) / 3.0;
+  const double tolerated = kTolerance * white * std::min(1.0, 2.0 * top / rate);
   double chosen = finest;
   for (double spacing = finest * kStep; spacing <= std::max(kCoarsest, finest); spacing *= kStep) {
     const double lost = VarianceBelow(top, FitResiduals(signal, spacing, degree), rate) - least;
@@ -130,7 +131,7 @@ double Choose(const Signal& measured, double finest, double lidar_period, int de
     const double freed = duration / finest - duration / spacing;  // control points
     const double scatter =
         std::sqrt(kHannVariance * (2.0 / (3.0 * freed) + kMedianVariance / (1.5 * duration / finest)));
-    if (lost <= (1.0 + scatter) * of_noise + kTolerance * white) chosen = spacing;
+    if (lost <= (1.0 + scatter) * of_noise + tolerated) chosen = spacing;
   }
   return chosen > finest ? chosen : std::min(chosen, std::max(kFinest, lidar_period));
 }

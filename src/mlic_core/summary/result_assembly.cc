@@ -157,10 +157,17 @@ void JudgeChecks(const Rig& rig, CalibrationResult* result) {
   }
 }
 
+// Before those against the whole, which often follow from them.
+void GiveReasonsOfRejected(CalibrationResult* result) {
+  std::vector<std::string> reasons;
+  for (const RejectedSensor& rejected : result->rejected) reasons.push_back(rejected.reason);
+  result->reasons.insert(result->reasons.begin(), reasons.begin(), reasons.end());
+}
+
 // Once the sensors are in. Reasons against the whole, or no sensor left, refuse it.
 void JudgeResult(CalibrationResult* result) {
   const bool refused = !result->reasons.empty() || result->sensors.empty();
-  for (const RejectedSensor& rejected : result->rejected) result->reasons.push_back(rejected.reason);
+  GiveReasonsOfRejected(result);
   result->verdict = refused                    ? Verdict::kRefused
                     : result->rejected.empty() ? Verdict::kTrusted
                                                : Verdict::kPartial;
@@ -210,7 +217,7 @@ std::vector<PairResult> MakePairs(const std::vector<Sensor>& sensors, const std:
 
 void FinishRefused(CalibrationResult* result) {
   result->verdict = Verdict::kRefused;
-  for (const RejectedSensor& rejected : result->rejected) result->reasons.push_back(rejected.reason);
+  GiveReasonsOfRejected(result);
   result->peak_memory_megabytes = PeakMemoryMegabytes();
 }
 

@@ -149,11 +149,12 @@ TEST(VisualInitialization, NoiseFreeTracksGiveTheTruth) {
   options.points = 4000;
   const Case c = MakeCase(Stereo(), options, ImuErrors());
   const Errors worst = Worst(c, c.Run());
-  EXPECT_LT(worst.degrees, 1e-3);
+  // To what splines with knots 62.5 ms apart, as they are chosen here, leave of a trajectory with 50 ms.
+  EXPECT_LT(worst.degrees, 2e-3);
   EXPECT_LT(worst.metres, 1e-4);
   EXPECT_LT(worst.milliseconds, 1e-2);
-  EXPECT_LT(worst.pixels, 0.01);
-  EXPECT_LT(worst.path_share, 1e-4);
+  EXPECT_LT(worst.pixels, 0.02);
+  EXPECT_LT(worst.path_share, 2e-4);
 }
 
 ImuErrors RealImu() {
