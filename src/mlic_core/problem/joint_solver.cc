@@ -126,13 +126,22 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
     if (problem.fix_trajectory) moved.drives = state->drives;
     MoveLandmarks(couplings, solution.delta, &problem);
     const double step = solution.delta.segment(layout.knots, layout.poses).cwiseAbs().maxCoeff();
-    const bool settled = damping == 0.0 && solution.predicted_decrease < kNegligibleDecrease * sum.cost;
+    const Eigen::VectorXd moves = solution.delta.segment(layout.knots, layout.calibration);
+    // A prior that draws the calibration away lets the data's cost grow.
+    const double expected =
+        std::max(std::abs(solution.predicted_decrease), std::abs(prior_gradient.dot(moves)));
+    const bool settled = damping == 0.0 && expected < kNegligibleDecrease * sum.cost;
     const bool last = settled || iteration + 1 == iterations;
     std::optional<Accumulator> next;
     if (!last) next = linearize(moved);
     const double cost = last ? Cost({problem, moved, layout}) : next->cost;
+    // Priors are squares: the trapezoid over their gradient is what the step adds to them.
+    Eigen::VectorXd moved_gradient;
+    CalibrationPrior(problem, moved, layout, &prior, &moved_gradient);
+    AddHeldTranslations(problem, moved, &prior, &moved_gradient);
+    const double of_priors = (prior_gradient + moved_gradient).dot(moves);
     // False also where the cost is not a number.
-    const bool accepted = cost <= sum.cost * (1.0 + kAllowedIncrease) + 1e-9;
+    const bool accepted = cost + of_priors <= sum.cost * (1.0 + kAllowedIncrease) + 1e-9;
     if (!accepted) {
       RestoreGeometry(before, &problem);
       damping = std::max(1e-4, 10.0 * damping);

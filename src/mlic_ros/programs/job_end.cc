@@ -22,9 +22,10 @@ std::string Given(const CalibrationResult& result) {
   std::size_t held = 0;
   for (const SensorResult& sensor : result.sensors) held += sensor.unobservable.size();
   const std::size_t count = result.sensors.size();
+  const std::string translation =
+      worst.translation > 0.0 ? ShortNumber(1e3 * worst.translation, 2) + " mm" : "no translation observable";
   std::string line = std::to_string(count) + (count == 1 ? " sensor" : " sensors") + ", worst sigma " +
-                     ShortNumber(worst.rotation * 180.0 / M_PI, 2) + " deg, " +
-                     ShortNumber(1e3 * worst.translation, 2) + " mm, " +
+                     ShortNumber(worst.rotation * 180.0 / M_PI, 2) + " deg, " + translation + ", " +
                      ShortNumber(1e3 * worst.time_offset, 2) + " ms";
   if (held > 0) line += "; " + std::to_string(held) + " unobservable directions, see the report";
   return line;

@@ -88,6 +88,36 @@ TEST_F(StandingLidar, AStepToWhereTheCostIsNotANumberIsTakenBack) {
   }
 }
 
+TEST_F(StandingLidar, WhatIsHeldStandsAtTheGuessThoughTheDataResist) {
+  // A second LiDAR, which does not move, sees the same planes.
+  state_.lidars.resize(2);
+  problem_.guesses.resize(2);
+  problem_.lidar_fixed = {false, true};
+  PlaneAssociation& planes = problem_.planes[0];
+  const PlaneAssociation seen_once = planes;
+  planes.observations.clear();
+  planes.begin = {0};
+  for (std::size_t p = 0; p < planes.planes.size(); ++p) {
+    for (const int lidar : {0, 1}) {
+      for (std::size_t k = seen_once.begin[p]; k < seen_once.begin[p + 1]; ++k) {
+        planes.observations.push_back(seen_once.observations[k]);
+        planes.observations.back().lidar = lidar;
+      }
+    }
+    planes.begin.push_back(planes.observations.size());
+  }
+  ExtrinsicGuess guess;
+  guess.T_imu_sensor.translation.z() = 0.3;
+  guess.sigma_translation.setConstant(0.1);
+  problem_.guesses[0] = guess;
+  Eigen::VectorXd row = Eigen::VectorXd::Zero(2 * 7);
+  row[5] = 1.0;
+  problem_.held_translations = {row};
+  const SolveSummary summary = Solve(6);
+  EXPECT_GT(summary.last_cost, 100.0);
+  EXPECT_NEAR(state_.lidars[0].T_imu_sensor.translation.z(), 0.3, 1e-6);
+}
+
 TEST_F(StandingLidar, EquationsWithoutSolutionAreSaid) {
   ExtrinsicGuess guess;
   guess.T_imu_sensor.translation.setConstant(kNotANumber);
