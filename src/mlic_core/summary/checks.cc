@@ -94,7 +94,8 @@ void AddExcitation(const Given& sensor, const ObservabilityAnalysis::Sensor& sho
   } else {
     translation.failure = not_shown + "and the rig file gives no T_imu_sensor to fall back on";
   }
-  for (QualityCheck* check : {&rotation, &translation, &offset}) checks->push_back(*check);
+  // A wrong guess is told first: it can make the rest look badly shown.
+  for (QualityCheck* check : {&translation, &rotation, &offset}) checks->push_back(*check);
 }
 
 void AddAgreementWithGuess(const Given& sensor, const RigidTransform& found,
