@@ -328,7 +328,6 @@ void MeasureUncertainty(const AdjustmentContext& context, Adjustment* adjustment
   MeasureScale(*adjustment, &adjustment->scale);
   if (HoldUnobservableTranslations(context, adjustment)) MeasureScale(*adjustment, &adjustment->scale);
   const CalibrationState& state = adjustment->state;
-  const JointProblem& problem = adjustment->problem;
   const auto& line = context.monitor.line;
   if (adjustment->rounds.landmarks == Landmarks::kTracksAndMap) {
     MapMatching& map = adjustment->map;
