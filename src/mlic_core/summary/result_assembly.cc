@@ -157,20 +157,20 @@ void JudgeChecks(const Rig& rig, CalibrationResult* result) {
   }
 }
 
-// Before those against the whole, which often follow from them.
 void GiveReasonsOfRejected(CalibrationResult* result) {
-  std::vector<std::string> reasons;
-  for (const RejectedSensor& rejected : result->rejected) reasons.push_back(rejected.reason);
-  result->reasons.insert(result->reasons.begin(), reasons.begin(), reasons.end());
+  for (const RejectedSensor& rejected : result->rejected) result->reasons.push_back(rejected.reason);
 }
 
-// Once the sensors are in. Reasons against the whole, or no sensor left, refuse it.
-void JudgeResult(CalibrationResult* result) {
-  const bool refused = !result->reasons.empty() || result->sensors.empty();
+// Reasons against the whole, those of the rejected sensors, and what often follows from these: that the IMU
+// contradicts the trajectory. Returns whether there is any against the whole.
+bool GiveReasons(const Rig& rig, const Dataset& dataset, const Adjustment& adjustment,
+                 CalibrationResult* result) {
+  JudgeChecks(rig, result);
+  const bool refused = !result->reasons.empty();
   GiveReasonsOfRejected(result);
-  result->verdict = refused                    ? Verdict::kRefused
-                    : result->rejected.empty() ? Verdict::kTrusted
-                                               : Verdict::kPartial;
+  const std::size_t before = result->reasons.size();
+  JudgeImuAgreement(dataset, adjustment, result);
+  return refused || result->reasons.size() > before;
 }
 
 // From LiDARs of the rig to those that are given; points of others are dropped.
@@ -243,8 +243,7 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
   }
   result->residuals = SummarizeResiduals(rig, dataset, adjustment);
   result->checks = MakeChecks(rig, dataset, adjustment, analysis, taking_part, result->residuals);
-  JudgeChecks(rig, result);
-  JudgeImuAgreement(dataset, adjustment, result);
+  const bool refused = GiveReasons(rig, dataset, adjustment, result);
   WarnOfMovement(adjustment.rounds.unsettled, &result->warnings);
   std::vector<bool> shown;
   for (std::size_t s = 0; s < sensors.size(); ++s) {
@@ -258,7 +257,9 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
     const std::vector<HeldOutMatches>& held_out = adjustment.map.held_out_errors;
     if (c < held_out.size() && held_out[c].count > 0) result->sensors.back().held_out = held_out[c];
   }
-  JudgeResult(result);
+  result->verdict = refused || result->sensors.empty() ? Verdict::kRefused
+                    : result->rejected.empty()         ? Verdict::kTrusted
+                                                       : Verdict::kPartial;
   result->initial_sensors = InitialSensors(rig, adjustment.initial, shown);
   result->pairs = MakePairs(sensors, shown, lost, analysis);
   result->imu = state.Imu(0);
