@@ -18,8 +18,8 @@ using Names = std::initializer_list<std::pair<const char*, Value>>;
 // A mapping of the file whose every key must be used; what is wrong is said with file, line and key.
 class Section {
  public:
-  Section(std::string file, std::string name, YAML::Node node)
-      : file_(std::move(file)), name_(std::move(name)), node_(std::move(node)) {
+  Section(std::string file, std::string name, const YAML::Node& node)
+      : file_(std::move(file)), name_(std::move(name)), node_(node) {
     if (!node_.IsMap()) Fail(node_, "'" + name_ + "' must be a mapping");
   }
 
