@@ -73,7 +73,7 @@ class Launch(unittest.TestCase):
         status, last = self.status()
         self.assertEqual(len(last), 3, text)
         begin = text.find("\n".join(last))
-        self.assertGreater(begin, 0, text)
+        self.assertGreaterEqual(begin, 0, text)
         for line, part in zip(last, lines):
             self.assertIn(part, line)
         rest = text[begin + len("\n".join(last)):]
