@@ -1,4 +1,4 @@
-"""Runs the programs of a build and says what they took."""
+"""Runs the programs of a build, says what they took, and keeps rows of what was measured."""
 
 import os
 import pathlib
@@ -15,6 +15,18 @@ def commit_of(repository):
         return subprocess.run(['git', '-C', str(repository), *arguments], capture_output=True, text=True).stdout.strip()
     name = git('rev-parse', '--short=10', 'HEAD') or 'unknown'
     return name + ('+' if git('status', '--porcelain', '--untracked-files=no') else '')
+
+
+def append_rows(path, columns, rows):
+    """Adds dictionaries to a CSV file, which it begins with the columns' names. One write of them all, so that a killed
+    run leaves no half of a drive."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    text = '' if path.exists() else ','.join(columns) + '\n'
+    text += ''.join(','.join(str(line.get(column, '')) for column in columns) + '\n' for line in rows)
+    with open(path, 'a', newline='') as file:
+        file.write(text)
+        file.flush()
+        os.fsync(file.fileno())
 
 
 class Usage:

@@ -10,7 +10,6 @@ benchmark/accuracy/rows/COMMIT.csv. Columns: row.py.
 
 import argparse
 import csv
-import os
 import pathlib
 import shutil
 import sys
@@ -18,7 +17,7 @@ import tempfile
 
 import row
 import scenarios
-from programs import REPOSITORY, Usage, commit_of, must
+from programs import REPOSITORY, Usage, append_rows, commit_of, must
 
 HERE = pathlib.Path(__file__).resolve().parent
 
@@ -51,14 +50,8 @@ def rows_done(path):
 
 
 def append(path, values):
-    """One write of one whole line, so that a killed run leaves no half of one."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    text = '' if path.exists() else ','.join(row.COLUMNS) + '\n'
-    text += ','.join(str(values.get(column, '')) for column in row.COLUMNS) + '\n'
-    with open(path, 'a', newline='') as file:
-        file.write(text)
-        file.flush()
-        os.fsync(file.fileno())
+    """The row of a drive."""
+    append_rows(path, row.COLUMNS, [values])
 
 
 def parse():

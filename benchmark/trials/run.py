@@ -11,7 +11,6 @@ stopped goes on. Default file: benchmark/trials/results/KIND_COMMIT.csv.
 
 import argparse
 import csv
-import os
 import pathlib
 import re
 import shutil
@@ -24,7 +23,7 @@ sys.path.append(str(pathlib.Path(__file__).resolve().parent.parent / 'accuracy')
 
 import families
 import score
-from programs import REPOSITORY, Usage, commit_of, must
+from programs import REPOSITORY, Usage, append_rows, commit_of, must
 
 HERE = pathlib.Path(__file__).resolve().parent
 
@@ -71,14 +70,8 @@ def done_in(path):
 
 
 def append(path, rows):
-    """One write of all rows of a drive, so that a killed run leaves no half of one."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    text = '' if path.exists() else ','.join(score.COLUMNS) + '\n'
-    text += ''.join(','.join(str(line.get(column, '')) for column in score.COLUMNS) + '\n' for line in rows)
-    with open(path, 'a', newline='') as file:
-        file.write(text)
-        file.flush()
-        os.fsync(file.fileno())
+    """All rows of a drive."""
+    append_rows(path, score.COLUMNS, rows)
 
 
 def parse():
