@@ -90,7 +90,8 @@ bool GaugeCost::Evaluate(double const* const*, double* residuals, double** jacob
   const double start = trajectory.Start();
   const SplineBasis rb = knots_.rotation.Basis(trajectory.rotation.knots(), start);
   const SplineBasis pb = knots_.position.Basis(trajectory.position.knots(), start);
-  knots_.Write(GaugeResidual::JacobianAtZero(trajectory, rb, pb), rb, pb, jacobians);
+  const GaugeResidual::Jacobian J = GaugeResidual::JacobianAtZero(trajectory, rb, pb);
+  knots_.Write(J.topRows<GaugeResidual::kSensor>().eval(), rb, pb, jacobians);
   return true;
 }
 

@@ -28,8 +28,9 @@ class ImuCost : public ceres::CostFunction {
   MeasurementKnots knots_;
 };
 
-// The map's position and yaw at the trajectory's start: rows without a residual, so that a step leaves them
-// where they are (AddGauge). Blocks: control points.
+// The IMU's position and yaw in the map at the trajectory's start: rows without a residual, so that a step
+// leaves them where they are. AddGauge fixes a sensor's yaw, which is another gauge of the same minimum.
+// Blocks: control points.
 class GaugeCost : public ceres::CostFunction {
  public:
   GaugeCost(EvaluationPoint* at, std::size_t drive, BlockList* blocks);

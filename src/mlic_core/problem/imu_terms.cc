@@ -1,6 +1,7 @@
 #include "mlic_core/problem/imu_terms.h"
 
 #include <cmath>
+#include <optional>
 
 #include "mlic_core/factors/gauge.h"
 #include "mlic_core/factors/imu_residual.h"
@@ -19,6 +20,18 @@ double ImuComponentCost(double whitened, double* weight) { return RobustCost(0.5
 
 PoseResidual ResidualOf(const PoseObservation& pose) {
   return {pose.T_map_imu, pose.sigma_rotation, pose.sigma_translation};
+}
+
+// Where in the calibration the rotation of a sensor stands that sees the map; none if no sensor does.
+std::optional<int> SensorOfMap(const LinearizationPoint& at, std::size_t d) {
+  const JointProblem& problem = at.problem;
+  if (d < problem.planes.size() && !problem.planes[d].observations.empty()) {
+    return Layout::Lidar(problem.planes[d].observations[0].lidar);
+  }
+  if (d < problem.landmarks.size() && !problem.landmarks[d].observations.empty()) {
+    return at.layout.Camera(problem.landmarks[d].observations[0].camera);
+  }
+  return std::nullopt;
 }
 
 // The loss of the whole pose, so that a lost scan has little say.
@@ -118,7 +131,13 @@ void AddGauge(const LinearizationPoint& at, std::size_t d, Accumulator* sum) {
   const SplineBasis rb(trajectory.rotation.knots(), t);
   const SplineBasis pb(trajectory.position.knots(), t);
   const GaugeResidual::Jacobian rows = GaugeResidual::JacobianAtZero(trajectory, rb, pb);
-  AddRows(KnotColumns(at.layout, d, rb.first, pb.first), {}, rows, Eigen::Vector4d::Zero().eval(), sum);
+  const KnotColumns columns(at.layout, d, rb.first, pb.first);
+  const Eigen::Vector4d r = Eigen::Vector4d::Zero();
+  if (const std::optional<int> sensor = SensorOfMap(at, d)) {
+    AddRows(columns, {*sensor, *sensor + 1, *sensor + 2}, rows, r, sum);
+  } else {
+    AddRows(columns, {}, rows.topRows<GaugeResidual::kSensor>().eval(), r, sum);
+  }
   // Control points near the ends of a span have next to no data; a little keeps them from wandering.
   sum->band.row(0).array() += 1e-6;
 }

@@ -239,14 +239,19 @@ TEST(GaugeResidual, JacobianAgreesWithNumericOneWhereItIsZero) {
   const CalibrationState state = RandomState(10);
   const Layout layout(state, false);
   const RigidTransform T = state.drives[0].trajectory.Pose(kTime);
-  const GaugeResidual factor{T.rotation.toRotationMatrix(), T.translation};
+  const auto sensor_of = [](const CalibrationState& at) {
+    return at.lidars[0].T_imu_sensor.rotation.toRotationMatrix();
+  };
+  const Eigen::Matrix3d R_fixed = T.rotation.toRotationMatrix() * sensor_of(state);
   const auto evaluate = [&](const CalibrationState& at) {
+    const GaugeResidual factor{R_fixed, T.translation, sensor_of(at)};
     return factor.Evaluate(at.drives[0].trajectory, RotationBasis(at, kTime), PositionBasis(at, kTime));
   };
   EXPECT_LT(evaluate(state).norm(), 1e-9 * GaugeResidual::kScale);
   const GaugeResidual::Jacobian J = GaugeResidual::JacobianAtZero(
       state.drives[0].trajectory, RotationBasis(state, kTime), PositionBasis(state, kTime));
-  const std::vector<int> columns = KnotColumns(layout, state, kTime);
+  std::vector<int> columns = KnotColumns(layout, state, kTime);
+  for (int i = 0; i < 3; ++i) columns.push_back(layout.knots + Layout::Lidar(0) + i);
   ExpectNumericJacobian(J, GaugeResidual::kColumns, [&](int column, double step) {
     return evaluate(Moved(state, layout, columns[column], step));
   });
