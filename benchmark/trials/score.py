@@ -104,7 +104,8 @@ def score(calibration, truth):
         return [], 'none', len(true['sensors'])
     found = yaml.safe_load(pathlib.Path(calibration).read_text())
     collected = Collected()
-    sensors = {name: sensor for name, sensor in found['sensors'].items() if name in true['sensors']}
+    sensors = {name: sensor for name, sensor in found['sensors'].items()
+               if name in true['sensors'] and sensor.get('verdict') != 'rejected'}
     types = {name: sensor['type'] for name, sensor in true['sensors'].items()}
     for name, sensor in sensors.items():
         truth_of = true['sensors'][name]
@@ -114,7 +115,7 @@ def score(calibration, truth):
             collected.add(f'{row.kind_of(name, types)}_{quantity}', errors, sigmas, observable(sensor, quantity))
         add_intrinsics(collected, sensor, truth_of)
     for name, pair in found.get('pairs', {}).items():
-        if name not in true['pairs'] or 'sigma' not in pair:
+        if name not in true['pairs'] or 'sigma' not in pair or not all(part in sensors for part in name.split('/')):
             continue
         offsets = [pair_of[1]['time_offset'] - pair_of[0]['time_offset']
                    for pair_of in ([both['sensors'][part] for part in name.split('/')] for both in (found, true))]
