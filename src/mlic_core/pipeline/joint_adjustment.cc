@@ -13,6 +13,7 @@
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/initialization/guess_check.h"
 #include "mlic_core/problem/imu_terms.h"
+#include "mlic_core/problem/noise_information.h"
 #include "mlic_core/problem/priors.h"
 #include "mlic_core/uncertainty/held_translations.h"
 #include "mlic_core/uncertainty/imu_alignment.h"
@@ -43,6 +44,7 @@ void BeginRounds(Landmarks landmarks, Adjustment* adjustment) {
   adjustment->rounds.landmarks = landmarks;
   adjustment->rounds.done = 0;
   adjustment->rounds.alignment_tried = false;
+  adjustment->rounds.noise_measured = false;
   if (landmarks != Landmarks::kTracksAndMap) return;
   adjustment->map.cameras_before = adjustment->state.cameras;
   adjustment->map.noise.assign(adjustment->state.cameras.size(), kLeastMatchNoise);
@@ -147,9 +149,17 @@ bool FindContradictedGuesses(const AdjustmentContext& context, const Calibration
   return found;
 }
 
+// Once in the rounds, when the trajectory has settled, and once at their end.
+void MeasureNoise(const AdjustmentContext& context, Adjustment* adjustment) {
+  adjustment->noise_information =
+      NoiseInformation(adjustment->problem, adjustment->state, context.monitor.cancellation);
+  adjustment->rounds.noise_measured = true;
+}
+
 // Decides which axes of the accelerometer's rotation to the gyroscope move in the next round; held ones are
 // the identity's. True if they are others than in this one.
 bool ReviewAxes(const AdjustmentContext& context, bool many, Adjustment* adjustment) {
+  if (many && !adjustment->rounds.noise_measured) MeasureNoise(context, adjustment);
   constexpr double kSame = 0.1;  // of projectors; from: guard, rounding and what a round moves
   const AlignmentReview review =
       ReviewAlignment(adjustment->problem, adjustment->state, ScaledInformation(*adjustment, context.dataset),
@@ -325,6 +335,7 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
 void MeasureUncertainty(const AdjustmentContext& context, Adjustment* adjustment) {
   adjustment->scale = {};
   WeakenImuBySlowErrors(context, adjustment);
+  MeasureNoise(context, adjustment);
   MeasureScale(*adjustment, &adjustment->scale);
   if (HoldUnobservableTranslations(context, adjustment)) MeasureScale(*adjustment, &adjustment->scale);
   const CalibrationState& state = adjustment->state;

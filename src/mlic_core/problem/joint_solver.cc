@@ -51,20 +51,6 @@ void FixCamera(const FixedCameraParameters& held, const Layout& layout, std::siz
   }
 }
 
-// The problem with point landmarks that tie control points over no more than kLongestPointCoupling; planes
-// come cut from AssociatePlanes. While the trajectory is held they tie nothing, and stay whole: then origins
-// stays empty.
-JointProblem WithShortCouplings(const JointProblem& given, const CalibrationState& state,
-                                std::vector<std::vector<std::size_t>>* origins) {
-  JointProblem problem = given;
-  if (problem.fix_trajectory) return problem;
-  origins->resize(problem.landmarks.size());
-  for (std::size_t d = 0; d < problem.landmarks.size(); ++d) {
-    problem.landmarks[d] = SplitPoints(given.landmarks[d], state, kLongestPointCoupling, &(*origins)[d]);
-  }
-  return problem;
-}
-
 }  // namespace
 
 std::vector<bool> FreeCalibration(const JointProblem& problem, const Layout& layout) {

@@ -96,6 +96,17 @@ LandmarkSet SplitPoints(const LandmarkSet& points, const CalibrationState& state
   return split;
 }
 
+JointProblem WithShortCouplings(const JointProblem& given, const CalibrationState& state,
+                                std::vector<std::vector<std::size_t>>* origins) {
+  JointProblem problem = given;
+  if (problem.fix_trajectory) return problem;
+  origins->resize(problem.landmarks.size());
+  for (std::size_t d = 0; d < problem.landmarks.size(); ++d) {
+    problem.landmarks[d] = SplitPoints(given.landmarks[d], state, kLongestPointCoupling, &(*origins)[d]);
+  }
+  return problem;
+}
+
 std::vector<PointLandmark> MergePoints(const std::vector<PointLandmark>& old, const LandmarkSet& split,
                                        const std::vector<std::size_t>& origins) {
   std::vector<PointLandmark> merged = old;

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "mlic_core/problem/joint_problem.h"
 #include "mlic_core/problem/observations.h"
 #include "mlic_core/problem/state.h"
 
@@ -25,6 +26,12 @@ constexpr double kLongestPointCoupling = 30.0;  // from: measured, paper rig, ag
 // each other, so pick observations near in time.
 LandmarkSet SplitPoints(const LandmarkSet& points, const CalibrationState& state, double longest,
                         std::vector<std::size_t>* origins);
+
+// The problem with point landmarks that tie control points over no more than kLongestPointCoupling; planes
+// come cut from AssociatePlanes. While the trajectory is held they tie nothing, and stay whole: then origins
+// (of each drive, as above) stays empty.
+JointProblem WithShortCouplings(const JointProblem& given, const CalibrationState& state,
+                                std::vector<std::vector<std::size_t>>* origins);
 
 // The old points, moved to where the split ones with most observations have moved; points of which nothing is
 // left stay.

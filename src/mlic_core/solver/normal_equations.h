@@ -25,6 +25,20 @@ NormalSolution SolveNormalEquations(const Accumulator& sum, const std::vector<La
                                     const std::vector<bool>& free_calibration, double damping,
                                     bool hold_knots);
 
+// The calibration's information alone, as in NormalSolution; nothing where the equations have no solution.
+std::optional<Eigen::MatrixXd> CalibrationInformation(const Accumulator& sum,
+                                                      const std::vector<LandmarkCoupling>& landmarks);
+
+struct KnotsByNoise {
+  Eigen::VectorXd deviation;    // of the control points
+  Eigen::MatrixXd information;  // of the calibration
+};
+
+// Draws a deviation of the control points from the normal distribution that the equations give them with the
+// calibration held and landmarks left free. The same for the same equations; nothing where they have no
+// solution.
+std::optional<KnotsByNoise> DrawKnots(const Accumulator& sum, const std::vector<LandmarkCoupling>& landmarks);
+
 // How control points follow the calibration, landmarks left free (calibration x knots): a step of the
 // calibration moves their best places by minus the transpose of this times the step. Nothing where the
 // equations have no solution.

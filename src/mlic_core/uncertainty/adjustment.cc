@@ -4,7 +4,9 @@
 #include <cmath>
 
 #include "mlic_core/geometry/so3.h"
-#include "mlic_core/problem/joint_solver.h"
+#include "mlic_core/problem/layout.h"
+#include "mlic_core/problem/noise_information.h"
+#include "mlic_core/uncertainty/intrinsics_observability.h"
 
 namespace mlic {
 namespace {
@@ -23,7 +25,12 @@ double VarianceScale(const Adjustment& adjustment, const Dataset& dataset) {
 }
 
 Eigen::MatrixXd ScaledInformation(const Adjustment& adjustment, const Dataset& dataset) {
-  return adjustment.last_solve.information / VarianceScale(adjustment, dataset);
+  const Eigen::MatrixXd& information = adjustment.last_solve.information;
+  const Eigen::MatrixXd& noise = adjustment.noise_information;
+  const double scale = VarianceScale(adjustment, dataset);
+  if (noise.rows() != information.rows()) return information / scale;  // not measured of these parameters
+  const Layout layout(adjustment.state, adjustment.problem.estimate_imu_matrices);
+  return WithoutNoise(information, noise, CalibrationLimits(adjustment.state, layout)) / scale;
 }
 
 ObservabilityAnalysis Analyze(const Adjustment& adjustment, const Dataset& dataset) {

@@ -45,6 +45,7 @@ struct JointRounds {
   int done = 0;
   std::size_t points_per_scan = 0;  // that take part in the map
   bool alignment_tried = false;     // AlignmentReview::taken_back of an earlier round
+  bool noise_measured = false;      // Adjustment::noise_information is of these rounds
   // By how many of its sigmas the last round moved the calibration where rounds were over before it was
   // settled, else 0: part of the sigmas.
   double unsettled = 0.0;
@@ -73,7 +74,9 @@ struct Adjustment {
   JointProblem problem;
   std::vector<ImuSigma> given_imu_sigma;  // of each drive, before residuals were measured
   Eigen::Matrix3d alignment_covariance = Eigen::Matrix3d::Zero();  // AlignmentReview::covariance
-  std::vector<PlaneNoise> plane_noise;                             // of each LiDAR
+  // NoiseInformation at an earlier solve of the same calibration parameters; empty before.
+  Eigen::MatrixXd noise_information;
+  std::vector<PlaneNoise> plane_noise;  // of each LiDAR
   AdjustedCameras cameras;
   MapMatching map;
   JointRounds rounds;
@@ -89,7 +92,8 @@ struct Adjustment {
 // where that is above one, the points' correlation, and what rounds still differ by.
 double VarianceScale(const Adjustment& adjustment, const Dataset& dataset);
 
-// The last solve's information of the calibration, divided by the VarianceScale.
+// The last solve's information of the calibration without what of it is the noise's, divided by the
+// VarianceScale.
 Eigen::MatrixXd ScaledInformation(const Adjustment& adjustment, const Dataset& dataset);
 
 // What the data show at the last linearisation, with sigmas that grow by the VarianceScale and, for cameras,

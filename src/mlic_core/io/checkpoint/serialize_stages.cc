@@ -45,6 +45,24 @@ void Fields(Archive& archive, PositionSpline& spline) {
   SplineFields(archive, spline);
 }
 
+// Dense matrices are their columns.
+void Fields(ByteWriter& archive, Eigen::MatrixXd& matrix) {
+  archive(static_cast<std::uint64_t>(matrix.cols()),
+          std::vector<double>(matrix.data(), matrix.data() + matrix.size()));
+}
+
+void Fields(ByteReader& archive, Eigen::MatrixXd& matrix) {
+  std::uint64_t columns = 0;
+  std::vector<double> values;
+  archive(columns, values);
+  if (columns == 0 ? !values.empty() : values.size() % columns != 0) {
+    archive.Fail();
+    return;
+  }
+  const auto rows = static_cast<Eigen::Index>(columns == 0 ? 0 : values.size() / columns);
+  matrix = Eigen::Map<const Eigen::MatrixXd>(values.data(), rows, static_cast<Eigen::Index>(columns));
+}
+
 auto Members(DriveState& drive) {
   return std::tie(drive.trajectory.rotation, drive.trajectory.position, drive.gyroscope_bias,
                   drive.accelerometer_bias);
@@ -94,8 +112,9 @@ auto Members(Adjustment& adjustment) {
       adjustment.problem.camera_fixed, adjustment.problem.landmarks,
       adjustment.cameras.landmark_options.noise, adjustment.cameras.sigmas, adjustment.map.cameras_before,
       adjustment.map.noise, adjustment.map.held_out, adjustment.rounds.landmarks, adjustment.rounds.done,
-      adjustment.rounds.points_per_scan, adjustment.rounds.alignment_tried, adjustment.alignment_covariance,
-      adjustment.problem.imu.alignment_held, adjustment.problem.imu.gravity_sigma, adjustment.lines);
+      adjustment.rounds.points_per_scan, adjustment.rounds.alignment_tried, adjustment.rounds.noise_measured,
+      adjustment.alignment_covariance, adjustment.noise_information, adjustment.problem.imu.alignment_held,
+      adjustment.problem.imu.gravity_sigma, adjustment.lines);
 }
 
 template <>

@@ -1,0 +1,105 @@
+#include "mlic_core/problem/noise_information.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "mlic_core/factors/imu_residual.h"
+#include "mlic_core/geometry/so3.h"
+#include "mlic_core/problem/joint_solver.h"
+#include "mlic_core/problem/layout.h"
+
+namespace mlic {
+namespace {
+
+constexpr double kRate = 200.0;     // Hz
+constexpr double kDuration = 20.0;  // s
+constexpr ImuNoise kNoise{1e-3, 1e-2};
+
+// An IMU on a level turntable that goes to and fro; poses are known to 1 mrad and 1 cm. The accelerometer's
+// rotation about the vertical leaves gravity as it is: only the horizontal acceleration shows it.
+class Turntable : public testing::Test {
+ protected:
+  SolveSummary Solve(double amplitude, double noise) {
+    const UniformKnots knots = UniformKnots::Covering(0.0, kDuration, 0.05);
+    std::vector<Eigen::Quaterniond> rotations;
+    std::vector<Eigen::Vector3d> positions;
+    for (int k = 0; k < knots.count; ++k) {
+      const double angle = kYawRate * (k - 1) * 0.05;
+      rotations.push_back(ExpQuaternion({0.0, 0.0, angle}));
+      positions.push_back({amplitude * std::sin(4.0 * angle), 0.0, 0.0});
+    }
+    DriveState drive;
+    drive.trajectory.rotation = So3Spline(knots, rotations);
+    drive.trajectory.position = PositionSpline(knots, positions);
+    state_.drives = {drive};
+    MeasureDrive(noise);
+    return SolveJointProblem(problem_, 4, CancellationToken(), &state_);
+  }
+  // What of the alignment about the vertical, 1/rad^2, the information leaves once all else is free.
+  static double Heading(const Eigen::MatrixXd& information, const CalibrationState& state) {
+    const Layout layout(state, false);
+    Eigen::MatrixXd known = information;
+    known.diagonal().array() += 1e-3;
+    return 1.0 / known.inverse()(layout.alignment + 2, layout.alignment + 2);
+  }
+  Eigen::VectorXd Limits() const {
+    return Eigen::VectorXd::Constant(Layout(state_, false).calibration, 0.01);
+  }
+
+  static constexpr double kYawRate = 0.5;  // rad/s
+  Dataset dataset_;
+  JointProblem problem_;
+  CalibrationState state_;
+
+ private:
+  void MeasureDrive(double noise) {
+    std::mt19937_64 engine(3);
+    std::normal_distribution<double> draw;
+    const auto random = [&] { return Eigen::Vector3d(draw(engine), draw(engine), draw(engine)); };
+    const SplitSpline& trajectory = state_.drives[0].trajectory;
+    dataset_.drives.resize(1);
+    problem_.dataset = &dataset_;
+    problem_.imu_sigma = {{Eigen::Vector3d::Constant(kNoise.gyroscope * std::sqrt(kRate)),
+                           Eigen::Vector3d::Constant(kNoise.accelerometer * std::sqrt(kRate))}};
+    problem_.imu.alignment_held.setZero();
+    problem_.poses.resize(1);
+    for (int i = 0; i < static_cast<int>(kDuration * kRate); ++i) {
+      const double t = (i + 0.5) / kRate;
+      ImuSample sample{t, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+      const Eigen::Matrix<double, 6, 1> measured = ImuResidual::Evaluate(
+          trajectory, SplineBasis(trajectory.rotation.knots(), t),
+          SplineBasis(trajectory.position.knots(), t), state_.Imu(0), state_.Gravity(), sample, nullptr);
+      sample.angular_velocity =
+          measured.head<3>() + noise * problem_.imu_sigma[0].gyroscope.cwiseProduct(random());
+      sample.specific_force =
+          measured.tail<3>() + noise * problem_.imu_sigma[0].accelerometer.cwiseProduct(random());
+      dataset_.drives[0].imu.push_back(sample);
+      if (i % 20 != 0) continue;
+      RigidTransform T = trajectory.Pose(t);
+      T.rotation = T.rotation * ExpQuaternion(1e-3 * noise * random());
+      T.translation += 0.01 * noise * random();
+      problem_.poses[0].push_back({t, T, 1e-3, 0.01});
+    }
+  }
+};
+
+TEST_F(Turntable, WithoutMotionOnlyTheNoiseShowsTheHeading) {
+  const SolveSummary summary = Solve(0.0, 1.0);
+  const Eigen::MatrixXd noise = NoiseInformation(problem_, state_, CancellationToken());
+  const double claimed = Heading(summary.information, state_);
+  EXPECT_GT(claimed, 1.0);
+  EXPECT_LT(Heading(WithoutNoise(summary.information, noise, Limits()), state_), 0.02 * claimed);
+}
+
+TEST_F(Turntable, MotionThatShowsTheHeadingKeepsItsInformation) {
+  const SolveSummary summary = Solve(0.3, 1.0);
+  const Eigen::MatrixXd noise = NoiseInformation(problem_, state_, CancellationToken());
+  const double claimed = Heading(summary.information, state_);
+  EXPECT_GT(Heading(WithoutNoise(summary.information, noise, Limits()), state_), 0.85 * claimed);
+  EXPECT_LT(Heading(WithoutNoise(summary.information, noise, Limits()), state_), claimed);
+}
+
+}  // namespace
+}  // namespace mlic
