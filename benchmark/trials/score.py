@@ -64,6 +64,33 @@ def both_observable(pair, sensors, quantity):
     return all(all(observable(sensors[name], quantity)) for name in pair.split('/'))
 
 
+def twist(matrix, axes):
+    """The part of a rotation (row by row) that is about the axes, as a quaternion x y z w (swing-twist)."""
+    m = [matrix[0:3], matrix[3:6], matrix[6:9]]
+    w = 0.5 * math.sqrt(max(0.0, 1.0 + m[0][0] + m[1][1] + m[2][2]))
+    vector = [(m[2][1] - m[1][2]) / (4 * w), (m[0][2] - m[2][0]) / (4 * w), (m[1][0] - m[0][1]) / (4 * w)]
+    along = [sum(axis[i] * sum(a * v for a, v in zip(axis, vector)) for axis in axes) for i in range(3)]
+    length = math.hypot(w, *along)
+    return [part / length for part in along + [w]]
+
+
+def in_axes_of(imu, true):
+    """Turns the poses of a truth into the axes that a result's IMU has: about the directions about which the
+    accelerometer's rotation was held these are the accelerometer's, else the gyroscope's (docs/outputs.md)."""
+    axes = imu.get('alignment', {}).get('held', [])
+    if imu.get('axes') != 'gyroscope' or not axes:
+        return
+    rows = [[imu['accelerometer_matrix'][3 * i + j] for j in range(3)] for i in range(3)]
+    of_truth = [[true['imu']['accelerometer_matrix'][3 * i + j] for j in range(3)] for i in range(3)]
+    # What the result does not have of the rotation: all of it about the held axes, its errors about others.
+    turn = twist([sum(rows[k][i] * of_truth[k][j] for k in range(3)) for i in range(3) for j in range(3)], axes)
+    back = [-turn[0], -turn[1], -turn[2], turn[3]]
+    for sensor in true['sensors'].values():
+        pose = sensor['T_imu_sensor']
+        pose['rotation'] = product(turn, pose['rotation'])
+        pose['translation'] = product(product(turn, pose['translation'] + [0.0]), back)[:3]
+
+
 class Collected:
     """Errors and sigmas of all components, by kind of parameter."""
 
@@ -103,6 +130,7 @@ def score(calibration, truth):
     if not pathlib.Path(calibration).exists():
         return [], 'none', len(true['sensors'])
     found = yaml.safe_load(pathlib.Path(calibration).read_text())
+    in_axes_of(found.get('imu', {}), true)
     collected = Collected()
     sensors = {name: sensor for name, sensor in found['sensors'].items()
                if name in true['sensors'] and sensor.get('verdict') != 'rejected'}

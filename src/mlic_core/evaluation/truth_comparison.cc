@@ -1,5 +1,6 @@
 #include "mlic_core/evaluation/truth_comparison.h"
 
+#include <Eigen/SVD>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -119,7 +120,30 @@ std::string CsvLine(const char* kind, const PoseError& e) {
 
 double PoseError::RotationDegrees() const { return kDegreesPerRadian * rotation.norm(); }
 
-TruthComparison CompareWithTruth(const CalibrationResult& result, const CalibrationResult& truth) {
+CalibrationResult InAxesOf(const CalibrationResult& result, const CalibrationResult& truth) {
+  CalibrationResult turned = truth;
+  if (!result.alignment || result.alignment->axes != ImuAxes::kGyroscope) return turned;
+  // What the result does not have of the rotation: all of it about the held axes, its errors about others.
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(
+      result.imu.accelerometer_matrix.transpose() * truth.imu.accelerometer_matrix,
+      Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Quaterniond alignment(Eigen::Matrix3d(svd.matrixU() * svd.matrixV().transpose()));
+  // The part about the held axes (swing-twist decomposition).
+  Eigen::Vector3d along = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& axis : result.alignment->held) along += axis * axis.dot(alignment.vec());
+  Eigen::Quaterniond twist;
+  twist.w() = alignment.w();
+  twist.vec() = along;
+  twist.normalize();
+  for (SensorResult& sensor : turned.sensors) {
+    RigidTransform& T = sensor.calibration.T_imu_sensor;
+    T = {twist * T.rotation, twist * T.translation};
+  }
+  return turned;
+}
+
+TruthComparison CompareWithTruth(const CalibrationResult& result, const CalibrationResult& given_truth) {
+  const CalibrationResult truth = InAxesOf(result, given_truth);
   TruthComparison comparison;
   for (const SensorResult& sensor : result.sensors) {
     const SensorResult* true_sensor = Find(truth, sensor.name);

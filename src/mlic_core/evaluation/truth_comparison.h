@@ -32,8 +32,15 @@ struct TruthComparison {
   std::vector<std::string> not_estimated;  // in the truth, not in the result
 };
 
-// Sensors are matched by name; those the truth does not know are left out. Pairs: the result's own, or all
-// pairs of its sensors (without sigmas) when it lists none.
+// The truth in the axes that the result's IMU has: where its accelerometer's rotation to the gyroscope was
+// estimated the gyroscope's, and about the axes where it was held those of the accelerometer. The true
+// rotation between the two is the truth's accelerometer_matrix. Poses turn with the axes; pairs, offsets and
+// what is not a pose stay. As given where the result's axes are not known, or are the accelerometer's alone.
+CalibrationResult InAxesOf(const CalibrationResult& result, const CalibrationResult& truth);
+
+// Against the truth in the result's axes (InAxesOf). Sensors are matched by name; those the truth does not
+// know are left out. Pairs: the result's own, or all pairs of its sensors (without sigmas) when it lists
+// none.
 TruthComparison CompareWithTruth(const CalibrationResult& result, const CalibrationResult& truth);
 
 // For people: degrees, millimetres, milliseconds; a * marks a translation that was not observable.

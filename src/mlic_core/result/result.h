@@ -174,10 +174,12 @@ enum class Verdict {
 enum class ImuAxes { kCommon, kGyroscope, kAccelerometer };
 
 // How well the accelerometer's axes are known against the gyroscope's (a small left rotation of
-// accelerometer_matrix, rad), and about which axes of the IMU that rotation was estimated.
+// accelerometer_matrix, rad), and about which axes of the IMU that rotation was estimated. held: unit vectors
+// about which it was not; there the IMU's axes are the accelerometer's.
 struct ImuAlignment {
   ImuAxes axes = ImuAxes::kCommon;
   std::array<bool, 3> estimated{false, false, false};
+  std::vector<Eigen::Vector3d> held;
   Eigen::Vector3d sigma = Eigen::Vector3d::Zero();
 };
 

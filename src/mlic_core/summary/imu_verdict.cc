@@ -1,5 +1,6 @@
 #include "mlic_core/summary/imu_verdict.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -69,6 +70,10 @@ ImuAlignment AlignmentOf(const Adjustment& adjustment) {
   for (int a = 0; a < 3; ++a) {
     alignment.estimated[a] = adjustment.problem.imu.alignment_held(a, a) < 0.5;
     if (alignment.estimated[a]) alignment.axes = ImuAxes::kGyroscope;
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> held(adjustment.problem.imu.alignment_held);
+  for (int i = 0; i < 3; ++i) {
+    if (held.eigenvalues()[i] > 0.5) alignment.held.push_back(held.eigenvectors().col(i));
   }
   alignment.sigma = adjustment.alignment_covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
   return alignment;

@@ -57,6 +57,28 @@ TEST(TruthComparison, FindsTheErrorsThatWerePutIn) {
   EXPECT_LT(Named(comparison.pairs, "front_lidar/right_lidar").RotationDegrees(), 1e-6);
 }
 
+// About the vertical the result stands in the accelerometer's axes, about the others in the gyroscope's.
+TEST(TruthComparison, TakesTheAxesThatTheResultHas) {
+  const CalibrationResult truth = SampleResult();
+  CalibrationResult result = truth;
+  const Eigen::Quaterniond heading = ExpQuaternion({0.0, 0.0, 0.05});
+  const Eigen::Matrix3d found = truth.imu.accelerometer_matrix;
+  CalibrationResult turned = truth;
+  turned.imu.accelerometer_matrix = found * heading.toRotationMatrix();
+  for (SensorResult& sensor : result.sensors) {
+    RigidTransform& T = sensor.calibration.T_imu_sensor;
+    T = {heading * T.rotation, heading * T.translation};
+  }
+  for (const PoseError& error : CompareWithTruth(result, turned).sensors) {
+    EXPECT_LT(error.RotationDegrees(), 1e-6);
+    EXPECT_LT(error.translation.norm(), 1e-12);
+  }
+  result.alignment->held.clear();
+  for (const PoseError& error : CompareWithTruth(result, turned).sensors) {
+    EXPECT_NEAR(error.RotationDegrees(), 0.05 * 180.0 / M_PI, 1e-6);
+  }
+}
+
 TEST(TruthComparison, SwappingEstimateAndTruthTurnsTheSigns) {
   const CalibrationResult truth = SampleResult();
   CalibrationResult result = truth;

@@ -53,8 +53,10 @@ std::string AlignmentText(const std::optional<ImuAlignment>& alignment) {
   if (!alignment) return "";
   std::string text = "  axes: " + ImuAxesNames()[static_cast<std::size_t>(alignment->axes)] + "\n";
   if (alignment->axes == ImuAxes::kAccelerometer) return text;
-  return text + "  alignment: {estimated: " + Flags(alignment->estimated) +
-         ", sigma_deg: " + Short(kDegreesPerRadian * alignment->sigma) + "}\n";
+  std::string held;
+  for (const Eigen::Vector3d& axis : alignment->held) held += (held.empty() ? "" : ", ") + Fixed(axis);
+  return text + "  alignment: {estimated: " + Flags(alignment->estimated) + ", held: [" + held +
+         "], sigma_deg: " + Short(kDegreesPerRadian * alignment->sigma) + "}\n";
 }
 
 std::string UnobservableText(const std::vector<UnobservableDirection>& directions) {
