@@ -170,7 +170,7 @@ Findings ImuFindings(const std::string& name, std::vector<StampedImu> samples, T
   Findings findings{NotFiniteFinding(name, not_finite, all)};
   if (samples.size() < 2) return findings;
   findings.push_back(UnitFinding(name, samples));
-  const std::vector<ImuSample> usable = UsableImu(samples);
+  const std::vector<ImuSample> usable = UsableImu(samples).samples;
   if (usable.size() >= 4 && findings.back().grade == Grade::kPass) {
     findings.push_back(GravityFinding(name, usable));
   }
@@ -183,15 +183,16 @@ Findings ImuFindings(const std::string& name, std::vector<StampedImu> samples, T
   return findings;
 }
 
-std::vector<ImuSample> UsableImu(std::vector<StampedImu> samples) {
+UsableImuSamples UsableImu(std::vector<StampedImu> samples) {
   try {
     CleanImu(samples, "imu");
   } catch (const InputError&) {
     return {};
   }
-  std::vector<ImuSample> usable;
+  if (samples.empty()) return {};
+  UsableImuSamples usable{samples.front().stamp, {}};
   for (const StampedImu& s : samples) {
-    usable.push_back({SecondsSince(samples.front().stamp, s.stamp), s.angular_velocity, s.specific_force});
+    usable.samples.push_back({SecondsSince(usable.epoch, s.stamp), s.angular_velocity, s.specific_force});
   }
   return usable;
 }

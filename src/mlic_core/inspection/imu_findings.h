@@ -13,8 +13,12 @@ namespace mlic {
 // Places are seconds after `begin` on the recorder's clock. samples: in order of recording.
 Findings ImuFindings(const std::string& name, std::vector<StampedImu> samples, TimeNs begin);
 
-// The samples that can be used, in order of time, in seconds after their first stamp; empty where the units
-// are wrong or nothing is finite.
-std::vector<ImuSample> UsableImu(std::vector<StampedImu> samples);
+struct UsableImuSamples {
+  TimeNs epoch = 0;                // stamp of the first
+  std::vector<ImuSample> samples;  // time: seconds since the epoch
+};
+
+// The samples that can be used, in order of time; none where the units are wrong or nothing is finite.
+UsableImuSamples UsableImu(std::vector<StampedImu> samples);
 
 }  // namespace mlic

@@ -53,7 +53,7 @@ TEST(ImuFindings, RecognisesUnits) {
   samples = Moving(kAllAxes);
   for (StampedImu& s : samples) s.angular_velocity *= 180.0 / M_PI;
   EXPECT_NE(Imu(samples, "units").measured.find("deg/s"), std::string::npos);
-  EXPECT_TRUE(UsableImu(samples).empty());
+  EXPECT_TRUE(UsableImu(samples).samples.empty());
 }
 
 TEST(ImuFindings, TellsAScaleError) {
@@ -97,7 +97,7 @@ TEST(ImuFindings, FindsHangsSpikesAndNan) {
 
 TEST(ExcitationFindings, TellsAxesThatTurn) {
   const auto rotation = [](const Eigen::Vector3d& amplitude) {
-    return FindingOf(ExcitationFindings(UsableImu(Moving(amplitude))), "rotation").grade;
+    return FindingOf(ExcitationFindings(UsableImu(Moving(amplitude)).samples), "rotation").grade;
   };
   EXPECT_EQ(rotation(kAllAxes), Grade::kPass);
   EXPECT_EQ(rotation({0.0, 0.5, 0.0}), Grade::kWarn);
@@ -106,11 +106,11 @@ TEST(ExcitationFindings, TellsAxesThatTurn) {
 
 TEST(ExcitationFindings, MeasuresRest) {
   std::vector<StampedImu> samples = Moving(Eigen::Vector3d::Zero());
-  EXPECT_EQ(FindingOf(ExcitationFindings(UsableImu(samples)), "at rest").grade, Grade::kFail);
+  EXPECT_EQ(FindingOf(ExcitationFindings(UsableImu(samples).samples), "at rest").grade, Grade::kFail);
   const std::vector<StampedImu> moving = Moving(kAllAxes);
   std::copy(moving.begin() + 2000, moving.begin() + 6000, samples.begin() + 2000);
-  EXPECT_EQ(FindingOf(ExcitationFindings(UsableImu(samples)), "at rest").grade, Grade::kPass);
-  const std::vector<ImuSample> usable = UsableImu(samples);
+  EXPECT_EQ(FindingOf(ExcitationFindings(UsableImu(samples).samples), "at rest").grade, Grade::kPass);
+  const std::vector<ImuSample> usable = UsableImu(samples).samples;
   const std::vector<MotionPart> parts = MotionOverTime(usable, RoughGyroscopeBias(usable), 10.0);
   ASSERT_EQ(parts.size(), 4u);
   EXPECT_GT(parts[0].rest, 9.0);
