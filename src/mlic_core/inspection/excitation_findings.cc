@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "mlic_core/imu/excitation.h"
 #include "mlic_core/ingest/drive_notes.h"
@@ -90,8 +91,11 @@ std::vector<MotionPart> MotionOverTime(const std::vector<ImuSample>& samples, co
   for (std::size_t begin = 0, end = 0; begin < samples.size(); begin = end) {
     MotionPart part;
     part.begin = length * std::floor(samples[begin].time / length);
+    // The last part takes what would be less than half of one.
+    const bool last = samples.back().time < part.begin + 1.5 * length;
+    const double stop = last ? std::numeric_limits<double>::infinity() : part.begin + length;
     Eigen::Vector3d rates = Eigen::Vector3d::Zero(), mean = rates, squares = rates;
-    for (; end < samples.size() && samples[end].time < part.begin + length; ++end) {
+    for (; end < samples.size() && samples[end].time < stop; ++end) {
       rates += (samples[end].angular_velocity - bias).cwiseAbs2();
       mean += samples[end].specific_force;
       squares += samples[end].specific_force.cwiseAbs2();

@@ -210,8 +210,8 @@ Findings DeskewFindings(const LidarSurvey& lidar, const std::vector<ImuSample>& 
   Eigen::Matrix3d normal = turning.transpose() * turning;
   normal.diagonal().array() += 1e-4 * kLeastTurning * kLeastTurning * static_cast<double>(count);
   const Eigen::Vector3d share = normal.ldlt().solve(turning.transpose() * advance);
-  const double left = (advance - turning * share).squaredNorm();
-  const bool deskewed = share.norm() > 0.5 && left < (1.0 - kExplained) * advance.squaredNorm();
+  const double explained = 1.0 - (advance - turning * share).squaredNorm() / advance.squaredNorm();
+  const bool deskewed = share.norm() > 0.5 && explained > kExplained;
   return {
       {deskewed ? Grade::kFail : Grade::kPass, lidar.name, "raw scans",
        Number(share.norm(), "%.2f") + " of the vehicle's turning is in the points' azimuths",

@@ -31,7 +31,7 @@ struct Rates {
 Rates RatesOf(SensorKind kind) {
   switch (kind) {
     case SensorKind::kImu:
-      return {50.0, 10.0};
+      return {50.0, 5.0};
     case SensorKind::kLidar:
       return {4.5, 1.0};
     case SensorKind::kCamera:

@@ -108,6 +108,17 @@ std::vector<YamlReader> YamlReader::Elements() const {
   return elements;
 }
 
+std::vector<YamlReader> YamlReader::Find(const std::string& text) const {
+  if (node_.IsScalar() && node_.Scalar() == text) return {*this};
+  std::vector<YamlReader> children, found;
+  if (node_.IsMap()) children = Entries();
+  if (node_.IsSequence()) children = Elements();
+  for (const YamlReader& child : children) {
+    for (const YamlReader& place : child.Find(text)) found.push_back(place);
+  }
+  return found;
+}
+
 std::string YamlReader::Text() const {
   if (!node_.IsScalar()) Fail("expected a text, found " + KindOf(node_));
   return node_.Scalar();

@@ -30,6 +30,10 @@ class YamlReader {
   // The entries of a mapping, or the elements of a list, in the file's order.
   std::vector<YamlReader> Entries() const;
   std::vector<YamlReader> Elements() const;
+  // This node and those within it that are the scalar `text`, in the file's order.
+  std::vector<YamlReader> Find(const std::string& text) const;
+  // The keys from the root to here, with dots between.
+  const std::string& Path() const { return path_; }
   // The last part of the path: the key or index of this node.
   const std::string& Name() const { return name_; }
   // Where this node stands, "FILE:LINE", for messages about two places.

@@ -39,7 +39,7 @@ TEST(StampFindings, PassesASteadyTopic) {
 
 TEST(StampFindings, TellsTheRate) {
   EXPECT_EQ(Stamps(Steady(SensorKind::kImu, 30.0, 20.0), "rate").grade, Grade::kWarn);
-  EXPECT_EQ(Stamps(Steady(SensorKind::kImu, 5.0, 20.0), "rate").grade, Grade::kFail);
+  EXPECT_EQ(Stamps(Steady(SensorKind::kImu, 4.0, 20.0), "rate").grade, Grade::kFail);
   SensorTimes still = Steady(SensorKind::kLidar, 10.0, 20.0);
   for (MessageTimes& m : still.messages) m.stamp = kBegin;
   EXPECT_EQ(Stamps(still, "rate").grade, Grade::kFail);
