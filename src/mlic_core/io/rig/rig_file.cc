@@ -15,28 +15,13 @@ constexpr double kDegreesPerRadian = 180.0 / M_PI;
 // What stands in a drafted rig file for a value that the bag does not tell.
 constexpr const char* kToFillIn = "???";
 
-bool IsDisabled(const YamlReader& sensor) {
-  const bool given = sensor.Path().find('.') != std::string::npos && sensor.Has("enabled");
-  return given && !sensor.Get("enabled").Flag();
-}
-
 // All that is left to fill in of a drafted rig, in one error.
 void CheckFilledIn(const YamlReader& root) {
-  std::vector<YamlReader> open;
-  for (const YamlReader& part : root.Entries()) {
-    if (part.Name() == "imu") {
-      for (const YamlReader& place : part.Find(kToFillIn)) open.push_back(place);
-      continue;
-    }
-    for (const YamlReader& sensor : part.Entries()) {
-      if (IsDisabled(sensor)) continue;
-      for (const YamlReader& place : sensor.Find(kToFillIn)) open.push_back(place);
-    }
-  }
+  const std::vector<YamlReader> open = root.Find(kToFillIn);
   if (open.empty()) return;
   std::string places;
   for (const YamlReader& place : open) places += (places.empty() ? "" : ", ") + place.Path();
-  open.front().Fail("not filled in: replace ??? in " + places + ", or set enabled: false");
+  root.Fail("not filled in: replace ??? in " + places + ", or take these sensors out");
 }
 
 // Finds values that may be used once only, in all enabled sensors and the IMU.
