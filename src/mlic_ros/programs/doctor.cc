@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "mlic_core/inspection/excitation_findings.h"
+#include "mlic_core/inspection/forecast.h"
 #include "mlic_core/inspection/imu_findings.h"
 #include "mlic_ros/bag/cloud_decoder.h"
 #include "mlic_ros/bag/image_reader.h"
@@ -96,6 +97,9 @@ void DiagnoseDrive(const BagSet& bags, const Rig& rig, const BagSet::Interval& i
     Findings camera = FindingsOfTimes(survey.camera_times[i], survey.imu_times, begin);
     Append(CameraFindings(survey.cameras[i], begin, Moves(samples)), &camera);
     Report("Camera " + rig.cameras[i].topic, camera, findings);
+  }
+  if (const auto forecast = ForecastObservability(samples, rig.imu)) {
+    Report("Forecast of what the motion shows", ForecastFindings(*forecast, rig), findings);
   }
 }
 
