@@ -38,7 +38,7 @@ Finding RotationFinding(const Excitation& excitation) {
   const std::string limit = "two of at least " + Number(kTurning * kDegrees, "%.1f") + " deg/s";
   if (rms[2] < kHardlyTurning) {
     return {Grade::kFail, "drive",
-            "rotation",   measured + ": it hardly turns",
+            "rotation",   measured + ": it hardly turns, or evenly",
             limit,        "record a drive with turns: figures of eight, by hand about all axes"};
   }
   if (rms[1] < kTurning) {

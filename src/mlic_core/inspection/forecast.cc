@@ -72,7 +72,16 @@ class JacobianStream {
         bias_(bias),
         sigma_(sigma),
         gyro_(Cutoff(sigma.gyroscope.mean() / kPoseRotation, rate), rate),
-        force_(Cutoff(std::sqrt(sigma.accelerometer.mean() / kPosePosition), rate), rate) {}
+        force_(Cutoff(std::sqrt(sigma.accelerometer.mean() / kPosePosition), rate), rate) {
+    // Accelerations are zero in the mean, in the map's axes.
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (std::size_t i = 1; i < samples_.size(); ++i) {
+      Turn(i);
+      sum += attitude_ * samples_[i].specific_force;
+    }
+    up_ = sum.normalized();
+    attitude_.setIdentity();
+  }
 
   std::size_t Count() const { return samples_.size() - 1; }
 
@@ -83,8 +92,7 @@ class JacobianStream {
     const Eigen::Vector3d w = now.angular_velocity - bias_, a = now.specific_force;
     const Eigen::Vector3d w_dot = (now.angular_velocity - before.angular_velocity) / step;
     const Eigen::Vector3d a_dot = (now.specific_force - before.specific_force) / step;
-    attitude_ = (attitude_ * ExpQuaternion(w * step)).normalized();
-    if (i == 1) up_ = a.normalized();
+    Turn(i);
     Rows rates = Rows::Zero(), forces = Rows::Zero();
     rates.middleCols<3>(kPhi) = -Hat(w);
     rates.col(kOffset) = w_dot;
@@ -101,6 +109,12 @@ class JacobianStream {
   }
 
  private:
+  // The attitude to that of sample i, from that of the one before.
+  void Turn(std::size_t i) {
+    const double step = samples_[i].time - samples_[i - 1].time;
+    attitude_ = (attitude_ * ExpQuaternion((samples_[i].angular_velocity - bias_) * step)).normalized();
+  }
+
   static double Cutoff(double radians_per_second, double rate) {
     return std::min(0.4 * rate, radians_per_second / (2.0 * M_PI));
   }
@@ -112,6 +126,30 @@ class JacobianStream {
   FirstOrderLowPass<3, kColumns> gyro_;
   SecondOrderLowPass<3, kColumns> force_;
 };
+
+// What of a half's own information is motion and not noise. Where own is K and the noise in it, own less
+// shared, is N, the generalised eigenvectors K v = lambda N v say by how much each direction exceeds its
+// noise: of those that do not, beyond the scatter of `independent` values, nothing stays. Columns are scaled
+// to the same information.
+Information WithoutNoise(const Information& shared, const Information& own, double independent) {
+  constexpr double kScatters = 4.0;  // sigmas; from: derivation, none of 20 directions exceeds it by chance
+  constexpr double kFloor = 1e-8;    // of the information; from: guard, rounding
+  const Eigen::Matrix<double, kColumns, 1> scale = own.diagonal().cwiseMax(1e-30).cwiseSqrt();
+  const auto inverse = scale.cwiseInverse().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Information> spectrum(Information(inverse * (own - shared) * inverse));
+  const Information noise = spectrum.eigenvectors() *
+                            (spectrum.eigenvalues().cwiseMax(0.0).array() + kFloor).matrix().asDiagonal() *
+                            spectrum.eigenvectors().transpose();
+  const Information root = noise.llt().matrixL();
+  const Information half = root.triangularView<Eigen::Lower>().solve(Information(inverse * own * inverse));
+  const Information whitened = root.triangularView<Eigen::Lower>().solve(Information(half.transpose()));
+  const Eigen::SelfAdjointEigenSolver<Information> eigen(whitened);
+  const double least = 1.0 + kScatters / std::sqrt(independent);
+  Eigen::Matrix<double, kColumns, 1> values = eigen.eigenvalues();
+  for (int i = 0; i < kColumns; ++i) values[i] = values[i] < least ? 0.0 : values[i] - 1.0;
+  const Information back = scale.asDiagonal() * root * eigen.eigenvectors();
+  return back * values.asDiagonal() * back.transpose();
+}
 
 // Of both halves together.
 Information InformationOf(JacobianStream first, JacobianStream second, double rate) {
@@ -125,12 +163,9 @@ Information InformationOf(JacobianStream first, JacobianStream second, double ra
     own += 0.5 * (gyro[0].transpose() * gyro[0] + gyro[1].transpose() * gyro[1]);
     own += 0.5 * (force[0].transpose() * force[0] + force[1].transpose() * force[1]);
   }
-  shared = (0.5 * (shared + shared.transpose())).eval();
-  // What is noise in one half scatters in the shared products as one over the root of the number of values
-  // that the low-pass leaves independent.
   const double seconds = static_cast<double>(count) / rate;
   const double independent = std::max(1.0, 2.0 * std::min(kMotionBandwidth, 0.5 * rate) * seconds);
-  return (shared - (own - shared) / std::sqrt(independent)) / rate;
+  return WithoutNoise(0.5 * (shared + shared.transpose()), own, independent) / rate;
 }
 
 Information InverseOf(const Information& information) {
@@ -161,26 +196,37 @@ Eigen::Matrix3d HeldAlignment(const Information& covariance, double prior_sigma)
   return held;
 }
 
-// Of phi, p and tau with the rest left free.
-Eigen::Matrix<double, 7, 7> CovarianceOf(Information information, const ImuConfig& imu) {
+// With gravity's magnitude and the accelerometer's rotation as free as in the calibration.
+Information WithPriors(Information information, const ImuConfig& imu) {
   const double gravity_sigma = imu.gravity ? kHeld : kGravitySigma;
   information(kGravity, kGravity) += 1.0 / (gravity_sigma * gravity_sigma);
   information.block<3, 3>(kAlignment, kAlignment) +=
       HeldAlignment(InverseOf(information), imu.alignment_sigma) / (kHeld * kHeld);
-  return InverseOf(information).topLeftCorner<7, 7>();
+  return information;
 }
 
-void AddUnseen(const Eigen::Matrix3d& covariance, double limit, const std::string& quantity,
-               std::vector<UnseenDirection>* unseen) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(covariance);
+struct Quantity {
+  const char* name;
+  int column;
+  double limit;
+  double guess_sigma;
+};
+
+// Directions that the data do not show, worst first. Along them a guess of guess_sigma is added.
+void FindUnseen(const Information& covariance, const Quantity& quantity, Information* information,
+                std::vector<UnseenDirection>* unseen) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(
+      Eigen::Matrix3d(covariance.block<3, 3>(quantity.column, quantity.column)));
   for (int i = 2; i >= 0; --i) {
     const double sigma = std::sqrt(std::max(0.0, eigen.eigenvalues()[i]));
-    if (sigma <= limit) continue;
+    if (sigma <= quantity.limit) continue;
     Eigen::Vector3d direction = eigen.eigenvectors().col(i);
     int largest = 0;
     direction.cwiseAbs().maxCoeff(&largest);
     if (direction[largest] < 0.0) direction = -direction;
-    unseen->push_back({quantity, direction, sigma});
+    unseen->push_back({quantity.name, direction, sigma});
+    information->block<3, 3>(quantity.column, quantity.column) +=
+        direction * direction.transpose() / (quantity.guess_sigma * quantity.guess_sigma);
   }
 }
 
@@ -211,13 +257,15 @@ Finding ShownFinding(const ObservabilityForecast& forecast, const std::string& q
 template <typename Config>
 void AddSensor(const ObservabilityForecast& forecast, const Config& sensor, Findings* findings) {
   for (const UnseenDirection& direction : forecast.unseen) {
-    const bool given =
-        direction.quantity == "time_offset" ? sensor.time_offset.has_value() : sensor.guess.has_value();
-    if (given) continue;
-    findings->push_back({Grade::kFail, sensor.name, "link to the IMU",
-                         UnseenText(direction) + " is not shown and the rig file gives no guess",
-                         "shown or given",
-                         "give T_imu_sensor (10 cm and 5 deg are good enough), or turn about more axes"});
+    const bool of_time = direction.quantity == "time_offset";
+    if (of_time ? sensor.time_offset.has_value() : sensor.guess.has_value()) continue;
+    findings->push_back(
+        {Grade::kFail, sensor.name, "link to the IMU",
+         UnseenText(direction) + " is not shown, and the rig file gives no " +
+             (of_time ? "time_offset" : "T_imu_sensor"),
+         "shown or given",
+         of_time ? "turn with changes of rate, or give time_offset"
+                 : "turn about more axes, or give T_imu_sensor (10 cm and 5 deg are good enough)"});
     return;
   }
 }
@@ -228,22 +276,27 @@ std::optional<ObservabilityForecast> ForecastObservability(const std::vector<Imu
                                                            const ImuConfig& imu) {
   if (samples.size() < 20 || samples.back().time - samples.front().time < kShortest) return std::nullopt;
   const double rate = ImuRate(samples);
+  // Vibration counts as noise, whatever the data sheet says.
   ImuSigma sigma = SampleSigma(samples, imu.noise);
-  sigma.gyroscope /= std::sqrt(rate);
-  sigma.accelerometer /= std::sqrt(rate);
+  const ImuSigma measured = SampleSigma(samples, std::nullopt);
+  sigma.gyroscope = sigma.gyroscope.cwiseMax(measured.gyroscope) / std::sqrt(rate);
+  sigma.accelerometer = sigma.accelerometer.cwiseMax(measured.accelerometer) / std::sqrt(rate);
   const Eigen::Vector3d bias = RoughGyroscopeBias(samples);
   const Information information =
       InformationOf(JacobianStream(Half(samples, 0), bias, sigma, 0.5 * rate),
                     JacobianStream(Half(samples, 1), bias, sigma, 0.5 * rate), 0.5 * rate);
-  const Eigen::Matrix<double, 7, 7> covariance = CovarianceOf(information, imu);
-  const Eigen::Matrix3d rotation = covariance.block<3, 3>(kPhi, kPhi);
-  const Eigen::Matrix3d lever = covariance.block<3, 3>(kLever, kLever);
+  Information known = WithPriors(information, imu);
+  const Information from_data = InverseOf(known);
+  const ExtrinsicGuess guess;
   ObservabilityForecast forecast;
-  forecast.rotation_sigma = rotation.diagonal().cwiseSqrt();
-  forecast.translation_sigma = lever.diagonal().cwiseSqrt();
+  FindUnseen(from_data, {"rotation", kPhi, kObservableAngle, guess.sigma_rotation.x()}, &known,
+             &forecast.unseen);
+  FindUnseen(from_data, {"translation", kLever, kObservableShift, guess.sigma_translation.x()}, &known,
+             &forecast.unseen);
+  const Information covariance = InverseOf(known);
+  forecast.rotation_sigma = covariance.diagonal().segment<3>(kPhi).cwiseSqrt();
+  forecast.translation_sigma = covariance.diagonal().segment<3>(kLever).cwiseSqrt();
   forecast.time_offset_sigma = std::sqrt(covariance(kOffset, kOffset));
-  AddUnseen(rotation, kObservableAngle, "rotation", &forecast.unseen);
-  AddUnseen(lever, kObservableShift, "translation", &forecast.unseen);
   if (forecast.time_offset_sigma > kObservableOffset) {
     forecast.unseen.push_back({"time_offset", Eigen::Vector3d::Zero(), forecast.time_offset_sigma});
   }

@@ -28,10 +28,11 @@ namespace mlic {
 struct UnseenDirection {
   std::string quantity;                                 // "rotation", "translation", "time_offset"
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  // unit, in the IMU frame; zero for the time offset
-  double sigma = 0.0;                                   // rad, m, s
+  double sigma = 0.0;                                   // rad, m, s; from the data alone
 };
 
 struct ObservabilityForecast {
+  // With the default sigmas of a guess (sensors/rig.h) along the directions that are not shown.
   Eigen::Vector3d rotation_sigma = Eigen::Vector3d::Zero();     // rad, along the IMU's axes
   Eigen::Vector3d translation_sigma = Eigen::Vector3d::Zero();  // m
   double time_offset_sigma = 0.0;                               // s
