@@ -174,4 +174,31 @@ RecordingSurvey SurveyRecording(const BagSet& bags, const Rig& rig, const BagSet
   return surveyor.Take();
 }
 
+std::vector<LidarRecording> ReadStretch(const BagSet& bags, const Rig& rig, const RecordingSurvey& survey,
+                                        const BagSet::Interval& interval, TimeNs epoch,
+                                        const CancellationToken& cancellation) {
+  std::vector<LidarRecording> recordings(rig.lidars.size());
+  std::vector<std::string> topics;
+  for (const LidarConfig& lidar : rig.lidars) topics.push_back(lidar.topic);
+  ReadInBatches(bags, topics, interval, cancellation, [&](const std::vector<RawMessage>& batch, double) {
+    std::vector<ReadScan> scans(batch.size());
+    ParallelFor(batch.size(), [&](std::size_t i) {
+      const auto& format = survey.lidars[batch[i].topic].format;
+      if (format) scans[i] = ReadOneScan(batch[i].content, *format);
+    });
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      if (scans[i].scan.points.empty()) continue;
+      scans[i].scan.time = SecondsSince(epoch, scans[i].start);
+      recordings[batch[i].topic].scans.push_back(std::move(scans[i].scan));
+    }
+  });
+  for (std::size_t l = 0; l < recordings.size(); ++l) {
+    std::vector<LidarScan>& scans = recordings[l].scans;
+    std::stable_sort(scans.begin(), scans.end(),
+                     [](const auto& a, const auto& b) { return a.time < b.time; });
+    if (survey.lidars[l].format) recordings[l].scan_period = survey.lidars[l].format->scan_period;
+  }
+  return recordings;
+}
+
 }  // namespace mlic

@@ -34,4 +34,10 @@ struct RecordingSurvey {
 RecordingSurvey SurveyRecording(const BagSet& bags, const Rig& rig, const BagSet::Interval& interval,
                                 const CancellationToken& cancellation);
 
+// The scans of all LiDARs of the rig in the interval, thinned out; times are seconds after `epoch`. Formats:
+// those of the survey; LiDARs without one have no scans.
+std::vector<LidarRecording> ReadStretch(const BagSet& bags, const Rig& rig, const RecordingSurvey& survey,
+                                        const BagSet::Interval& interval, TimeNs epoch,
+                                        const CancellationToken& cancellation);
+
 }  // namespace mlic

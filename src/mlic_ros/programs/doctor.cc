@@ -1,12 +1,19 @@
 #include "mlic_ros/programs/doctor.h"
 
+#include <algorithm>
 #include <cstdio>
+#include <fstream>
+#include <limits>
 #include <string>
+#include <thread>
 #include <vector>
 
+#include "mlic_core/common/parallel.h"
+#include "mlic_core/inspection/cost.h"
 #include "mlic_core/inspection/excitation_findings.h"
 #include "mlic_core/inspection/forecast.h"
 #include "mlic_core/inspection/imu_findings.h"
+#include "mlic_core/inspection/rotation_findings.h"
 #include "mlic_ros/bag/cloud_decoder.h"
 #include "mlic_ros/bag/image_reader.h"
 #include "mlic_ros/bag/imu_messages.h"
@@ -16,6 +23,19 @@ namespace mlic {
 namespace {
 
 constexpr double kTableRow = 10.0;  // s; from: structural
+constexpr double kStretch = 12.0;   // s; from: definition, some turns, and 2 s of work for four LiDARs
+
+// GB that programs may still take, the file cache's included; 0 where the system does not tell.
+double FreeMemory() {
+  std::ifstream file("/proc/meminfo");
+  std::string key;
+  double kilobytes = 0.0;
+  while (file >> key >> kilobytes) {
+    if (key == "MemAvailable:") return 1.024e-6 * kilobytes;
+    file.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
+  }
+  return 0.0;
+}
 
 // Whether the topic is in the bags with a type that the sensor can have; says what is wrong otherwise.
 bool CheckTopic(const BagSet& bags, const std::string& sensor, const std::string& topic,
@@ -77,6 +97,33 @@ void ReportMotion(const std::vector<ImuSample>& imu, Findings* findings) {
     std::printf("%s\n", line.c_str());
 }
 
+// The liveliest seconds of the drive, read again and followed by each LiDAR's odometry.
+void ReportAgreement(const BagSet& bags, const Rig& rig, const RecordingSurvey& survey,
+                     const UsableImuSamples& imu, const CancellationToken& cancellation, Findings* findings) {
+  std::vector<SensorFrame> frames;
+  for (std::size_t i = 0; i < rig.lidars.size(); ++i) {
+    frames.push_back({rig.lidars[i].name, rig.lidars[i].frame_id, survey.lidar_frames[i]});
+  }
+  for (std::size_t i = 0; i < rig.cameras.size(); ++i) {
+    frames.push_back({rig.cameras[i].name, rig.cameras[i].frame_id, survey.camera_frames[i]});
+  }
+  Findings agreement = FrameFindings(frames);
+  if (imu.samples.size() >= 4 && !rig.lidars.empty()) {
+    const TimeInterval stretch = LiveliestStretch(imu.samples, kStretch);
+    // The recorder's clock may be another: messages are found by how far they are into the drive.
+    const TimeNs begin = survey.interval.begin;
+    const std::vector<LidarRecording> recordings =
+        ReadStretch(bags, rig, survey, {TimeFrom(begin, stretch.start), TimeFrom(begin, stretch.end)},
+                    imu.epoch, cancellation);
+    std::vector<LidarRotation> rotations(rig.lidars.size());
+    ParallelFor(rotations.size(), [&](std::size_t i) {
+      rotations[i] = MeasureRotation(rig.lidars[i], recordings[i], imu.samples, cancellation);
+    });
+    Append(RotationFindings(rotations), &agreement);
+  }
+  Report("LiDARs beside the gyroscope", agreement, findings);
+}
+
 void DiagnoseDrive(const BagSet& bags, const Rig& rig, const BagSet::Interval& interval,
                    const CancellationToken& cancellation, Findings* findings) {
   const RecordingSurvey survey = SurveyRecording(bags, rig, interval, cancellation);
@@ -98,6 +145,7 @@ void DiagnoseDrive(const BagSet& bags, const Rig& rig, const BagSet::Interval& i
     Append(CameraFindings(survey.cameras[i], begin, Moves(samples)), &camera);
     Report("Camera " + rig.cameras[i].topic, camera, findings);
   }
+  ReportAgreement(bags, rig, survey, usable, cancellation, findings);
   if (const auto forecast = ForecastObservability(samples, rig.imu)) {
     Report("Forecast of what the motion shows", ForecastFindings(*forecast, rig), findings);
   }
@@ -112,6 +160,12 @@ Findings Diagnose(const BagSet& bags, const Rig& rig_file, const CancellationTok
   const Rig recorded = WithRecordedSensors(bags, rig, &topics);
   Report("Topics", topics, &findings);
   if (!has_imu) return findings;
+  std::size_t scans = 0;
+  for (const LidarConfig& lidar : recorded.lidars) scans += bags.topics().at(lidar.topic).messages;
+  Report("Cost",
+         CostFindings(ExpectedCost(scans, recorded.cameras.size()), FreeMemory(),
+                      std::max(1u, std::thread::hardware_concurrency())),
+         &findings);
   for (const BagSet::Interval& drive : bags.drives()) {
     std::printf("\nDrive of %.1f s from %.3f\n", SecondsSince(drive.begin, drive.end),
                 1e-9 * static_cast<double>(drive.begin));
