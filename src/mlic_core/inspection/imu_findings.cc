@@ -15,6 +15,7 @@ namespace {
 
 // Constants of this file, from: definition, the limits of docs/inspection.md.
 constexpr double kGravityTolerance = 0.3;  // m/s^2: bias and scale of a consumer accelerometer
+constexpr double kMovingTolerance = 1.0;   // m/s^2: where it never rests the median holds motion as well
 constexpr double kMostFaultyShare = 0.2;   // of the samples
 constexpr double kNotFiniteShare = 0.001;  // of the samples
 constexpr double kSpikeSigmas = 30.0;      // of the usual difference to the neighbours' mean
@@ -105,12 +106,13 @@ Finding GravityFinding(const std::string& name, const std::vector<ImuSample>& sa
   up.cwiseAbs().maxCoeff(&axis);
   const double tilt = std::acos(std::abs(up[axis]) / up.norm()) * 180.0 / M_PI;
   const std::string direction = std::string(up[axis] < 0.0 ? "-" : "+") + "xyz"[axis];
-  return {std::abs(magnitude - 9.81) > kGravityTolerance ? Grade::kWarn : Grade::kPass,
+  const double tolerance = rest.empty() ? kMovingTolerance : kGravityTolerance;
+  return {std::abs(magnitude - kStandardGravity) > tolerance ? Grade::kWarn : Grade::kPass,
           name,
           "gravity",
           Number(magnitude, "%.3f") + " m/s^2 " + (rest.empty() ? "in the median" : "at rest") +
               ", up is the IMU's " + direction + " within " + Number(tilt, "%.0f") + " deg",
-          "9.81 +- " + Number(kGravityTolerance),
+          "9.81 +- " + Number(tolerance),
           "check the accelerometer's scale; try imu: {intrinsics: scale_misalignment}"};
 }
 

@@ -214,8 +214,9 @@ Findings DeskewFindings(const LidarSurvey& lidar, const std::vector<ImuSample>& 
   const bool deskewed = share.norm() > 0.5 && explained > kExplained;
   return {
       {deskewed ? Grade::kFail : Grade::kPass, lidar.name, "raw scans",
-       Number(share.norm(), "%.2f") + " of the vehicle's turning is in the points' azimuths",
-       "0 for raw points, 1 for de-skewed ones: 0.5",
+       Number(100.0 * std::max(0.0, explained), "%.0f") +
+           " % of the variation of the azimuth's rate is the vehicle's turning",
+       Number(100.0 * kExplained) + " %",
        "record the driver's raw points: motion that is taken out by another estimate cannot be calibrated"}};
 }
 
