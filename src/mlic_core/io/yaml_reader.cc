@@ -25,12 +25,8 @@ std::string KindOf(const YAML::Node& node) {
 
 }  // namespace
 
-YamlReader::YamlReader(YAML::Node node, std::string file, std::string path, std::string name, int line)
-    : node_(std::move(node)),
-      file_(std::move(file)),
-      path_(std::move(path)),
-      name_(std::move(name)),
-      line_(line) {}
+YamlReader::YamlReader(const YAML::Node& node, std::string file, std::string path, std::string name, int line)
+    : node_(node), file_(std::move(file)), path_(std::move(path)), name_(std::move(name)), line_(line) {}
 
 YamlReader YamlReader::Open(const std::filesystem::path& file) {
   const std::string name = file.string();

@@ -53,7 +53,7 @@ class YamlReader {
   [[noreturn]] void Fail(const std::string& what) const;
 
  private:
-  YamlReader(YAML::Node node, std::string file, std::string path, std::string name, int line);
+  YamlReader(const YAML::Node& node, std::string file, std::string path, std::string name, int line);
   YamlReader Child(const YAML::Node& node, const std::string& name, const YAML::Mark& mark) const;
 
   YAML::Node node_;
