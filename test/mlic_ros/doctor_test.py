@@ -94,6 +94,25 @@ class Doctor(unittest.TestCase):
         self.expect(done, "FAIL", "cam_left", "dark")
         self.expect(done, "FAIL", "lidar", "/no_such_topic is not in the bag")
 
+    def test_broken_messages(self):
+        count = [0]
+
+        def change(topic, message, _):
+            count[0] += 1
+            if topic == LIDAR:
+                message.point_step = 0
+            if topic == CAMERA:
+                message.data = message.data[:100]
+            if topic == IMU and count[0] % 3 == 0:
+                message.angular_velocity.x = float("nan")
+            return message
+
+        done = self.diagnose(self.with_faults(change), RIG)
+        self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
+        self.expect(done, "FAIL", "imu", "NaN")
+        self.expect(done, "FAIL", "lidar", "point times", "malformed")
+        self.expect(done, "FAIL", "cam_left", "cannot be decoded")
+
     def test_rig_that_is_not_filled_in(self):
         done = self.diagnose(DRIVE, self.rig_with("fov_deg: 90", "fov_deg: ???"))
         self.assertEqual(done.returncode, 1)

@@ -256,6 +256,7 @@ Finding ShownFinding(const ObservabilityForecast& forecast, const std::string& q
 // Each sensor that has nothing to stand in for what the motion leaves open.
 template <typename Config>
 void AddSensor(const ObservabilityForecast& forecast, const Config& sensor, Findings* findings) {
+  if (sensor.fixed) return;
   for (const UnseenDirection& direction : forecast.unseen) {
     const bool of_time = direction.quantity == "time_offset";
     if (of_time ? sensor.time_offset.has_value() : sensor.guess.has_value()) continue;

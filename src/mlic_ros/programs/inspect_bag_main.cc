@@ -92,9 +92,9 @@ void PrintImu(const BagSet& bags, const std::string& topic) {
 }
 
 // Status 2 where something failed.
-int Doctor(const std::filesystem::path& file, const std::filesystem::path& rig_file) {
+int Doctor(const std::vector<std::filesystem::path>& files, const std::filesystem::path& rig_file) {
   const Rig rig = LoadRigFile(rig_file);
-  const BagSet bags({file});
+  const BagSet bags(files);
   PrintTopics(bags);
   const Findings findings = Diagnose(bags, rig, CancellationToken());
   const std::size_t failures = CountOf(findings, Grade::kFail), warnings = CountOf(findings, Grade::kWarn);
@@ -106,8 +106,8 @@ int Doctor(const std::filesystem::path& file, const std::filesystem::path& rig_f
   return failures > 0 ? kRefused : kTrusted;
 }
 
-int Inspect(const std::filesystem::path& file, const std::filesystem::path& rig_file) {
-  const BagSet bags({file});
+int Inspect(const std::vector<std::filesystem::path>& files, const std::filesystem::path& rig_file) {
+  const BagSet bags(files);
   PrintTopics(bags);
   for (const auto& [name, topic] : bags.topics()) {
     if (IsLidarType(topic.type)) PrintLidar(bags, name);
@@ -122,6 +122,7 @@ int Inspect(const std::filesystem::path& file, const std::filesystem::path& rig_
   std::printf("\nwrote %s: %zu LiDAR(s), %zu camera(s); check names, topics and guesses\n", rig_file.c_str(),
               rig.lidars.size(), rig.cameras.size());
   for (const std::string& note : notes) std::printf("  %s\n", note.c_str());
+  std::printf("next: inspect_bag --rig %s %s\n", rig_file.c_str(), files.front().c_str());
   return kTrusted;
 }
 
@@ -131,8 +132,9 @@ int Inspect(const std::filesystem::path& file, const std::filesystem::path& rig_
 int main(int argc, char** argv) {
   CLI::App app("What a bag holds, a rig file drafted from it, and whether it will do for a calibration",
                "inspect_bag");
-  std::string bag, draft, rig;
-  app.add_option("bag", bag, "ROS 1 bag")->required();
+  std::vector<std::filesystem::path> bags;
+  std::string draft, rig;
+  app.add_option("bag", bags, "ROS 1 bag; several are one recording")->required();
   CLI::Option* write = app.add_option("--write-rig", draft, "rig file to write");
   app.add_option(
          "--rig", rig,
@@ -142,5 +144,5 @@ int main(int argc, char** argv) {
   int status = 0;
   if (!mlic::ParseArguments(app, argc, argv, status)) return status;
   return mlic::RunProgram("inspect_bag",
-                          [&] { return rig.empty() ? mlic::Inspect(bag, draft) : mlic::Doctor(bag, rig); });
+                          [&] { return rig.empty() ? mlic::Inspect(bags, draft) : mlic::Doctor(bags, rig); });
 }
