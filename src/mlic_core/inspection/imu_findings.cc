@@ -9,6 +9,7 @@
 #include "mlic_core/ingest/drive_notes.h"
 #include "mlic_core/ingest/imu_check.h"
 #include "mlic_core/ingest/imu_faults.h"
+#include "mlic_core/ingest/stamp_check.h"
 
 namespace mlic {
 namespace {
@@ -186,6 +187,7 @@ Findings ImuFindings(const std::string& name, std::vector<StampedImu> samples, T
 }
 
 UsableImuSamples UsableImu(std::vector<StampedImu> samples) {
+  KeepSteadyPart(samples, [](const StampedImu& s) { return MessageTimes{s.stamp, s.record}; });
   try {
     CleanImu(samples, "imu");
   } catch (const InputError&) {

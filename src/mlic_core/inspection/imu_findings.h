@@ -18,7 +18,8 @@ struct UsableImuSamples {
   std::vector<ImuSample> samples;  // time: seconds since the epoch
 };
 
-// The samples that can be used, in order of time; none where the units are wrong or nothing is finite.
+// The samples that can be used, in order of time, of the longest part without a jump of the clock that the
+// loader cuts at; none where the units are wrong or nothing is finite. samples: in order of recording.
 UsableImuSamples UsableImu(std::vector<StampedImu> samples);
 
 }  // namespace mlic

@@ -110,8 +110,8 @@ void ReportAgreement(const BagSet& bags, const Rig& rig, const RecordingSurvey& 
   Findings agreement = FrameFindings(frames);
   if (imu.samples.size() >= 4 && !rig.lidars.empty()) {
     const TimeInterval stretch = LiveliestStretch(imu.samples, kStretch);
-    // The recorder's clock may be another: messages are found by how far they are into the drive.
-    const TimeNs begin = survey.interval.begin;
+    // The recorder's clock may be another: messages are found by how far they are after the IMU's first.
+    const TimeNs begin = survey.imu.front().record;
     const std::vector<LidarRecording> recordings =
         ReadStretch(bags, rig, survey, {TimeFrom(begin, stretch.start), TimeFrom(begin, stretch.end)},
                     imu.epoch, cancellation);
