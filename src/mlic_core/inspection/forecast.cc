@@ -242,11 +242,13 @@ std::string UnseenText(const UnseenDirection& direction) {
 Finding ShownFinding(const ObservabilityForecast& forecast, const std::string& quantity,
                      const std::string& measured, const std::string& limit) {
   Finding finding{Grade::kPass, "forecast", quantity, measured, limit, ""};
+  std::vector<std::string> unseen;
   for (const UnseenDirection& direction : forecast.unseen) {
-    if (direction.quantity != quantity) continue;
-    finding.grade = Grade::kWarn;
-    finding.measured += "; not shown: " + UnseenText(direction);
+    if (direction.quantity == quantity) unseen.push_back(UnseenText(direction));
   }
+  if (!unseen.empty()) finding.grade = Grade::kWarn;
+  if (unseen.size() == 3) unseen = {quantity + ", in any direction"};
+  for (const std::string& text : unseen) finding.measured += "; not shown: " + text;
   finding.remedy = quantity == "translation"
                        ? "turn about more axes; measure that direction and give T_imu_sensor"
                        : "turn more, about more axes, with changes of rate";
