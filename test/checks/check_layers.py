@@ -22,7 +22,7 @@ LEVEL = {
     'sensors': 2, 'trajectory': 2, 'solver': 2,
     'result': 3, 'factors': 3, 'imu': 3, 'lidar': 3, 'camera': 3,
     'ingest': 4, 'crossmodal': 4, 'problem': 4,
-    'association': 5,
+    'association': 5, 'inspection': 5,
     'uncertainty': 6,
     'initialization': 7,
     'summary': 8,

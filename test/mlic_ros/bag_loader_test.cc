@@ -1,6 +1,7 @@
 #include "mlic_ros/bag/bag_loader.h"
 
 #include <gtest/gtest.h>
+#include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
 #include <unistd.h>
 
@@ -230,6 +231,38 @@ TEST_F(BagLoader, ADraftHoldsWhatCanBeCalibratedUnderFramesOfItsOwn) {
   EXPECT_EQ(rig.lidars[0].frame_id, "lidar_frame");
   EXPECT_EQ(rig.lidars[1].topic, "/points");
   EXPECT_EQ(rig.lidars[1].frame_id, rig.lidars[1].name);
+}
+
+TEST_F(BagLoader, ADraftLeavesOpenWhatTheBagDoesNotTell) {
+  recipe_.write_more = [](rosbag::Bag& bag) {
+    for (int i = 0; i < 30; ++i) {
+      const ros::Time time = RosTimeAt(kBagStart + TimeNs{i} * 100'000'000);
+      for (const std::string name : {"/known", "/zeros", "/silent"}) {
+        sensor_msgs::Image image;
+        image.header.stamp = time;
+        image.header.frame_id = name.substr(1);
+        image.width = image.height = image.step = 4;
+        image.encoding = "mono8";
+        image.data.resize(16);
+        sensor_msgs::CameraInfo info;
+        info.header = image.header;
+        info.width = 640;
+        if (name == "/known") info.K = {320.0, 0.0, 320.0, 0.0, 320.0, 240.0, 0.0, 0.0, 1.0};
+        bag.write(name + "/image_raw", time, image);
+        if (name != "/silent") bag.write(name + "/camera_info", time, info);
+      }
+    }
+  };
+  WriteTestBag(recipe_);
+  std::vector<std::string> notes;
+  const Rig rig = DraftRig(BagSet({recipe_.path}), notes);
+  ASSERT_EQ(rig.cameras.size(), 3u);
+  for (const CameraConfig& camera : rig.cameras) {
+    const bool known = camera.name == "known";
+    EXPECT_EQ(camera.intrinsics.has_value(), known) << camera.name;
+    EXPECT_EQ(camera.fov_deg.has_value(), known) << camera.name;
+    EXPECT_EQ(Reported(notes, "fill in fov_deg of " + camera.name), !known) << camera.name;
+  }
 }
 
 TEST_F(BagLoader, TopicsGoWithOrWithoutTheirSlash) {

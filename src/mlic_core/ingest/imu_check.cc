@@ -1,13 +1,11 @@
 #include "mlic_core/ingest/imu_check.h"
 
 #include <algorithm>
-#include <functional>
-#include <iterator>
-#include <map>
 #include <sstream>
 
 #include "mlic_core/common/error.h"
 #include "mlic_core/common/order_statistics.h"
+#include "mlic_core/ingest/imu_faults.h"
 
 namespace mlic {
 namespace {
@@ -15,14 +13,7 @@ namespace {
 // from: guard, g in m/s^2 is 9.8, in g is 1.
 constexpr double kLeastForce = 6.0, kMostForce = 20.0;  // m/s^2, median of a drive
 constexpr double kFastestMedianTurn = 6.0;              // rad/s; from: guard, deg/s are 57 times rad/s
-// from: standard.
-constexpr double kFastestTurn = 35.0;         // rad/s, 2000 deg/s: the range of common gyroscopes
-constexpr double kFrozen = 0.1;               // s
-constexpr std::size_t kFewestFrozen = 5;      // samples in a row; from: guard
-constexpr std::size_t kFewestSaturated = 20;  // from: guard
-constexpr std::size_t kFewestLevels = 50;     // of different values: fewer are no sensor's; from: guard
-// from: guard.
-constexpr double kLeastSpread = 0.01;  // rad/s, m/s^2: below it, rounding alone makes the levels
+constexpr double kFastestTurn = 35.0;  // rad/s, 2000 deg/s; from: standard, the range of common gyroscopes
 
 template <typename Norm>
 std::vector<double> Norms(const std::vector<StampedImu>& samples, const Norm& norm) {
@@ -59,49 +50,11 @@ void CheckTurnRate(const std::vector<StampedImu>& samples, const std::string& to
   throw InputError(text.str());
 }
 
-// Marks readings that repeat the one before exactly for kFrozen or longer.
-std::vector<bool> FindFrozen(const std::vector<StampedImu>& samples) {
-  std::vector<bool> frozen(samples.size(), false);
-  for (std::size_t begin = 0, end = 1; begin < samples.size(); begin = end++) {
-    while (end < samples.size() && samples[end].angular_velocity == samples[begin].angular_velocity &&
-           samples[end].specific_force == samples[begin].specific_force) {
-      ++end;
-    }
-    if (end - begin < kFewestFrozen || SecondsSince(samples[begin].stamp, samples[end - 1].stamp) < kFrozen) {
-      continue;
-    }
-    std::fill(frozen.begin() + begin + 1, frozen.begin() + end, true);
-  }
-  return frozen;
-}
-
-// Marks readings of one axis at the end of its range: the largest or smallest value comes often, and much
-// more often than the next one. In the noise of quantised readings it is the rarest.
-void FindSaturated(const std::vector<StampedImu>& samples, const std::function<double(std::size_t)>& value,
-                   std::vector<bool>* saturated) {
-  std::map<double, std::size_t> counts;
-  for (std::size_t i = 0; i < samples.size(); ++i) ++counts[value(i)];
-  const double spread = counts.rbegin()->first - counts.begin()->first;
-  if (counts.size() < kFewestLevels || spread < kLeastSpread) return;
-  const auto is_limit = [](std::size_t at, std::size_t next) {
-    return at >= kFewestSaturated && at > 5 * next;
-  };
-  const bool low = is_limit(counts.begin()->second, std::next(counts.begin())->second);
-  const bool high = is_limit(counts.rbegin()->second, std::next(counts.rbegin())->second);
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    if ((low && value(i) == counts.begin()->first) || (high && value(i) == counts.rbegin()->first)) {
-      (*saturated)[i] = true;
-    }
-  }
-}
-
 void DropUnmeasured(std::vector<StampedImu>& samples, ImuCounts* counts) {
   std::vector<bool> frozen = FindFrozen(samples), saturated(samples.size(), false);
-  for (int axis = 0; axis < 3; ++axis) {
-    FindSaturated(
-        samples, [&](std::size_t i) { return samples[i].angular_velocity[axis]; }, &saturated);
-    FindSaturated(
-        samples, [&](std::size_t i) { return samples[i].specific_force[axis]; }, &saturated);
+  for (int axis = 0; axis < kImuAxes; ++axis) {
+    const std::vector<bool> at_limit = FindSaturated(samples, axis);
+    for (std::size_t i = 0; i < samples.size(); ++i) saturated[i] = saturated[i] || at_limit[i];
   }
   const auto count = static_cast<std::size_t>(std::count(frozen.begin(), frozen.end(), true));
   if (2 * count > samples.size()) std::fill(frozen.begin(), frozen.end(), false);

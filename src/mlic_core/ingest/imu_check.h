@@ -1,20 +1,11 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <string>
 #include <vector>
 
-#include "mlic_core/common/time.h"
+#include "mlic_core/ingest/stamped_imu.h"
 
 namespace mlic {
-
-// One IMU message at its absolute time.
-struct StampedImu {
-  TimeNs stamp = 0;
-  TimeNs record = 0;
-  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();
-  Eigen::Vector3d specific_force = Eigen::Vector3d::Zero();
-};
 
 struct ImuCounts {
   std::size_t not_finite = 0;

@@ -25,12 +25,8 @@ std::string KindOf(const YAML::Node& node) {
 
 }  // namespace
 
-YamlReader::YamlReader(YAML::Node node, std::string file, std::string path, std::string name, int line)
-    : node_(std::move(node)),
-      file_(std::move(file)),
-      path_(std::move(path)),
-      name_(std::move(name)),
-      line_(line) {}
+YamlReader::YamlReader(const YAML::Node& node, std::string file, std::string path, std::string name, int line)
+    : node_(node), file_(std::move(file)), path_(std::move(path)), name_(std::move(name)), line_(line) {}
 
 YamlReader YamlReader::Open(const std::filesystem::path& file) {
   const std::string name = file.string();
@@ -106,6 +102,17 @@ std::vector<YamlReader> YamlReader::Elements() const {
     elements.push_back(Child(node_[i], std::to_string(i), node_[i].Mark()));
   }
   return elements;
+}
+
+std::vector<YamlReader> YamlReader::Find(const std::string& text) const {
+  if (node_.IsScalar() && node_.Scalar() == text) return {*this};
+  std::vector<YamlReader> children, found;
+  if (node_.IsMap()) children = Entries();
+  if (node_.IsSequence()) children = Elements();
+  for (const YamlReader& child : children) {
+    for (const YamlReader& place : child.Find(text)) found.push_back(place);
+  }
+  return found;
 }
 
 std::string YamlReader::Text() const {

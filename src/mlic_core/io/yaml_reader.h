@@ -30,6 +30,10 @@ class YamlReader {
   // The entries of a mapping, or the elements of a list, in the file's order.
   std::vector<YamlReader> Entries() const;
   std::vector<YamlReader> Elements() const;
+  // This node and those within it that are the scalar `text`, in the file's order.
+  std::vector<YamlReader> Find(const std::string& text) const;
+  // The keys from the root to here, with dots between.
+  const std::string& Path() const { return path_; }
   // The last part of the path: the key or index of this node.
   const std::string& Name() const { return name_; }
   // Where this node stands, "FILE:LINE", for messages about two places.
@@ -49,7 +53,7 @@ class YamlReader {
   [[noreturn]] void Fail(const std::string& what) const;
 
  private:
-  YamlReader(YAML::Node node, std::string file, std::string path, std::string name, int line);
+  YamlReader(const YAML::Node& node, std::string file, std::string path, std::string name, int line);
   YamlReader Child(const YAML::Node& node, const std::string& name, const YAML::Mark& mark) const;
 
   YAML::Node node_;

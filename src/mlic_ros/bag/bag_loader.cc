@@ -1,8 +1,5 @@
 #include "mlic_ros/bag/bag_loader.h"
 
-#include <ros/serialization.h>
-#include <sensor_msgs/Imu.h>
-
 #include <algorithm>
 #include <cstdio>
 #include <utility>
@@ -14,13 +11,12 @@
 #include "mlic_ros/bag/cloud_decoder.h"
 #include "mlic_ros/bag/image_messages.h"
 #include "mlic_ros/bag/image_reader.h"
+#include "mlic_ros/bag/imu_messages.h"
 #include "mlic_ros/bag/lidar_messages.h"
 #include "mlic_ros/bag/message_reader.h"
 
 namespace mlic {
 namespace {
-
-constexpr const char* kImuType = "sensor_msgs/Imu";
 
 // A kind of sensor and the messages that it may have.
 struct Kind {
@@ -28,25 +24,10 @@ struct Kind {
   const char* types;
 };
 
-bool IsImuType(const std::string& type) { return type == kImuType; }
-
-constexpr Kind kImu{IsImuType, kImuType};
+constexpr Kind kImu{IsImuType, "sensor_msgs/Imu"};
 constexpr Kind kLidar{IsLidarType,
                       "sensor_msgs/PointCloud2, livox_ros_driver/CustomMsg or livox_ros_driver2/CustomMsg"};
 constexpr Kind kCamera{IsImageType, "sensor_msgs/Image or sensor_msgs/CompressedImage"};
-
-// ROS resolves names to absolute ones, people and some recorders leave the slash out: both are one topic.
-std::string NameInBag(const BagSet& bags, const std::string& topic) {
-  const std::string other = !topic.empty() && topic.front() == '/' ? topic.substr(1) : "/" + topic;
-  return bags.topics().count(topic) == 0 && bags.topics().count(other) > 0 ? other : topic;
-}
-
-Rig WithTopicsOfBag(Rig rig, const BagSet& bags) {
-  rig.imu.topic = NameInBag(bags, rig.imu.topic);
-  for (LidarConfig& lidar : rig.lidars) lidar.topic = NameInBag(bags, lidar.topic);
-  for (CameraConfig& camera : rig.cameras) camera.topic = NameInBag(bags, camera.topic);
-  return rig;
-}
 
 void CheckTopic(const BagSet& bags, const std::string& sensor, const std::string& topic, const Kind& kind) {
   const auto found = bags.topics().find(topic);
@@ -76,22 +57,6 @@ BagSet::Interval ChosenInterval(const BagSet& bags, const LoadOptions& options) 
   return interval;
 }
 
-StampedImu DecodeImu(const RawMessage& raw, const std::string& topic, std::string& frame_id) {
-  sensor_msgs::Imu message;
-  try {
-    ros::serialization::IStream stream(const_cast<std::uint8_t*>(raw.content.bytes.data()),
-                                       static_cast<std::uint32_t>(raw.content.bytes.size()));
-    ros::serialization::deserialize(stream, message);
-  } catch (const std::exception&) {
-    throw InputError("topic " + topic + ": an IMU message is cut off; record it again");
-  }
-  frame_id = message.header.frame_id;
-  return {static_cast<TimeNs>(message.header.stamp.toNSec()),
-          raw.content.record_time,
-          {message.angular_velocity.x, message.angular_velocity.y, message.angular_velocity.z},
-          {message.linear_acceleration.x, message.linear_acceleration.y, message.linear_acceleration.z}};
-}
-
 // Collects the decoded messages of all drives, in order of recording. Topics: IMU, LiDARs, cameras.
 class Collector {
  public:
@@ -112,7 +77,7 @@ class Collector {
     std::vector<std::string> frames(batch.size());
     ParallelFor(batch.size(), [&](std::size_t i) {
       if (batch[i].topic == 0) {
-        samples[i] = DecodeImu(batch[i], imu_topic_, frames[i]);
+        samples[i] = DecodeImu(batch[i].content, imu_topic_, frames[i]);
       } else if (batch[i].topic <= formats_.size()) {
         scans[i] = ReadOneScan(batch[i].content, formats_[batch[i].topic - 1]);
         scans[i].scan.points.shrink_to_fit();

@@ -101,6 +101,11 @@ std::string BagSet::ListTopics() const {
   return text;
 }
 
+std::string BagSet::NameInBag(const std::string& topic) const {
+  const std::string other = !topic.empty() && topic.front() == '/' ? topic.substr(1) : "/" + topic;
+  return topics_.count(topic) == 0 && topics_.count(other) > 0 ? other : topic;
+}
+
 std::unique_ptr<rosbag::View> BagSet::Messages(const std::vector<std::string>& topics,
                                                const Interval& interval) const {
   auto view = std::make_unique<rosbag::View>();
@@ -108,6 +113,13 @@ std::unique_ptr<rosbag::View> BagSet::Messages(const std::vector<std::string>& t
     view->addQuery(*bag, rosbag::TopicQuery(topics), RosTime(interval.begin), RosTime(interval.end));
   }
   return view;
+}
+
+Rig WithTopicsOfBag(Rig rig, const BagSet& bags) {
+  rig.imu.topic = bags.NameInBag(rig.imu.topic);
+  for (LidarConfig& lidar : rig.lidars) lidar.topic = bags.NameInBag(lidar.topic);
+  for (CameraConfig& camera : rig.cameras) camera.topic = bags.NameInBag(camera.topic);
+  return rig;
 }
 
 }  // namespace mlic

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "mlic_core/common/time.h"
+#include "mlic_core/sensors/rig.h"
 
 namespace mlic {
 
@@ -34,6 +35,8 @@ class BagSet {
   const std::map<std::string, Topic>& topics() const { return topics_; }
   // Name and type of every topic, for messages.
   std::string ListTopics() const;
+  // ROS resolves names to absolute ones, people and some recorders leave the slash out: both are one topic.
+  std::string NameInBag(const std::string& topic) const;
   const std::string& names() const { return names_; }
 
   // From the first message of any bag to the last one.
@@ -56,5 +59,8 @@ class BagSet {
   Interval interval_;
   std::vector<Interval> drives_;
 };
+
+// The rig with its topics named as the bags name them.
+Rig WithTopicsOfBag(Rig rig, const BagSet& bags);
 
 }  // namespace mlic

@@ -150,9 +150,10 @@ CameraConfig DraftCamera(const BagSet& bags, const std::string& topic, std::set<
   if (info != bags.topics().end() && info->second.type == "sensor_msgs/CameraInfo") {
     const auto message = FirstMessage<sensor_msgs::CameraInfo>(bags, info->first);
     if (message != nullptr) ApplyCameraInfo(*message, camera);
-  } else {
-    camera.fov_deg = 90.0;
-    notes.push_back("topic " + topic + ": no CameraInfo; correct its fov_deg and model");
+  }
+  if (!camera.intrinsics) {
+    notes.push_back("topic " + topic + ": no CameraInfo with a focal length; fill in fov_deg of " +
+                    camera.name + " and correct its model");
   }
   return camera;
 }

@@ -1,7 +1,5 @@
-// inspect_bag FILE.bag [--write-rig RIG.yaml]: what a bag holds, and a rig file drafted from it.
-#include <ros/serialization.h>
-#include <sensor_msgs/Imu.h>
-
+// inspect_bag FILE.bag [--write-rig RIG.yaml] [--rig RIG.yaml]: what a bag holds, a rig file drafted from it,
+// and whether it will do for a calibration.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
@@ -16,8 +14,11 @@
 #include "mlic_ros/bag/cloud_decoder.h"
 #include "mlic_ros/bag/image_messages.h"
 #include "mlic_ros/bag/image_reader.h"
+#include "mlic_ros/bag/imu_messages.h"
 #include "mlic_ros/bag/lidar_messages.h"
+#include "mlic_ros/bag/message_reader.h"
 #include "mlic_ros/bag/rig_draft.h"
+#include "mlic_ros/programs/doctor.h"
 #include "mlic_ros/programs/program.h"
 
 namespace mlic {
@@ -68,17 +69,11 @@ void PrintImu(const BagSet& bags, const std::string& topic) {
   std::vector<MessageTimes> times;
   std::string frame;
   std::printf("\nIMU %s\n", topic.c_str());
-  const auto view = bags.Messages({topic}, bags.interval());
-  for (const rosbag::MessageInstance& instance : *view) {
-    const auto message = instance.instantiate<sensor_msgs::Imu>();
-    if (message == nullptr) continue;
-    frame = message->header.frame_id;
-    const auto &w = message->angular_velocity, &a = message->linear_acceleration;
-    const TimeNs stamp = static_cast<TimeNs>(message->header.stamp.toNSec());
-    const TimeNs record = static_cast<TimeNs>(instance.getTime().toNSec());
-    samples.push_back({stamp, record, {w.x, w.y, w.z}, {a.x, a.y, a.z}});
-    times.push_back({stamp, record});
-  }
+  ReadEach(bags, topic, bags.interval(), [&](const SerializedMessage& message) {
+    samples.push_back(DecodeImu(message, topic, frame));
+    times.push_back({samples.back().stamp, samples.back().record});
+    return true;
+  });
   try {
     const StampReport report = CheckStamps(times);
     const ImuCounts counts = CleanImu(samples, topic);
@@ -96,8 +91,23 @@ void PrintImu(const BagSet& bags, const std::string& topic) {
   }
 }
 
-int Inspect(const std::filesystem::path& file, const std::filesystem::path& rig_file) {
-  const BagSet bags({file});
+// Status 2 where something failed.
+int Doctor(const std::vector<std::filesystem::path>& files, const std::filesystem::path& rig_file) {
+  const Rig rig = LoadRigFile(rig_file);
+  const BagSet bags(files);
+  PrintTopics(bags);
+  const Findings findings = Diagnose(bags, rig, CancellationToken());
+  const std::size_t failures = CountOf(findings, Grade::kFail), warnings = CountOf(findings, Grade::kWarn);
+  std::printf("\n%s: %zu passed, %zu warnings, %zu failures\n",
+              failures > 0   ? "FAIL"
+              : warnings > 0 ? "WARN"
+                             : "PASS",
+              findings.size() - warnings - failures, warnings, failures);
+  return failures > 0 ? kRefused : kTrusted;
+}
+
+int Inspect(const std::vector<std::filesystem::path>& files, const std::filesystem::path& rig_file) {
+  const BagSet bags(files);
   PrintTopics(bags);
   for (const auto& [name, topic] : bags.topics()) {
     if (IsLidarType(topic.type)) PrintLidar(bags, name);
@@ -112,6 +122,7 @@ int Inspect(const std::filesystem::path& file, const std::filesystem::path& rig_
   std::printf("\nwrote %s: %zu LiDAR(s), %zu camera(s); check names, topics and guesses\n", rig_file.c_str(),
               rig.lidars.size(), rig.cameras.size());
   for (const std::string& note : notes) std::printf("  %s\n", note.c_str());
+  std::printf("next: inspect_bag --rig %s %s\n", rig_file.c_str(), files.front().c_str());
   return kTrusted;
 }
 
@@ -119,11 +130,19 @@ int Inspect(const std::filesystem::path& file, const std::filesystem::path& rig_
 }  // namespace mlic
 
 int main(int argc, char** argv) {
-  CLI::App app("What a bag holds, and a rig file drafted from it", "inspect_bag");
-  std::string bag, rig;
-  app.add_option("bag", bag, "ROS 1 bag")->required();
-  app.add_option("--write-rig", rig, "rig file to write");
+  CLI::App app("What a bag holds, a rig file drafted from it, and whether it will do for a calibration",
+               "inspect_bag");
+  std::vector<std::filesystem::path> bags;
+  std::string draft, rig;
+  app.add_option("bag", bags, "ROS 1 bag; several are one recording")->required();
+  CLI::Option* write = app.add_option("--write-rig", draft, "rig file to write");
+  app.add_option(
+         "--rig", rig,
+         "rig file whose sensors are examined: PASS, WARN or FAIL for each check, and what to do; status 2 "
+         "where one fails")
+      ->excludes(write);
   int status = 0;
   if (!mlic::ParseArguments(app, argc, argv, status)) return status;
-  return mlic::RunProgram("inspect_bag", [&] { return mlic::Inspect(bag, rig); });
+  return mlic::RunProgram("inspect_bag",
+                          [&] { return rig.empty() ? mlic::Inspect(bags, draft) : mlic::Doctor(bags, rig); });
 }

@@ -56,6 +56,23 @@ class RigFileTest : public ::testing::Test {
   TemporaryDirectory directory_;
 };
 
+TEST_F(RigFileTest, NamesAllThatIsNotFilledIn) {
+  Rig rig;
+  rig.imu.topic = "/imu";
+  for (const std::string name : {"one", "two"}) {
+    rig.cameras.emplace_back().name = name;
+    rig.cameras.back().topic = "/" + name;
+  }
+  const std::filesystem::path path = directory_.Path() / "draft.yaml";
+  WriteRigFile(path, rig);
+  const std::string message = InputErrorOf([&] { LoadRigFile(path); });
+  for (const char* part : {"draft.yaml:", "???", "cameras.one.fov_deg, cameras.two.fov_deg"})
+    EXPECT_NE(message.find(part), std::string::npos) << part << " in: " << message;
+  EXPECT_NE(
+      ErrorOf("imu: {topic: /imu}\ncameras:\n  one: {topic: /one}\n").find("neither intrinsics nor fov_deg"),
+      std::string::npos);
+}
+
 TEST_F(RigFileTest, ReadsEveryKey) {
   const Rig rig = Load(kFull);
   EXPECT_EQ(rig.imu.topic, "/imu/data");

@@ -12,6 +12,18 @@ namespace {
 
 constexpr double kDegreesPerRadian = 180.0 / M_PI;
 
+// What stands in a drafted rig file for a value that the bag does not tell.
+constexpr const char* kToFillIn = "???";
+
+// All that is left to fill in of a drafted rig, in one error.
+void CheckFilledIn(const YamlReader& root) {
+  const std::vector<YamlReader> open = root.Find(kToFillIn);
+  if (open.empty()) return;
+  std::string places;
+  for (const YamlReader& place : open) places += (places.empty() ? "" : ", ") + place.Path();
+  root.Fail("not filled in: replace ??? in " + places + ", or take these sensors out");
+}
+
 // Finds values that may be used once only, in all enabled sensors and the IMU.
 class UniqueValues {
  public:
@@ -73,6 +85,10 @@ std::string CameraText(const CameraConfig& camera) {
   std::string text = SensorText(camera);
   text += "    model: " + CameraModelNames()[static_cast<std::size_t>(camera.model)] + "\n";
   if (camera.fov_deg) text += "    fov_deg: " + ShortNumber(*camera.fov_deg, 12) + "\n";
+  if (!camera.fov_deg && !camera.intrinsics) {
+    text += std::string("    fov_deg: ") + kToFillIn +
+            "  # horizontal field of view, degrees; is the model above the lens's?\n";
+  }
   if (camera.intrinsics) text += "    intrinsics: " + ShortList(*camera.intrinsics) + "\n";
   text += "    shutter: " + ShutterNames()[static_cast<std::size_t>(camera.shutter)] + "\n";
   if (!camera.mask.empty()) text += "    mask: " + Scalar(camera.mask) + "\n";
@@ -84,6 +100,7 @@ std::string CameraText(const CameraConfig& camera) {
 Rig LoadRigFile(const std::filesystem::path& path) {
   const YamlReader root = YamlReader::Open(path);
   root.CheckKeys({"imu", "lidars", "cameras"});
+  CheckFilledIn(root);
   Rig rig;
   const YamlReader imu = root.Get("imu", "give imu: {topic: ...}");
   rig.imu = ParseImu(imu);
@@ -108,6 +125,10 @@ Rig LoadRigFile(const std::filesystem::path& path) {
     for (const YamlReader& camera : root.Get("cameras").Entries()) {
       const CameraConfig config = ParseCamera(camera, &enabled);
       add(config, camera, enabled, &rig.cameras);
+      if (enabled && !config.fov_deg && !config.intrinsics) {
+        camera.Fail(
+            "neither intrinsics nor fov_deg; give the horizontal field of view in degrees as fov_deg");
+      }
     }
   }
   if (rig.lidars.empty() && rig.cameras.empty()) {

@@ -1,0 +1,325 @@
+#include "mlic_core/inspection/forecast.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "mlic_core/geometry/so3.h"
+#include "mlic_core/imu/excitation.h"
+#include "mlic_core/ingest/drive_notes.h"
+#include "mlic_core/inspection/excitation_findings.h"
+#include "mlic_core/inspection/low_pass.h"
+
+namespace mlic {
+namespace {
+
+// Noise of a sensor's poses in the map, white: 3e-5 rad and 0.3 mm at 10 Hz. from: measured, on the simulated
+// drives of the paper's rig
+constexpr double kPoseRotation = 9.5e-6;                 // rad/sqrt(Hz); from: measured, as above
+constexpr double kPosePosition = 9.5e-5;                 // m/sqrt(Hz); from: measured, as above
+constexpr double kObservableAngle = 0.5 * M_PI / 180.0;  // rad; from: definition, docs/conventions.md
+constexpr double kObservableShift = 0.05;                // m; from: definition, docs/conventions.md
+constexpr double kObservableOffset = 5e-3;               // s; from: definition, docs/conventions.md
+constexpr double kShortest = 2.0;                        // s; from: guard
+constexpr double kUnknown =
+    10.0;  // rad, m, s: sigma of what nothing shows; from: guard, far above the limits
+
+constexpr double kGravitySigma = 0.03;  // m/s^2 about kStandardGravity; from: definition, sensors/rig.h
+constexpr double kHeld =
+    1e-6;  // rad, m/s^2: sigma of what is not estimated; from: guard, far below all others
+
+constexpr double kDegrees = 180.0 / M_PI;
+
+// Columns: phi, p, tau, b_w, b_a, gamma (about gravity it does nothing), g, alpha.
+constexpr int kPhi = 0, kLever = 3, kOffset = 6, kGyroBias = 7, kForceBias = 10, kTilt = 13, kGravity = 16,
+              kAlignment = 17;  // from: structural
+constexpr int kColumns = 20;    // from: structural
+
+using Rows = Eigen::Matrix<double, 3, kColumns>;
+using Information = Eigen::Matrix<double, kColumns, kColumns>;
+
+// The motion itself: knots of the trajectory are 50 to 150 ms apart and follow no more.
+constexpr double kMotionBandwidth = 5.0;  // Hz; from: derivation, half a knot's rate of 100 ms
+
+// Samples of the motion without what is above its bandwidth, which would drown in the derivatives.
+std::vector<ImuSample> Smoothed(std::vector<ImuSample> samples, double rate) {
+  SecondOrderLowPass<3, 2> filter(std::min(kMotionBandwidth, 0.4 * rate), rate);
+  for (ImuSample& sample : samples) {
+    Eigen::Matrix<double, 3, 2> reading;
+    reading << sample.angular_velocity, sample.specific_force;
+    reading = filter.Next(reading);
+    sample.angular_velocity = reading.col(0);
+    sample.specific_force = reading.col(1);
+  }
+  return samples;
+}
+
+// Every second sample, so that the two halves share the motion and not the noise: the products of one half's
+// Jacobian with the other's hold no information that is only noise.
+std::vector<ImuSample> Half(const std::vector<ImuSample>& samples, std::size_t first) {
+  std::vector<ImuSample> half;
+  for (std::size_t i = first; i < samples.size(); i += 2) half.push_back(samples[i]);
+  return half;
+}
+
+// Whitened Jacobians of one half, sample by sample.
+class JacobianStream {
+ public:
+  // sigma: densities along the axes.
+  JacobianStream(std::vector<ImuSample> samples, const Eigen::Vector3d& bias, const ImuSigma& sigma,
+                 double rate)
+      : samples_(Smoothed(std::move(samples), rate)),
+        bias_(bias),
+        sigma_(sigma),
+        gyro_(Cutoff(sigma.gyroscope.mean() / kPoseRotation, rate), rate),
+        force_(Cutoff(std::sqrt(sigma.accelerometer.mean() / kPosePosition), rate), rate) {
+    // Accelerations are zero in the mean, in the map's axes.
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (std::size_t i = 1; i < samples_.size(); ++i) {
+      Turn(i);
+      sum += attitude_ * samples_[i].specific_force;
+    }
+    up_ = sum.normalized();
+    attitude_.setIdentity();
+  }
+
+  std::size_t Count() const { return samples_.size() - 1; }
+
+  // The rows of gyroscope and accelerometer at sample i, in order from 1.
+  void Next(std::size_t i, Rows* gyro, Rows* force) {
+    const ImuSample &before = samples_[i - 1], &now = samples_[i];
+    const double step = now.time - before.time;
+    const Eigen::Vector3d w = now.angular_velocity - bias_, a = now.specific_force;
+    const Eigen::Vector3d w_dot = (now.angular_velocity - before.angular_velocity) / step;
+    const Eigen::Vector3d a_dot = (now.specific_force - before.specific_force) / step;
+    Turn(i);
+    Rows rates = Rows::Zero(), forces = Rows::Zero();
+    rates.middleCols<3>(kPhi) = -Hat(w);
+    rates.col(kOffset) = w_dot;
+    rates.middleCols<3>(kGyroBias).setIdentity();
+    forces.middleCols<3>(kPhi) = -Hat(a);
+    forces.middleCols<3>(kLever) = -(Hat(w_dot) + Hat(w) * Hat(w));
+    forces.col(kOffset) = a_dot;
+    forces.middleCols<3>(kForceBias).setIdentity();
+    forces.middleCols<3>(kTilt) = kStandardGravity * attitude_.conjugate().toRotationMatrix() * Hat(up_);
+    forces.col(kGravity) = attitude_.conjugate() * up_;
+    forces.middleCols<3>(kAlignment) = -Hat(a);
+    *gyro = sigma_.gyroscope.cwiseInverse().asDiagonal() * gyro_.Next(rates);
+    *force = sigma_.accelerometer.cwiseInverse().asDiagonal() * force_.Next(forces);
+  }
+
+ private:
+  // The attitude to that of sample i, from that of the one before.
+  void Turn(std::size_t i) {
+    const double step = samples_[i].time - samples_[i - 1].time;
+    attitude_ = (attitude_ * ExpQuaternion((samples_[i].angular_velocity - bias_) * step)).normalized();
+  }
+
+  static double Cutoff(double radians_per_second, double rate) {
+    return std::min(0.4 * rate, radians_per_second / (2.0 * M_PI));
+  }
+
+  std::vector<ImuSample> samples_;
+  Eigen::Vector3d bias_, up_ = Eigen::Vector3d::UnitZ();
+  ImuSigma sigma_;
+  Eigen::Quaterniond attitude_ = Eigen::Quaterniond::Identity();
+  FirstOrderLowPass<3, kColumns> gyro_;
+  SecondOrderLowPass<3, kColumns> force_;
+};
+
+// What of a half's own information is motion and not noise. Where own is K and the noise in it, own less
+// shared, is N, the generalised eigenvectors K v = lambda N v say by how much each direction exceeds its
+// noise: of those that do not, beyond the scatter of `independent` values, nothing stays. Columns are scaled
+// to the same information.
+Information WithoutNoise(const Information& shared, const Information& own, double independent) {
+  constexpr double kScatters = 4.0;  // sigmas; from: derivation, none of 20 directions exceeds it by chance
+  constexpr double kFloor = 1e-8;    // of the information; from: guard, rounding
+  const Eigen::Matrix<double, kColumns, 1> scale = own.diagonal().cwiseMax(1e-30).cwiseSqrt();
+  const auto inverse = scale.cwiseInverse().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Information> spectrum(Information(inverse * (own - shared) * inverse));
+  const Information noise = spectrum.eigenvectors() *
+                            (spectrum.eigenvalues().cwiseMax(0.0).array() + kFloor).matrix().asDiagonal() *
+                            spectrum.eigenvectors().transpose();
+  const Information root = noise.llt().matrixL();
+  const Information half = root.triangularView<Eigen::Lower>().solve(Information(inverse * own * inverse));
+  const Information whitened = root.triangularView<Eigen::Lower>().solve(Information(half.transpose()));
+  const Eigen::SelfAdjointEigenSolver<Information> eigen(whitened);
+  const double least = 1.0 + kScatters / std::sqrt(independent);
+  Eigen::Matrix<double, kColumns, 1> values = eigen.eigenvalues();
+  for (int i = 0; i < kColumns; ++i) values[i] = values[i] < least ? 0.0 : values[i] - 1.0;
+  const Information back = scale.asDiagonal() * root * eigen.eigenvectors();
+  return back * values.asDiagonal() * back.transpose();
+}
+
+// Of both halves together.
+Information InformationOf(JacobianStream first, JacobianStream second, double rate) {
+  Information shared = Information::Zero(), own = Information::Zero();
+  const std::size_t count = std::min(first.Count(), second.Count());
+  Rows gyro[2], force[2];
+  for (std::size_t i = 1; i <= count; ++i) {
+    first.Next(i, &gyro[0], &force[0]);
+    second.Next(i, &gyro[1], &force[1]);
+    shared += gyro[0].transpose() * gyro[1] + force[0].transpose() * force[1];
+    own += 0.5 * (gyro[0].transpose() * gyro[0] + gyro[1].transpose() * gyro[1]);
+    own += 0.5 * (force[0].transpose() * force[0] + force[1].transpose() * force[1]);
+  }
+  const double seconds = static_cast<double>(count) / rate;
+  const double independent = std::max(1.0, 2.0 * std::min(kMotionBandwidth, 0.5 * rate) * seconds);
+  return WithoutNoise(0.5 * (shared + shared.transpose()), own, independent) / rate;
+}
+
+Information InverseOf(const Information& information) {
+  const Eigen::SelfAdjointEigenSolver<Information> eigen(information);
+  Information known = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() *
+                      eigen.eigenvectors().transpose();
+  known.diagonal().array() += 1.0 / (kUnknown * kUnknown);
+  return known.ldlt().solve(Information::Identity());
+}
+
+// What holds alpha where the calibration will hold it: see ReviewAlignment in uncertainty/imu_alignment.h.
+Eigen::Matrix3d HeldAlignment(const Information& covariance, double prior_sigma) {
+  constexpr double kWellBelow = 1.0 / 3.0;  // of the prior; from: definition, as there
+  constexpr double kMuchLost = 2.0;         // of the sensor's sigma; from: definition, as there
+  Eigen::Matrix3d held = Eigen::Matrix3d::Zero();
+  const Eigen::Matrix3d alignment = covariance.block<3, 3>(kAlignment, kAlignment);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(alignment);
+  for (int i = 0; i < 3; ++i) {
+    const Eigen::Vector3d axis = eigen.eigenvectors().col(i);
+    const double variance = std::max(1e-18, eigen.eigenvalues()[i]);
+    const double own = axis.dot(covariance.block<3, 3>(kPhi, kPhi) * axis);
+    const double common = axis.dot(covariance.block<3, 3>(kPhi, kAlignment) * axis);
+    const double without = std::max(own - common * common / variance, 1e-6 * own);
+    const bool is_free =
+        std::sqrt(variance) < kWellBelow * prior_sigma && std::sqrt(own / without) < kMuchLost;
+    if (!is_free) held += axis * axis.transpose();
+  }
+  return held;
+}
+
+// With gravity's magnitude and the accelerometer's rotation as free as in the calibration.
+Information WithPriors(Information information, const ImuConfig& imu) {
+  const double gravity_sigma = imu.gravity ? kHeld : kGravitySigma;
+  information(kGravity, kGravity) += 1.0 / (gravity_sigma * gravity_sigma);
+  information.block<3, 3>(kAlignment, kAlignment) +=
+      HeldAlignment(InverseOf(information), imu.alignment_sigma) / (kHeld * kHeld);
+  return information;
+}
+
+struct Quantity {
+  const char* name;
+  int column;
+  double limit;
+  double guess_sigma;
+};
+
+// Directions that the data do not show, worst first. Along them a guess of guess_sigma is added.
+void FindUnseen(const Information& covariance, const Quantity& quantity, Information* information,
+                std::vector<UnseenDirection>* unseen) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(
+      Eigen::Matrix3d(covariance.block<3, 3>(quantity.column, quantity.column)));
+  for (int i = 2; i >= 0; --i) {
+    const double sigma = std::sqrt(std::max(0.0, eigen.eigenvalues()[i]));
+    if (sigma <= quantity.limit) continue;
+    Eigen::Vector3d direction = eigen.eigenvectors().col(i);
+    int largest = 0;
+    direction.cwiseAbs().maxCoeff(&largest);
+    if (direction[largest] < 0.0) direction = -direction;
+    unseen->push_back({quantity.name, direction, sigma});
+    information->block<3, 3>(quantity.column, quantity.column) +=
+        direction * direction.transpose() / (quantity.guess_sigma * quantity.guess_sigma);
+  }
+}
+
+std::string TripleText(const Eigen::Vector3d& v, const char* format) {
+  return Number(v.x(), format) + ", " + Number(v.y(), format) + ", " + Number(v.z(), format);
+}
+
+std::string UnseenText(const UnseenDirection& direction) {
+  if (direction.quantity == "time_offset") return "time offset";
+  return direction.quantity + " along (" + TripleText(direction.direction, "%.2f") + ") of the IMU";
+}
+
+Finding ShownFinding(const ObservabilityForecast& forecast, const std::string& quantity,
+                     const std::string& measured, const std::string& limit) {
+  Finding finding{Grade::kPass, "forecast", quantity, measured, limit, ""};
+  std::vector<std::string> unseen;
+  for (const UnseenDirection& direction : forecast.unseen) {
+    if (direction.quantity == quantity) unseen.push_back(UnseenText(direction));
+  }
+  if (!unseen.empty()) finding.grade = Grade::kWarn;
+  if (unseen.size() == 3) unseen = {quantity + ", in any direction"};
+  for (const std::string& text : unseen) finding.measured += "; not shown: " + text;
+  finding.remedy = quantity == "translation"
+                       ? "turn about more axes; measure that direction and give T_imu_sensor"
+                       : "turn more, about more axes, with changes of rate";
+  return finding;
+}
+
+// Each sensor that has nothing to stand in for what the motion leaves open.
+template <typename Config>
+void AddSensor(const ObservabilityForecast& forecast, const Config& sensor, Findings* findings) {
+  if (sensor.fixed) return;
+  for (const UnseenDirection& direction : forecast.unseen) {
+    const bool of_time = direction.quantity == "time_offset";
+    if (of_time ? sensor.time_offset.has_value() : sensor.guess.has_value()) continue;
+    findings->push_back(
+        {Grade::kFail, sensor.name, "link to the IMU",
+         UnseenText(direction) + " is not shown, and the rig file gives no " +
+             (of_time ? "time_offset" : "T_imu_sensor"),
+         "shown or given",
+         of_time ? "turn with changes of rate, or give time_offset"
+                 : "turn about more axes, or give T_imu_sensor (10 cm and 5 deg are good enough)"});
+    return;
+  }
+}
+
+}  // namespace
+
+std::optional<ObservabilityForecast> ForecastObservability(const std::vector<ImuSample>& samples,
+                                                           const ImuConfig& imu) {
+  if (samples.size() < 20 || samples.back().time - samples.front().time < kShortest) return std::nullopt;
+  const double rate = ImuRate(samples);
+  // Vibration counts as noise, whatever the data sheet says.
+  ImuSigma sigma = SampleSigma(samples, imu.noise);
+  const ImuSigma measured = SampleSigma(samples, std::nullopt);
+  sigma.gyroscope = sigma.gyroscope.cwiseMax(measured.gyroscope) / std::sqrt(rate);
+  sigma.accelerometer = sigma.accelerometer.cwiseMax(measured.accelerometer) / std::sqrt(rate);
+  const Eigen::Vector3d bias = RoughGyroscopeBias(samples);
+  const Information information =
+      InformationOf(JacobianStream(Half(samples, 0), bias, sigma, 0.5 * rate),
+                    JacobianStream(Half(samples, 1), bias, sigma, 0.5 * rate), 0.5 * rate);
+  Information known = WithPriors(information, imu);
+  const Information from_data = InverseOf(known);
+  const ExtrinsicGuess guess;
+  ObservabilityForecast forecast;
+  FindUnseen(from_data, {"rotation", kPhi, kObservableAngle, guess.sigma_rotation.x()}, &known,
+             &forecast.unseen);
+  FindUnseen(from_data, {"translation", kLever, kObservableShift, guess.sigma_translation.x()}, &known,
+             &forecast.unseen);
+  const Information covariance = InverseOf(known);
+  forecast.rotation_sigma = covariance.diagonal().segment<3>(kPhi).cwiseSqrt();
+  forecast.translation_sigma = covariance.diagonal().segment<3>(kLever).cwiseSqrt();
+  forecast.time_offset_sigma = std::sqrt(covariance(kOffset, kOffset));
+  if (forecast.time_offset_sigma > kObservableOffset) {
+    forecast.unseen.push_back({"time_offset", Eigen::Vector3d::Zero(), forecast.time_offset_sigma});
+  }
+  return forecast;
+}
+
+Findings ForecastFindings(const ObservabilityForecast& forecast, const Rig& rig) {
+  Findings findings;
+  findings.push_back(ShownFinding(
+      forecast, "rotation",
+      "sigma " + TripleText(forecast.rotation_sigma * kDegrees, "%.2g") + " deg about the IMU's axes",
+      "0.5 deg"));
+  findings.push_back(ShownFinding(
+      forecast, "translation",
+      "sigma " + TripleText(forecast.translation_sigma * 1e3, "%.2g") + " mm along the IMU's axes", "50 mm"));
+  findings.push_back(ShownFinding(
+      forecast, "time_offset", "sigma " + Number(forecast.time_offset_sigma * 1e3, "%.2g") + " ms", "5 ms"));
+  for (const LidarConfig& lidar : rig.lidars) AddSensor(forecast, lidar, &findings);
+  for (const CameraConfig& camera : rig.cameras) AddSensor(forecast, camera, &findings);
+  return findings;
+}
+
+}  // namespace mlic
