@@ -18,6 +18,7 @@
 #include "mlic_core/uncertainty/held_translations.h"
 #include "mlic_core/uncertainty/imu_alignment.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
+#include "mlic_core/uncertainty/point_scatter.h"
 
 namespace mlic {
 namespace {
@@ -251,8 +252,9 @@ void MeasureScale(const Adjustment& adjustment, CovarianceScale* scale) {
   for (std::size_t l = 0; l < state.lidars.size(); ++l) {
     scale->correlation = std::max(scale->correlation, scale->stamps[l].excess);
   }
+  scale->inflation.points = ScatterOfPoints(problem, state, scale->correlation);
   if (adjustment.rounds.landmarks == Landmarks::kNone) return;
-  scale->cameras = MeasureCameraInflation(
+  scale->inflation.cameras = MeasureCameraInflation(
       problem, state, adjustment.cameras.landmark_options,
       AnalyzeCalibration(problem, state, adjustment.last_solve.information).solved_covariance);
 }
@@ -357,7 +359,7 @@ void MeasureUncertainty(const AdjustmentContext& context, Adjustment* adjustment
     const std::string found = DescribeCorrections(state.rings[l]);
     if (!found.empty()) line(context.rig.lidars[l].name + found);
   }
-  for (const std::string& text : DescribeInflation(scale.cameras, context.rig, state)) line(text);
+  for (const std::string& text : DescribeInflation(scale.inflation.cameras, context.rig, state)) line(text);
 }
 
 }  // namespace mlic

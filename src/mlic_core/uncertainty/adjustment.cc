@@ -35,7 +35,7 @@ Eigen::MatrixXd ScaledInformation(const Adjustment& adjustment, const Dataset& d
 
 ObservabilityAnalysis Analyze(const Adjustment& adjustment, const Dataset& dataset) {
   return AnalyzeCalibration(adjustment.problem, adjustment.state, ScaledInformation(adjustment, dataset),
-                            adjustment.scale.cameras, VarianceScale(adjustment, dataset));
+                            adjustment.scale.inflation, VarianceScale(adjustment, dataset));
 }
 
 double ChangeInSigmas(const Adjustment& adjustment, const Dataset& dataset, const CalibrationState& before) {

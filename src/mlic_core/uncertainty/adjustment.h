@@ -55,7 +55,7 @@ struct JointRounds {
 // By what the last solve's information is too good, measured once the calibration is settled.
 struct CovarianceScale {
   double correlation = 1.0;  // of variances, for errors that points share
-  CameraInflation cameras;
+  Inflation inflation;
   std::vector<StampErrors> stamps;  // of each LiDAR, then of each camera; empty before
   // Of each drive, empty before; the last solve's sigmas of the IMU contain it already.
   std::vector<ImuMeanExcess> imu;

@@ -88,8 +88,15 @@ Eigen::MatrixXd WithFixedSensors(const SensorInformation& given, Eigen::MatrixXd
   return data;
 }
 
+// What the inflation adds to a covariance whose variances are `scale` times those of the solve.
+Eigen::MatrixXd Growth(const Eigen::MatrixXd& covariance, const Inflation& inflation, double scale) {
+  const Eigen::MatrixXd of_cameras = VarianceOfInflation(covariance, inflation.cameras, scale);
+  if (inflation.points.rows() != covariance.rows()) return of_cameras;
+  return of_cameras + covariance * inflation.points / scale * covariance;
+}
+
 // Of all sensors and of the calibration's other parameters.
-ObservabilityAnalysis AnalyzeSensors(const SensorInformation& given, const CameraInflation& inflation,
+ObservabilityAnalysis AnalyzeSensors(const SensorInformation& given, const Inflation& inflation,
                                      double scale) {
   const Eigen::VectorXd& limits = given.limits;
   const std::size_t sensors = given.sensors.size();
@@ -104,9 +111,9 @@ ObservabilityAnalysis AnalyzeSensors(const SensorInformation& given, const Camer
   }
   const Eigen::MatrixXd all_covariance =
       WithHeld(InverseInLimits(data + given.guess, limits), given.held, guess_variances) +
-      VarianceOfInflation(analysis.solved_covariance, inflation, scale);
+      Growth(analysis.solved_covariance, inflation, scale);
   const Eigen::MatrixXd data_covariance =
-      InverseInLimits(data, limits) + VarianceOfInflation(InverseInLimits(solved, limits), inflation, scale);
+      InverseInLimits(data, limits) + Growth(InverseInLimits(solved, limits), inflation, scale);
   const int poses = Layout::Sensor(sensors);
   analysis.data_covariance = data_covariance.topLeftCorner(poses, poses);
   analysis.covariance = all_covariance.topLeftCorner(poses, poses);
@@ -187,7 +194,7 @@ FreeAlignment CovarianceWithFreeAlignment(const JointProblem& problem, const Cal
 }
 
 ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const CalibrationState& state,
-                                         const Eigen::MatrixXd& information, const CameraInflation& inflation,
+                                         const Eigen::MatrixXd& information, const Inflation& inflation,
                                          double scale) {
   const Layout layout(state, problem.estimate_imu_matrices);
   const SensorInformation given = MakeInformation(problem, state, layout, information);

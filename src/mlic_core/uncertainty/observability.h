@@ -11,6 +11,12 @@
 
 namespace mlic {
 
+// By what covariances grow beyond the inverse of the information. Empty where nothing was measured.
+struct Inflation {
+  CameraInflation cameras;
+  Eigen::MatrixXd points;  // ScatterOfPoints
+};
+
 // What the data show of each LiDAR and then each camera, and how well everything is known (docs/method.md,
 // section 10).
 struct ObservabilityAnalysis {
@@ -47,8 +53,8 @@ struct ObservabilityAnalysis {
 // observability_limits.h or the guess's own sigma. inflation: by which covariances grow, of variances that
 // are `scale` times those of the solve.
 ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const CalibrationState& state,
-                                         const Eigen::MatrixXd& information,
-                                         const CameraInflation& inflation = {}, double scale = 1.0);
+                                         const Eigen::MatrixXd& information, const Inflation& inflation = {},
+                                         double scale = 1.0);
 
 // Covariance of all parameters (Layout) from the data alone, without the guesses, where the accelerometer's
 // rotation to the gyroscope is free and has no prior.

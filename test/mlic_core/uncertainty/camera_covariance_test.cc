@@ -109,7 +109,8 @@ Outcome Calibrate(const Case& c, bool noise_of_each) {
   }
   const ObservabilityAnalysis plain = AnalyzeCalibration(problem, state, summary.information);
   CameraInflation inflation = MeasureCameraInflation(problem, state, options, plain.solved_covariance);
-  const ObservabilityAnalysis inflated = AnalyzeCalibration(problem, state, summary.information, inflation);
+  const ObservabilityAnalysis inflated =
+      AnalyzeCalibration(problem, state, summary.information, Inflation{inflation, {}});
   const std::vector<double>&found = state.cameras[0].intrinsics.parameters,
         &truth = c.state.cameras[0].intrinsics.parameters;
   Eigen::VectorXd a(found.size()), b(found.size());

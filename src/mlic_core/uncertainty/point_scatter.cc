@@ -1,0 +1,130 @@
+#include "mlic_core/uncertainty/point_scatter.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include "mlic_core/common/parallel.h"
+#include "mlic_core/factors/point_to_plane.h"
+#include "mlic_core/problem/layout.h"
+#include "mlic_core/problem/linearizer.h"
+#include "mlic_core/problem/plane_terms.h"
+#include "mlic_core/problem/time_windows.h"
+#include "mlic_core/solver/normal_equations.h"
+#include "mlic_core/uncertainty/intrinsics_observability.h"
+
+namespace mlic {
+namespace {
+
+constexpr double kGroup = 1.0;   // s; from: structural, as CorrelationFactor
+constexpr double kRidge = 1e-9;  // of a plane's information; from: guard
+
+struct Scatter {
+  Eigen::MatrixXd found;  // sum of m m^T
+  Eigen::MatrixXd white;  // sum of V
+
+  explicit Scatter(Eigen::Index parameters)
+      : found(Eigen::MatrixXd::Zero(parameters, parameters)), white(found) {}
+};
+
+// The rows of a plane's points by the calibration, control points left free: a column for each.
+Eigen::MatrixXd WithFreeKnots(const LinearizationPoint& at, const Eigen::MatrixXd& knot_response,
+                              std::size_t drive, const PlaneRows& rows) {
+  const PlaneAssociation& association = at.problem.planes[drive];
+  const SplitSpline& trajectory = at.state.drives[drive].trajectory;
+  Eigen::MatrixXd reduced = Eigen::MatrixXd::Zero(knot_response.rows(), rows.jacobian.cols());
+  for (Eigen::Index i = 0; i < rows.jacobian.cols(); ++i) {
+    const PlaneObservation& o = association.observations[rows.observations[i]];
+    const double t = o.time + at.state.lidars[o.lidar].time_offset;
+    const KnotColumns columns(at.layout, drive, SplineBasis(trajectory.rotation.knots(), t).first,
+                              SplineBasis(trajectory.position.knots(), t).first);
+    auto own = reduced.col(i);
+    own.segment<Layout::kOfSensor>(Layout::Lidar(o.lidar)) =
+        rows.jacobian.block<Layout::kOfSensor, 1>(PointToPlane::kExtrinsic, i);
+    for (int k = 0; k < 8; ++k) {
+      own.noalias() -= knot_response.middleCols<3>(columns[k]) * rows.jacobian.block<3, 1>(3 * k, i);
+    }
+  }
+  return reduced;
+}
+
+void AddPlane(const LinearizationPoint& at, const Eigen::MatrixXd& knot_response, std::size_t drive,
+              std::size_t plane, Scatter* scatter) {
+  const PlaneAssociation& association = at.problem.planes[drive];
+  const PlaneRows rows = RowsOfPlane(association, at.state, drive, plane);
+  const auto count = static_cast<Eigen::Index>(rows.observations.size());
+  if (count == 0) return;
+  const Eigen::MatrixXd by_plane = rows.jacobian.bottomRows<3>();
+  Eigen::Matrix3d information = by_plane * by_plane.transpose();
+  information.diagonal().array() += kRidge;
+  const Eigen::LDLT<Eigen::Matrix3d> solver(information);
+  Eigen::MatrixXd reduced = WithFreeKnots(at, knot_response, drive, rows);
+  const Eigen::MatrixXd coupling = reduced * by_plane.transpose();
+  reduced.noalias() -= solver.solve(coupling.transpose()).transpose() * by_plane;
+  const auto of = [&](Eigen::Index i) -> const PlaneObservation& {
+    return association.observations[rows.observations[i]];
+  };
+  Eigen::Index begin = 0;
+  for (Eigen::Index end = 1; end <= count; ++end) {
+    if (end < count && of(end).lidar == of(begin).lidar && of(end).time <= of(begin).time + kGroup) continue;
+    const auto own = reduced.middleCols(begin, end - begin);
+    const Eigen::VectorXd move = own * rows.residuals.segment(begin, end - begin);
+    scatter->found.noalias() += move * move.transpose();
+    scatter->white.noalias() += own * own.transpose();
+    const Eigen::MatrixXd followed = own * by_plane.middleCols(begin, end - begin).transpose();
+    scatter->white.noalias() -= followed * solver.solve(followed.transpose());
+    begin = end;
+  }
+}
+
+// Of `found` along the directions in which it exceeds `usual` times `white`, by the excess. limits: steps of
+// the parameters that count as large, so that their units do not matter.
+Eigen::MatrixXd Excess(const Scatter& scatter, double usual, const Eigen::VectorXd& limits) {
+  const Eigen::MatrixXd in_limits = limits.asDiagonal() * scatter.white * limits.asDiagonal();
+  const Eigen::MatrixXd found = limits.asDiagonal() * scatter.found * limits.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> white(0.5 * (in_limits + in_limits.transpose()));
+  const double least = 1e-12 * std::max(1e-300, white.eigenvalues().maxCoeff());
+  const Eigen::VectorXd root = white.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  const Eigen::VectorXd inverse =
+      root.unaryExpr([&](double v) { return v * v > least ? 1.0 / v : 0.0; });  // nothing is shown there
+  const Eigen::MatrixXd whiten = white.eigenvectors() * inverse.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> ratio(whiten.transpose() * found * whiten);
+  const Eigen::VectorXd beyond =
+      ratio.eigenvalues().unaryExpr([&](double q) { return std::max(0.0, q / usual - 1.0); });
+  const Eigen::MatrixXd back =
+      limits.cwiseInverse().asDiagonal() * white.eigenvectors() * root.asDiagonal() * ratio.eigenvectors();
+  return back * beyond.asDiagonal() * back.transpose();
+}
+
+}  // namespace
+
+Eigen::MatrixXd ScatterOfPoints(const JointProblem& given, const CalibrationState& state, double usual) {
+  std::vector<std::vector<std::size_t>> origins;
+  const JointProblem problem = WithShortCouplings(given, state, &origins);
+  const Layout layout(state, problem.estimate_imu_matrices);
+  const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(layout.calibration, layout.calibration);
+  if (problem.fix_trajectory) return none;
+  const LinearizationPoint at{problem, state, layout};
+  std::vector<LandmarkCoupling> couplings;
+  const Accumulator sum = Linearize(at, &couplings);
+  const std::optional<Eigen::MatrixXd> knot_response = KnotResponse(sum, couplings);
+  if (!knot_response) return none;
+  std::vector<Scatter> parts(kLinearizationChunks, Scatter(layout.calibration));
+  for (std::size_t d = 0; d < problem.planes.size(); ++d) {
+    ParallelChunks(problem.planes[d].planes.size(), parts.size(),
+                   [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+                     for (std::size_t p = begin; p < end; ++p) {
+                       AddPlane(at, *knot_response, d, p, &parts[chunk]);
+                     }
+                   });
+  }
+  for (std::size_t c = 1; c < parts.size(); ++c) {
+    parts[0].found += parts[c].found;
+    parts[0].white += parts[c].white;
+  }
+  return Excess(parts[0], usual, CalibrationLimits(state, layout));
+}
+
+}  // namespace mlic

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/state.h"
+
+namespace mlic {
+
+// What the errors that points share (uneven ground, a beam's pointing, what the trajectory cannot follow) add
+// to the scatter of the normal equations' gradient, beyond CorrelationFactor, which is one for all: where
+// rough ground shows the height and walls show the rest, the height is known less well. With m_g the part of
+// the gradient (control points and planes followed) that comes from a group g of points that one LiDAR puts
+// on one plane within a second, and V_g its covariance for white residuals, sum(m_g m_g^T) is compared with
+// sum(V_g) (Liang and Zeger, Biometrika 1986): along the directions where their ratio q exceeds `usual` it is
+//   sum(V_g)^(1/2) U diag(q / usual - 1) U^T sum(V_g)^(1/2),
+// calibration x calibration, of information. There are hundreds of groups for each parameter. Zero where the
+// equations have no solution or no points take part. docs/method.md, section 11.
+Eigen::MatrixXd ScatterOfPoints(const JointProblem& problem, const CalibrationState& state, double usual);
+
+}  // namespace mlic
