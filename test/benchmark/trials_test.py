@@ -45,6 +45,24 @@ def yaml_of(x=0.1, yaw_deg=0.0, offset=0.01, z='true', f=400.0, pair_x=0.5, verd
             INTRINSICS.format(f=f) + PAIR.format(x=pair_x))
 
 
+class Axes(unittest.TestCase):
+
+    def test_truth_turns_about_held_axes_only(self):
+        """About z the result has the accelerometer's axes, about x the gyroscope's."""
+        turned = families.rotation([0, 0, 1], math.radians(3))
+        true = {'imu': {'accelerometer_matrix': turned},
+                'sensors': {'front': {'T_imu_sensor': {'translation': [1.0, 0.0, 0.0], 'rotation': [0.0, 0.0, 0.0, 1.0]}}}}
+        imu = {'axes': 'gyroscope', 'alignment': {'held': [[1.0, 0.0, 0.0]]},
+               'accelerometer_matrix': [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]}
+        score.in_axes_of(imu, true)
+        pose = true['sensors']['front']['T_imu_sensor']
+        self.assertAlmostEqual(pose['translation'][1], 0.0)
+        imu['alignment']['held'] = [[0.0, 0.0, 1.0]]
+        score.in_axes_of(imu, true)
+        self.assertAlmostEqual(pose['translation'][1], math.sin(math.radians(3)))
+        self.assertAlmostEqual(score.rotation_vector(pose['rotation'], [0.0, 0.0, 0.0, 1.0])[2], 3.0)
+
+
 class Folder(unittest.TestCase):
 
     def setUp(self):
