@@ -27,6 +27,7 @@ struct CameraToMapOptions {
   NidOptions nid;
   int most_rounds = 4;  // of rendering, matching and solving; from: guard, ends when settled
   // The rounds end when the camera moves by less than this share of its sigma in every direction.
+  // from: guard, convergence; most_rounds ends what does not settle.
   double settled = 0.3;
 };
 

@@ -168,6 +168,7 @@ void AddOrientationEdges(const SurfaceImage& surface, double sigma, float weight
           0.5f * (normals.at<cv::Vec3f>(v + 1, u) / s[3] - normals.at<cv::Vec3f>(v - 1, u) / s[2]);
       for (int c = 0; c < 3; ++c) {
         const float n = Norm(x[c], y[c]);
+        // from: derivation, turned by 30 deg, blurred by one pixel, the change in two components.
         constexpr float kUsual = 0.12f;  // of a change by 30 degrees
         if (n < 0.1f * kUsual) continue;
         AddMoments(weight * n * n / (n * n + kUsual * kUsual), x[c], y[c], n, m + kChannels * u);

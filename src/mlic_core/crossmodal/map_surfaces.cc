@@ -19,8 +19,9 @@ constexpr double kRoot = 4.0;   // m
 constexpr double kPatch = 0.5;  // m: larger ones are split as long as there are points
 constexpr std::size_t kManyPoints = 64;
 constexpr std::size_t kFewestPoints = 8;  // of a plane
+// from: guard, time: cells are drawn or left out as a whole.
 constexpr std::size_t kCellPoints = 256;  // of a drawn cell, more only where it is small
-constexpr double kCellSize = 0.25;        // m
+constexpr double kCellSize = 0.25;        // m; from: guard, time
 constexpr double kFloor = 0.005;          // m: what range noise does not explain, trajectory and unevenness
 constexpr double kThicknessSigmas = 1.5;
 constexpr double kUnknownCosine = 0.3;

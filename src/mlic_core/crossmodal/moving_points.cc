@@ -10,16 +10,19 @@ namespace mlic {
 namespace {
 
 // from: derivation, a scan at 10 Hz.
-constexpr double kWindow = 0.1;             // s of beams that are looked up together
-constexpr std::size_t kMostWindows = 240;   // of all LiDARs; from: guard, time
+constexpr double kWindow = 0.1;            // s of beams that are looked up together
+constexpr std::size_t kMostWindows = 240;  // of all LiDARs; from: guard, time
+// from: structural, speed only.
 constexpr float kCell = M_PI / 120.0f;      // rad, of the table of a window's beams
 constexpr int kColumns = 240, kRows = 120;  // from: structural, cells of kCell over the sphere
-constexpr float kFarthest = 25.0f;          // m, at which patches are judged
-constexpr float kNearest = 1.0f;            // m
-constexpr float kParallax = 0.3f;           // m that the LiDAR moves from the middle of a window
-constexpr float kGrazing = 0.1f;            // cosine: whether such a beam meets a patch cannot be said
-constexpr float kLeastRadius = 0.2f;        // m
-constexpr int kFewestPasses = 3;            // windows whose beams passed
+// from: guard, beyond, the gaps between beams are as wide as patches.
+constexpr float kFarthest = 25.0f;  // m, at which patches are judged
+constexpr float kNearest = 1.0f;    // m; from: guard, time: nearer, a patch covers much of the table
+// from: guard, a margin of the look-up: half of kWindow at 6 m/s.
+constexpr float kParallax = 0.3f;     // m that the LiDAR moves from the middle of a window
+constexpr float kGrazing = 0.1f;      // cosine: whether such a beam meets a patch cannot be said; from: guard
+constexpr float kLeastRadius = 0.2f;  // m
+constexpr int kFewestPasses = 3;      // windows whose beams passed
 // from: guard, time.
 constexpr int kDecided = 8;     // windows that say something, after which a patch that stands is left alone
 constexpr double kAside = 0.5;  // s: what is nearer to the hits in time says nothing

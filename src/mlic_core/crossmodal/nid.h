@@ -15,8 +15,8 @@ namespace mlic {
 // check of a calibration: lower is better. Values are ranked first (histogram equalisation) and counted with
 // cubic B-spline weights, so that NID changes smoothly with pose.
 struct NidOptions {
-  int bins = 16;  // from: paper, Koide et al. 2023 (ICRA)
-  int fewest_samples = 500;
+  int bins = 16;             // from: paper, Koide et al. 2023 (ICRA)
+  int fewest_samples = 500;  // from: guard, views have some 1e5
 };
 
 // NID of pairs of values, in any units; 1 with fewer than fewest_samples pairs.

@@ -23,7 +23,7 @@ struct PnpOptions {
   double model_sigma = 0.3;  // px, added to each correspondence's own: what is wrong with the model meanwhile
   // from: derivation, 1 of 450 lies beyond (2 normal coordinates).
   double largest_error = 3.5;  // sigmas, of an inlier
-  int fewest_inliers = 15;
+  int fewest_inliers = 15;     // from: guard, callers ask for more
   int most_iterations = 1000;  // from: guard, time and chance of failure
   // from: guard, time and chance of failure.
   double confidence = 0.9999;  // of having drawn one sample without outliers

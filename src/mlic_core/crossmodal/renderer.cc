@@ -13,18 +13,22 @@
 namespace mlic {
 namespace {
 
-constexpr float kNearest = 0.3f;           // m: nearer points are the vehicle's own
+constexpr float kNearest = 0.3f;  // m: nearer points are the vehicle's own; from: guard
+// from: guard, from 0.71 on discs of a square grid leave no gap.
 constexpr float kSplatSpacings = 0.9f;     // radius of a splat over the spacing of its points
 constexpr float kScatterSpacings = 0.65f;  // the same where there is no plane: twigs, not discs
 // from: derivation, from 0.71 px on a disc always covers a pixel's centre.
 constexpr float kSplatPixels = 0.8f;    // least radius of a splat, px
 constexpr float kLargestSplat = 40.0f;  // px; from: guard, time
 constexpr float kDensity = 1.5f;        // points drawn for each pixel, at most; from: guard, time
-constexpr float kShells = 8.0f;         // of cells in each doubling of distance: near ones hide far ones
 // from: structural, speed only.
-constexpr float kTile = 64.0f;       // px: cells of one shell are drawn tile by tile, which stay in the cache
+constexpr float kShells = 8.0f;  // of cells in each doubling of distance: near ones hide far ones
+// from: structural, speed only.
+constexpr float kTile = 64.0f;  // px: cells of one shell are drawn tile by tile, which stay in the cache
+// from: guard, normals err by some degrees.
 constexpr float kBackFacing = 0.1f;  // cosine beyond which a surface shows its other side
-constexpr float kGrazing = 0.06f;    // cosine below which a slope is not believed
+// from: guard, division by it.
+constexpr float kGrazing = 0.06f;  // cosine below which a slope is not believed
 
 // What is worth knowing of a cell before its points are looked at.
 struct CellSummary {

@@ -21,7 +21,7 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 // As StructureMatcher's kSigmaFactor: structure comes in blurred edges, not in independent pixels. Here all
 // pixels of a scan share the faults of its rendering too.
 constexpr double kSigmaFactor = 10.0;
-constexpr double kAwayDegrees = 4.0;
+constexpr double kAwayDegrees = 4.0;  // from: definition, StructureAlignment::elsewhere
 // px: structure is blurred over more, so that every second pixel of every second row says as much as all.
 constexpr int kPixelStep = 2;  // from: guard, time
 
@@ -145,8 +145,9 @@ class Posterior {
 // exceeds, the best `most` of them, best first.
 std::vector<RigidTransform> BestOfGrid(const StructureScore& score, const Posterior& posterior,
                                        const RigidTransform& start, const Matrix6d& prior, std::size_t most) {
+  // from: derivation, 1 % of normal errors lie beyond; peaks are climbed.
   constexpr double kReach = 2.5, kStep = 4.0;  // sigmas; px
-  constexpr int kMost = 12;                    // steps to either side
+  constexpr int kMost = 12;                    // steps to either side; from: guard, time
   Eigen::Vector3i reach;
   const Vector6d units = PixelMoves(score);
   for (int k = 0; k < 3; ++k) {

@@ -47,9 +47,9 @@ class StructureScore {
 
 struct StructureAlignmentOptions {
   std::vector<int> widths{192, 384, 576, 960};  // px, of the shrunk photos, one after the other
-  int rounds = 3;                               // of rendering and climbing at each
-  std::size_t candidates = 8;                   // peaks of the grid that are climbed at the first
-  std::size_t kept = 3;                         // the best of them, climbed at the second
+  int rounds = 3;                               // of rendering and climbing at each; from: guard, time
+  std::size_t candidates = 8;  // peaks of the grid that are climbed at the first; from: guard, time
+  std::size_t kept = 3;        // the best of them, climbed at the second; from: guard, time
 };
 
 struct StructureAlignment {

@@ -18,7 +18,8 @@ constexpr double kSurroundings = 6.0;
 // Coefficients count by these factors: orientation tells more than strength.
 constexpr float kHarmonicWeights[kChannels] = {0.5f, 1.0f, 1.0f, 0.7f, 0.7f};
 
-// Sigmas of the blurs as far as which an edge is felt around it.
+// Sigmas of the blurs as far as which an edge is felt around it. from: measured, facades of the car at 8 to
+// 15 m: biased within 2 px of a step, not from 4 px on.
 constexpr double kReach = 2.0;
 
 // From edge moments of one level to features: blurred, and relative to the strength around.

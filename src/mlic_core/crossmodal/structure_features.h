@@ -7,7 +7,7 @@
 namespace mlic {
 
 struct StructureOptions {
-  int levels = 4;
+  int levels = 4;  // from: guard, speed: the widest search is 10 px at the coarsest
   // Level at which places are found to a fraction of a pixel; finer ones are not used. More than 0 for maps
   // that are much coarser than the photo, such as of one scan.
   int finest_level = 0;         // from: structural

@@ -11,9 +11,10 @@ namespace mlic {
 namespace {
 
 constexpr int kCoarsestRadius =
-    5;                           // px of its level: the search starts at the level where the window is this
-constexpr int kFinerRadius = 4;  // px: search around the place that the coarser level gave
-constexpr int kReturnRadius = 3;
+    5;  // px of its level: the search starts at the level where the window is this
+// from: guard, the coarser level is good to a pixel of its own.
+constexpr int kFinerRadius = 4;           // px: search around the place that the coarser level gave
+constexpr int kReturnRadius = 3;          // from: guard, largest_return_error decides
 constexpr double kPeakDistance = 3.0;     // px of its level: a second peak is farther off
 constexpr double kLeastSharpness = 2e-3;  // 1/px^2, of a template's worse direction
 
@@ -61,7 +62,7 @@ class Matcher {
 
 // The place with the strongest structure of a cell.
 Place Matcher::PlaceIn(int left, int top) const {
-  constexpr int kStep = 2;
+  constexpr int kStep = 2;  // from: guard, time
   const int level = options_.finest_level;
   const StructureImage& image = rendering_[static_cast<std::size_t>(level)];
   Place best;

@@ -8,6 +8,7 @@
 namespace mlic {
 namespace {
 
+// from: guard, returns within 0.12 m of an edge have no plane of their own.
 constexpr double kCell = 0.25;   // m: planes of neighbouring cells are tried
 constexpr double kSigmas = 2.0;  // off a plane; others are more likely of an edge's mixed beams
 constexpr int kCellBits = 21;    // of each axis in a key; from: structural

@@ -19,9 +19,10 @@ constexpr double kMatchSigma = 0.5;       // px, of a match in a part full of st
 constexpr float kStrongGradient = 0.03f;  // of brightness between pixels of the small drawing
 constexpr float kDepthStep = 0.1f;        // share of the depth: an edge
 constexpr double kLeastStructure = 0.1;
-constexpr int kFewestParts = 4;  // with structure, of a view worth matching
+constexpr int kFewestParts = 4;  // with structure, of a view worth matching; from: guard, of 80
 constexpr double kPlace = 1.0;   // m: matches within one cube share the map's error
-// What is known before: rotation rad, translation m, focal length, centre, distortion.
+// What is known before: rotation rad, translation m, focal length, centre, distortion. from: guard, wide:
+// keeps the determinant of the information from zero.
 constexpr double kRotationSigma = 0.02, kTranslationSigma = 0.1, kFocalSigma = 0.02, kCentreSigma = 0.02,
                  kDistortionSigma = 0.1;
 

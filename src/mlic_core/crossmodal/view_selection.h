@@ -13,7 +13,7 @@ struct ViewCandidate {
 };
 
 struct ViewSelectionOptions {
-  std::size_t count = 16;            // views wanted
+  std::size_t count = 16;            // views wanted; from: structural, the caller sets it
   std::size_t most_candidates = 60;  // looked at; taken evenly from more; from: guard, time
 };
 
