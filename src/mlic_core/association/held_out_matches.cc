@@ -10,7 +10,7 @@
 namespace mlic {
 namespace {
 
-constexpr double kPart = 160.0;  // px
+constexpr double kPart = 160.0;  // px; from: definition, docs/outputs.md
 constexpr double kShare = 0.1;   // from: definition, docs/outputs.md
 
 bool IsHeldOut(const LandmarkObservation& o) {

@@ -10,8 +10,8 @@ namespace {
 
 constexpr double kMedianOfNorm = 1.1774;  // of a standard normal 2-vector; from: derivation
 // from: derivation, 4.7 sigma.
-constexpr double kLargestNorm = 4.0;  // of a whitened residual that counts, in medians of normal ones
-constexpr double kMostCorrelated = 0.7;
+constexpr double kLargestNorm = 4.0;     // of a whitened residual that counts, in medians of normal ones
+constexpr double kMostCorrelated = 0.7;  // from: guard, against the pole of (1 + r) / (1 - r)
 
 // A whitened residual and the landmark's previous one of the same camera.
 struct Whitened {

@@ -15,13 +15,14 @@ namespace mlic {
 struct MapMatchingOptions {
   // A map is made of so many seconds of scans and matched to photos of the same time only: what a camera sees
   // is then tied to LiDARs at nearly the same time, whatever the trajectory drifts by in between.
-  double window = 12.0;              // s
-  std::size_t views = 20;            // of each camera in all drives, spread over the windows
+  double window = 12.0;    // s
+  std::size_t views = 20;  // of each camera in all drives, spread over the windows; from: guard, time
   std::size_t map_points = 3000000;  // returns that one window's map is made of; from: guard, time and memory
   double sigma_along = 5e-3;         // m, of a place of the map along its beam
   double sigma_across = 3e-3;        // m
   std::vector<double> noise_scale;   // of each camera: of the claimed sigmas; empty: as claimed
-  int fewest_matches = 30;           // of a camera; with fewer it has none
+  // from: guard, cameras that see the map have hundreds (kitti_0005: 306).
+  int fewest_matches = 30;  // of a camera; with fewer it has none
 };
 
 // Places of the LiDAR map found in photos (docs/method.md, section 9).

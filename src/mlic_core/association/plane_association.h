@@ -10,7 +10,8 @@
 namespace mlic {
 
 struct AssociationOptions {
-  double root_voxel = 2.0;             // m
+  double root_voxel = 2.0;  // m; from: structural, replaced by RootVoxelSize's
+  // from: structural, replaced by that of the round.
   std::size_t points_per_scan = 2500;  // that take part, evenly over the scan
   std::vector<bool> lidars;            // which take part; empty: all
 };

@@ -29,9 +29,11 @@ ColmapInput ColmapInputFromTracks(const TrackSet& tracks, int camera, const Came
 
 struct ColmapOptions {
   std::string program = "colmap";
+  // from: definition, docs/cameras.md.
   double least_registered_share = 0.25;  // a drive that breaks into parts still shows the camera
-  double largest_rms = 2.0;              // px
-  double least_coverage = 0.25;          // share of the image's cells with observations
+  double largest_rms = 2.0;              // px; from: definition, docs/cameras.md
+  // from: definition, docs/cameras.md.
+  double least_coverage = 0.25;  // share of the image's cells with observations
 };
 
 // The largest model that COLMAP made. Scale and frame are COLMAP's own.

@@ -23,10 +23,12 @@ struct FeatureSet {
 };
 
 struct FeatureOptions {
-  int most_features = 1500;          // of one image; from: guard, time
+  int most_features = 1500;  // of one image; from: guard, time
+  // from: structural, parts of the image.
   int grid = 12;                     // cells along the longer side: each gets its share of the features
   double contrast_threshold = 0.02;  // of SIFT, on gray values of 0 to 1, over three layers
-  int border = 8;                    // px kept clear at the image's edge and around masked pixels
+  // from: guard, a patch of 9 px either way (TrackRefinementOptions) has to fit in any case.
+  int border = 8;  // px kept clear at the image's edge and around masked pixels
 };
 
 // SIFT (Lowe, 2004) of a gray image (CV_8UC1), spread over the image by a grid. mask: CV_8UC1, 0 is left out;

@@ -14,12 +14,13 @@ namespace mlic {
 NetworkSignature DetectorSignature();
 
 struct LearnedDetectionOptions {
+  // from: guard, time and memory.
   int longest_side = 1024;  // px: larger images are made smaller, by means over areas; others stay
   // Of the network's features, spread over the image. Fewer than classical ones: a matcher takes a second and
-  // more for each pair.
+  // more for each pair. from: guard, time.
   int most_features = 1000;
-  int grid = 12;   // as in FeatureOptions
-  int border = 8;  // likewise
+  int grid = 12;   // as in FeatureOptions; from: structural
+  int border = 8;  // likewise; from: guard, as there
 };
 
 // Features of a gray image (CV_8UC1), in its own pixels. mask: as in DetectSift. Scale and angle are the same

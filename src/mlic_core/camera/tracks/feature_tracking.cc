@@ -14,7 +14,8 @@ namespace {
 // descriptors.
 constexpr std::size_t kSegment = 12;  // from: structural, parts of the work
 
-// Better than most matches of descriptors, so joined before them.
+// Better than most matches of descriptors, so joined before them. from: guard, only the order of scores
+// counts.
 constexpr float kScore = 0.95f;
 
 // Features whose scale is within this ratio show the same blob.

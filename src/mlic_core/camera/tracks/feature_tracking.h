@@ -14,12 +14,14 @@ namespace mlic {
 // Kanade, pyramidal).
 struct FollowOptions {
   bool enabled = true;
-  int most_features = 500;           // followed at a time
-  int window = 15;                   // px
+  int most_features = 500;  // followed at a time; from: guard, time
+  int window = 15;          // px
+  // from: guard, 15 px at the coarsest are 240 px of the image.
   int levels = 4;                    // of the pyramid above the image
   double largest_difference = 14.0;  // mean of the absolute differences of gray values from image to image
-  double snap = 1.0;                 // px: a feature that is so near to the place found is the same
-  double largest_interval = 3.0;     // s between keyframes
+  // from: guard, both err by tenths of a pixel, features are some 10 px apart.
+  double snap = 1.0;              // px: a feature that is so near to the place found is the same
+  double largest_interval = 3.0;  // s between keyframes
 };
 
 // Indices first .. last - 1.

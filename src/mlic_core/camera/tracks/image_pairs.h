@@ -16,7 +16,8 @@ struct ImagePair {
 };
 
 struct SequentialPairOptions {
-  int window = 3;            // each keyframe with that many followers of its camera
+  int window = 3;  // each keyframe with that many followers of its camera; from: guard, time
+  // from: guard, time.
   int largest_interval = 8;  // beyond the window, followers at doubling intervals up to this one
 };
 
@@ -35,7 +36,7 @@ struct PredictedPairOptions {
   double farthest = 40.0;
   double least_overlap = 0.25;      // share of the image that the other one sees as well, at the median depth
   double largest_view_angle = 0.6;  // rad, between the two rays to a point: SIFT bears no more
-  int most_for_keyframe = 6;        // partners in addition to others' choices
+  int most_for_keyframe = 6;        // partners in addition to others' choices; from: guard, time
   double least_time_apart = 2.0;    // s, of pairs of one camera: nearer ones are sequential pairs
 };
 

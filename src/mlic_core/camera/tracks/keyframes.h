@@ -16,12 +16,13 @@ namespace mlic {
 using VehiclePose = std::function<std::optional<RigidTransform>(double time)>;
 
 struct KeyframeOptions {
-  int most_keyframes = 80;       // of one camera
-  double least_interval = 0.15;  // s
+  int most_keyframes = 80;       // of one camera; from: guard, time and memory
+  double least_interval = 0.15;  // s; from: guard, time: of fast turns and drives below 12 s
   // Motion between two keyframes is rotation (rad) plus translation over this depth (m).
   double scene_depth = 10.0;
+  // from: guard, a drive's keyframes are 0.1 and more apart.
   double least_motion = 0.02;  // rad; a vehicle that stands still gives no keyframes
-  int candidates = 3;          // images about each wanted place, of which the sharpest is taken
+  int candidates = 3;  // images about each wanted place, of which the sharpest is taken; from: guard, time
 };
 
 // Images spread evenly over the motion (over time where `pose` is empty), the sharpest well exposed one of

@@ -19,7 +19,8 @@ namespace mlic {
 // meant.
 struct TrackRefinementOptions {
   // from: measured, paper rig, seeds 1 and 3: best of 5 to 13 px.
-  int radius = 9;                   // px of the patch, in the pyramid's level that fits the feature's scale
+  int radius = 9;  // px of the patch, in the pyramid's level that fits the feature's scale
+  // from: guard, features are some tenths of a pixel off.
   double largest_shift = 3.0;       // px of that level, from the feature
   double least_correlation = 0.85;  // from: measured, paper rig, seeds 1 and 3
   double largest_deformation =

@@ -12,9 +12,9 @@ namespace mlic {
 // What never changes in a camera's images while the vehicle moves: its own body, dirt on the lens, and the
 // dark outside of a fisheye's image circle.
 struct StaticMaskOptions {
-  int images = 40;                 // looked at, spread evenly over the keyframes
+  int images = 40;                 // looked at, spread evenly over the keyframes; from: guard, time
   double largest_deviation = 6.0;  // gray values: the robust spread over time of a pixel that does not change
-  double least_share = 0.004;      // of the image: smaller regions are chance, not the vehicle
+  double least_share = 0.004;      // of the image: smaller regions are chance, not the vehicle; from: guard
   int margin = 6;                  // px added around
 };
 

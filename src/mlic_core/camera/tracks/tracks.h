@@ -65,8 +65,8 @@ TrackSet TracksOfFeatures(const std::vector<Keyframe>& keyframes, const std::vec
                           double least_sigma = 0.4);
 
 struct TrackSelectionOptions {
-  int most_in_keyframe = 300;
-  int grid = 10;  // cells along the longer side of an image
+  int most_in_keyframe = 300;  // from: guard, time
+  int grid = 10;  // cells along the longer side of an image; from: structural, parts of the image
 };
 
 // The most useful tracks: long ones first, as long as at least two of their keyframes (and a third of them)

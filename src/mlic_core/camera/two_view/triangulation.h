@@ -17,8 +17,8 @@ struct TriangulationOptions {
   // from: derivation, 1 of 3000 lies beyond (2 normal coordinates).
   double largest_error = 4.0;       // of an observation that agrees, in its sigmas
   double least_parallax_deg = 0.5;  // of the largest angle between two rays at the point
-  double least_inlier_share = 0.5;
-  double farthest = 1e4;  // m, from any centre; from: guard, as good as at infinity
+  double least_inlier_share = 0.5;  // from: definition, a point is what most of its observations show
+  double farthest = 1e4;            // m, from any centre; from: guard, as good as at infinity
 };
 
 struct TriangulatedPoint {

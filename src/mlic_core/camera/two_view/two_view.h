@@ -11,7 +11,8 @@ namespace mlic {
 // the optical axis: nothing is divided by z.
 struct TwoViewOptions {
   // Largest angular error of a match, rad: how far its two bearings must turn to meet the epipolar constraint
-  // (about three sigmas of one bearing). 2 px at a focal length of 400 px is 0.005.
+  // (about three sigmas of one bearing). 2 px at a focal length of 400 px is 0.005. from: structural, every
+  // caller sets its own.
   double largest_error = 0.004;
   int fewest_inliers = 15;
   // Translation counts as shown when it explains, beyond what a rotation alone and chance do, at least this
