@@ -12,7 +12,7 @@
 namespace mlic {
 namespace {
 
-constexpr double kStep = 0.025;  // s
+constexpr double kStep = 0.025;  // s; from: guard, a parabola refines it
 constexpr int kSteps = 6;        // to either side; from: guard, the lag of kitti_0005 is 0.05 s
 
 // The samples with the specific force that was read `lag` later.

@@ -20,7 +20,7 @@ constexpr double kSegmentLength = 2.0;  // s
 // from: guard, far below noise.
 constexpr double kSmallestSigma = 1e-6;  // m: below it robust weights would follow rounding
 constexpr double kSmallestTilt = 1e-7;   // rad; from: guard, far below noise
-constexpr double kBiasPriorSigma = 0.2;  // m/s^2
+constexpr double kBiasPriorSigma = 0.2;  // m/s^2; from: guard, large for any IMU (priors.cc)
 constexpr double kNoGuessSigma = 10.0;   // m; from: guard, longer than a vehicle's lever arms
 
 using Vector9d = Eigen::Matrix<double, 9, 1>;

@@ -11,10 +11,12 @@
 namespace mlic {
 namespace {
 
-constexpr std::size_t kWindow = 20;       // differences over which a period is measured
+// from: guard, their median scatters by far less than kPeriodTolerance.
+constexpr std::size_t kWindow = 20;  // differences over which a period is measured
+// from: guard, medians scatter by far less, settings of drivers differ by far more.
 constexpr double kPeriodTolerance = 0.1;  // share by which it may differ from the whole recording's
 constexpr double kSmallestJump = 0.25;    // s; recording itself delays messages by less; from: guard
-constexpr double kSteady = 2.0;           // s; bursts of late messages are shorter
+constexpr double kSteady = 2.0;           // s; bursts of late messages are shorter; from: guard
 
 std::string Format(const char* format, double a, double b, double c = 0.0) {
   char text[200];

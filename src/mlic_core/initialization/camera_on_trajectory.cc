@@ -16,7 +16,7 @@
 namespace mlic {
 namespace {
 
-constexpr std::size_t kFewestObservations = 200;
+constexpr std::size_t kFewestObservations = 200;  // from: definition, docs/method.md section 12
 
 // Of visual rotations that agree with the trajectory's. By chance a few per cent do; with a rough focal
 // length and unknown distortion not many more than this.

@@ -145,7 +145,7 @@ CameraRotation AlignCameraRotation(const std::vector<VisualMotion>& motions,
                                    const std::optional<ExtrinsicGuess>& guess,
                                    const std::optional<double>& time_offset) {
   CameraRotation result;
-  constexpr std::size_t kFewest = 10;
+  constexpr std::size_t kFewest = 10;  // from: guard
   if (motions.size() < kFewest) return result;
   const Eigen::Vector3d lever = guess ? guess->T_imu_sensor.translation : Eigen::Vector3d::Zero();
   const double middle = time_offset.value_or(0.0);
@@ -153,7 +153,9 @@ CameraRotation AlignCameraRotation(const std::vector<VisualMotion>& motions,
   bool use_directions = false;
   double best_offset = middle;
   // The search is wide first, then narrower about the best; the focal length's ratio is found on the way.
+  // from: definition, offsets up to 1 s; then three steps of the level before and more.
   constexpr double kRanges[] = {1.0, 0.04, 0.04, 0.006};
+  // from: guard, the last is refined by the solve.
   constexpr double kSteps[] = {0.01, 0.002, 0.002, 0.0005};
   Fit best;
   for (int level = 0; level < 4; ++level) {

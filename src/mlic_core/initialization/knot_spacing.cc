@@ -12,7 +12,8 @@
 namespace mlic {
 namespace {
 
-constexpr double kFinest = 0.04;               // s
+constexpr double kFinest = 0.04;  // s
+// from: measured, trials, open 2: 3.5 sigmas off with 0.01 of the noise of samples, 1.9 with less.
 constexpr double kTolerance = 0.01;            // of the variance of the noise that the finest knots carry
 constexpr int kReferenceSamples = 16384;       // from: guard, its own scatter is below that of a drive's
 constexpr double kHannVariance = 35.0 / 18.0;  // from: derivation, sum w^4 N / (sum w^2)^2 of the window
@@ -112,8 +113,8 @@ Signal ReferenceNoise(double rate) {
 }
 
 double Choose(const Signal& measured, double finest, double lidar_period, int degree) {
-  constexpr double kStep = 1.25;  // from: structural, steps of the search
-  constexpr double kCoarsest = 0.2;
+  constexpr double kStep = 1.25;     // from: structural, steps of the search
+  constexpr double kCoarsest = 0.2;  // from: guard, finer knots than needed cost time only
   const double rate = measured.Rate(), top = 0.5 / finest, duration = measured.times.back();
   const Signal signal = LowPassed(measured, top);
   const Eigen::MatrixXd left = FitResiduals(signal, finest, degree);

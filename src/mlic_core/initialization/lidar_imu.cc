@@ -131,8 +131,8 @@ std::optional<LeverArmGuess> LeverArmGuessOf(const LidarConfig& lidar) {
 // A LiDAR's odometry against gyroscope and accelerometer, rad m; smaller is better. Where a narrow view holds
 // floor and one wall for some seconds, odometry slips along them: rotation does not tell, accelerations do.
 double Disagreement(const AngularRateAlignment& alignment, const GravityLeverArm& arm) {
-  constexpr double kLeastShare = 0.1;
-  constexpr double kUnknown = 1.0;  // m
+  constexpr double kLeastShare = 0.1;  // from: guard, division by it
+  constexpr double kUnknown = 1.0;     // m; from: guard, residuals are some centimetres
   const double position = arm.valid ? arm.residual_rms / std::max(kLeastShare, arm.inlier_share) : kUnknown;
   return position * alignment.residual_rms / std::max(kLeastShare, alignment.inlier_share);
 }

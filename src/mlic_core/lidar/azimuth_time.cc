@@ -11,9 +11,11 @@
 namespace mlic {
 namespace {
 
-constexpr double kTurn = 2.0 * M_PI;                // from: structural
+constexpr double kTurn = 2.0 * M_PI;  // from: structural
+// from: guard, some degrees of a turn.
 constexpr double kSeamSlack = 10.0 * M_PI / 180.0;  // how far the lasers' azimuths differ at one firing
-constexpr double kSteadyShare = 0.8;                // of the steps must go the common way
+// from: guard, nearly all do of a spinning LiDAR, half of others.
+constexpr double kSteadyShare = 0.8;  // of the steps must go the common way
 
 double Wrapped(double angle) { return std::remainder(angle, kTurn); }
 

@@ -12,16 +12,19 @@
 namespace mlic {
 namespace {
 
+// from: guard, time.
 constexpr std::size_t kStartScans = 5;  // registered twice, for the velocity in the first scan
-constexpr double kForgetting = 0.9;     // of the running errors, for one scan
-constexpr double kLeastNoise = 0.01;    // m
-constexpr double kMostNoise = 0.1;      // m
+// from: measured, drift of simulated drives by hand and car.
+constexpr double kForgetting = 0.9;   // of the running errors, for one scan
+constexpr double kLeastNoise = 0.01;  // m; from: guard
+constexpr double kMostNoise = 0.1;    // m; from: guard, LiDARs err by some centimetres
 // from: measured, drift of simulated drives by hand and car.
 constexpr double kGyroscopeSigma = 3e-3;  // rad, over one scan period
-constexpr double kFarthestSearch = 2.0;   // m
+constexpr double kFarthestSearch = 2.0;   // m; from: guard, the largest voxel
 constexpr std::size_t kPruneEvery = 50;   // scans; from: structural, memory only
-constexpr double kNewPlace = 0.02;        // m
-constexpr double kNewDirection = 4e-3;    // rad
+constexpr double kNewPlace = 0.02;  // m; from: guard, between noise of poses and motion from scan to scan
+// from: guard, between noise of poses and motion from scan to scan.
+constexpr double kNewDirection = 4e-3;  // rad
 
 // The points of a scan with times after its middle.
 struct PreparedScan {

@@ -8,11 +8,13 @@
 namespace mlic {
 namespace {
 
-constexpr double kReach = 4.0;            // m
-constexpr double kNearCell = 0.2;         // m
-constexpr double kFarCell = 1.0;          // m
-constexpr double kFarReach = 30.0;        // m
-constexpr double kMostScans = 0.7;        // share of the scans that see what never moves
+constexpr double kReach = 4.0;      // m; from: guard, own bodies end before; what reaches on is kept
+constexpr double kNearCell = 0.2;   // m
+constexpr double kFarCell = 1.0;    // m
+constexpr double kFarReach = 30.0;  // m; from: guard, memory
+// from: guard, nearly all of the own body, few of what is passed.
+constexpr double kMostScans = 0.7;  // share of the scans that see what never moves
+// from: guard, nearly all at rest, few in motion.
 constexpr double kStandingShare = 0.9;    // of the far points where nothing moves at all
 constexpr std::size_t kFewestScans = 30;  // from: guard
 

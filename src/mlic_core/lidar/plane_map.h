@@ -46,7 +46,7 @@ struct MapPlane {
 };
 
 struct PlaneMapOptions {
-  double root_voxel = 2.0;  // m; halved down to an eighth
+  double root_voxel = 2.0;  // m; halved down to an eighth; from: structural, the caller sets it
   // s over which one plane lasts, from the first point of its root voxel on.
   double longest = std::numeric_limits<double>::infinity();
   // from: guard, time and memory.

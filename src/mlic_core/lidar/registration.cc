@@ -26,9 +26,9 @@ constexpr double kCorrelatedPoints = 200.0;  // from: measured, drift of simulat
 constexpr double kRateNoise = 0.05;  // from: measured, drift of simulated drives by hand and car
 
 constexpr int kMostIterations = 25;         // from: guard, ends by convergence
-constexpr double kSmallRotation = 5e-5;     // rad
-constexpr double kSmallTranslation = 5e-4;  // m
-constexpr std::size_t kFewPoints = 1500;    // that are enough to get near
+constexpr double kSmallRotation = 5e-5;     // rad; from: guard, far below noise
+constexpr double kSmallTranslation = 5e-4;  // m; from: guard, far below noise
+constexpr std::size_t kFewPoints = 1500;    // that are enough to get near; from: guard, time
 
 // Normal equations over (rotation, translation, angular velocity, linear velocity) of small right
 // perturbations in the LiDAR's frame. The Jacobian to the velocity is s times that to the pose, so that three

@@ -7,8 +7,8 @@
 namespace mlic {
 namespace {
 
-constexpr std::size_t kLargest = 12000;  // points that stay of a scan
-constexpr float kNearest = 0.3f;         // m: nearer ones are the housing or the blind zone
+constexpr std::size_t kLargest = 12000;  // points that stay of a scan; from: guard, time and memory
+constexpr float kNearest = 0.3f;         // m: nearer ones are the housing or the blind zone; from: guard
 constexpr float kFarthest = 300.0f;      // m: no LiDAR in use measures farther; from: standard
 
 // Scrambles the index, so that thinning has no beat with the rings (splitmix64's last step).

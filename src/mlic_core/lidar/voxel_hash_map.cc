@@ -7,12 +7,16 @@
 namespace mlic {
 namespace {
 
-constexpr double kFewestForPlane = 6.0;
+constexpr double kFewestForPlane = 6.0;  // from: measured, drift of simulated drives by hand and car
+// from: measured, drift of simulated drives by hand and car.
 constexpr double kMostPoints =
     500.0;  // then a voxel is known well; later points would smear it with the drift
 constexpr double kGrowthBeforeRefit = 1.3;  // from: guard, time
-constexpr double kThickestPlane = 0.06;     // m, standard deviation: sensor noise and what de-skew leaves
-constexpr double kFlatness = 0.04;          // smallest to middle eigenvalue
+// from: measured, drift of simulated drives by hand and car.
+constexpr double kThickestPlane = 0.06;  // m, standard deviation: sensor noise and what de-skew leaves
+// from: measured, drift of simulated drives by hand and car.
+constexpr double kFlatness = 0.04;  // smallest to middle eigenvalue
+// from: measured, drift of simulated drives by hand and car.
 constexpr double kNarrowestPlane =
     0.12;  // standard deviation across the plane, in voxels: no single scan line
 

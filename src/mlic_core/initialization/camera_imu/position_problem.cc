@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kGravityKnots = 10.0;  // s
 constexpr double kDrift = 5e-4;         // rad/s, of the gyro frame: what the bias is still off by
-constexpr double kBiasSigma = 0.2;      // m/s^2, prior
+constexpr double kBiasSigma = 0.2;      // m/s^2, prior; from: guard, large for any IMU (priors.cc)
 
 }  // namespace
 

@@ -14,7 +14,8 @@ namespace mlic {
 namespace {
 
 // from: guard, time and memory.
-constexpr double kLongestTrack = 3.0;      // s; longer ones are cut, which keeps the band narrow
+constexpr double kLongestTrack = 3.0;  // s; longer ones are cut, which keeps the band narrow
+// from: derivation, gravity turned by 2e-3 rad.
 constexpr double kLeastForceSigma = 0.02;  // m/s^2: rotations are not exact
 constexpr int kRounds = 12;                // from: guard
 constexpr int kConvexRounds = 5;           // from: guard

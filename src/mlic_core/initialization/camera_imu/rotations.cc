@@ -10,6 +10,7 @@
 namespace mlic {
 namespace {
 
+// from: guard, half of the finest knots of the trajectory.
 constexpr double kSpacing = 0.02;  // s, of knots that follow the gyroscope
 constexpr int kTurns = 2;          // of alignment and bias; from: guard
 

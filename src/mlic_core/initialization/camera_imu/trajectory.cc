@@ -9,6 +9,7 @@
 namespace mlic {
 namespace {
 
+// from: guard, half of the finest knots.
 constexpr double kStep = 0.02;              // s, between the poses that the spline is drawn to
 constexpr double kRotationSigma = 2e-3;     // rad, of these poses
 constexpr double kTranslationSigma = 5e-3;  // m
