@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 const char* const kPartialName = ".mlic_partial";
 const char* const kResultName = "calibration.yaml";
-constexpr std::size_t kMostNames = 3;  // of foreign files in a message
+constexpr std::size_t kMostNames = 3;  // of foreign files in a message; from: structural
 
 struct Remover {
   fs::path path;

@@ -21,7 +21,8 @@ struct AdjustmentContext {
   Monitor monitor;
 };
 
-// Of each scan. The first rounds find the map with few points; the last ones measure with many.
+// Of each scan. The first rounds find the map with few points; the last ones measure with many. from: guard,
+// time.
 constexpr std::size_t kFewPoints = 800;
 
 // Of Gauss-Newton in each round: a stretch of trajectory that starts beside the map comes back in several.

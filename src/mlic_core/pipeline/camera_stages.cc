@@ -84,7 +84,7 @@ PassNames Names(SharedPass pass) {
 
 // Every second keyframe of the cameras that have many.
 ImageFeatures Thinned(const ImageFeatures& all) {
-  constexpr int kMany = 40;
+  constexpr int kMany = 40;  // from: guard, time
   std::map<int, int> counts, seen;
   for (const Keyframe& keyframe : all.keyframes) ++counts[keyframe.camera];
   ImageFeatures thinned;

@@ -9,6 +9,7 @@ namespace mlic {
 struct JointOptions {
   // Landmarks other than kNone need the adjustment's cameras (AddCameras), the map LiDARs as well.
   Landmarks landmarks = Landmarks::kNone;
+  // from: definition, docs/method.md section 8.
   double until = 0.1;  // what of its sigma the calibration may still move by in the last round
   // Called between two rounds: a run that goes on from there gives the same bits.
   std::function<void(const Adjustment&)> after_round = [](const Adjustment&) {};

@@ -9,7 +9,7 @@
 namespace mlic {
 
 Adjustment AdjustEachLidar(Adjustment adjustment, const AdjustmentContext& context) {
-  constexpr int kRounds = 3;
+  constexpr int kRounds = 3;  // from: guard, the joint rounds go on from there
   const std::size_t lidars = context.rig.lidars.size(), base = adjustment.base_lidar;
   std::vector<std::size_t> order{base};
   for (std::size_t l = 0; l < lidars; ++l) {

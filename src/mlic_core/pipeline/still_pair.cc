@@ -24,10 +24,12 @@ constexpr double kLeastScore = 0.15;     // of structure
 constexpr double kLeastDistinct = 0.05;  // by which the score exceeds that of poses degrees off
 // from: definition, limits of observability.
 constexpr double kLargestSigmaRotation = 0.5 * kDegree, kLargestSigmaTranslation = 0.05;  // as a drive
+// from: guard, the covariance decides.
 constexpr std::size_t kFewestMatches = 60;  // that refine what all pixels together have found
 // from: structural, how a picture looks.
 constexpr std::size_t kMostPoints = 400000;  // of a scan, in an overlay
-constexpr double kPictureScale = 0.3;        // of the rendering, as one scan is sparse
+// from: structural, how a picture looks.
+constexpr double kPictureScale = 0.3;  // of the rendering, as one scan is sparse
 
 // A photo in memory as an image source.
 class OnePhoto : public ImageSource {

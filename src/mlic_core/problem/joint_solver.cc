@@ -16,7 +16,8 @@ namespace {
 
 // By how much of it priors may rightly raise the data's cost; more than that is a step too far.
 constexpr double kAllowedIncrease = 1e-3;  // from: guard
-// A step that lowers the cost by less than this share of it is the last one.
+// A step that lowers the cost by less than this share of it is the last one. from: guard, rounds follow until
+// the calibration stands still.
 constexpr double kNegligibleDecrease = 1e-4;
 
 // Where the landmarks are, to go back to.

@@ -20,7 +20,7 @@ namespace {
 constexpr double kStretch = 3.0;           // s
 constexpr int kCells = 6;                  // along the longer side of an image
 constexpr int kFewestGroups = 4;           // that say something; from: guard
-constexpr double kLeastNotFollowed = 0.2;  // of a group's errors
+constexpr double kLeastNotFollowed = 0.2;  // of a group's errors; from: guard, division by it
 
 // One way of putting observations together: columns are groups.
 struct Grouping {

@@ -9,9 +9,10 @@
 namespace mlic {
 namespace {
 
+// from: definition, docs/method.md section 12.
 constexpr double kLength = 1.0;     // s: vibration averages out, and a lost trajectory lasts longer
 constexpr int kFewestSamples = 5;   // from: guard
-constexpr double kStandsOut = 4.0;  // times the median second
+constexpr double kStandsOut = 4.0;  // times the median second; from: definition, docs/method.md section 12
 
 struct Stretch {
   Eigen::Matrix<double, 6, 1> sum = Eigen::Matrix<double, 6, 1>::Zero();

@@ -14,8 +14,9 @@ namespace {
 
 constexpr double kStep = 5e-4;  // s, of the numeric derivative; from: structural
 // from: derivation, 0.3 % of normal errors lie beyond.
-constexpr double kOutlier = 3.0;           // sigmas: what robust losses hardly count
-constexpr double kWindow = 3.0;            // s, of the means that show wander
+constexpr double kOutlier = 3.0;  // sigmas: what robust losses hardly count
+constexpr double kWindow = 3.0;   // s, of the means that show wander
+// from: guard, chance gives one, a few windows seldom more than three.
 constexpr double kWandering = 6.0;         // mean square of windows
 constexpr std::size_t kFewestScans = 20;   // that say something; from: guard
 constexpr std::size_t kFewestWindows = 4;  // from: guard

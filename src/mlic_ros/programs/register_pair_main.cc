@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr float kLeastRange = 0.5f;  // m: nearer returns are of the sensor's own mount
+constexpr float kLeastRange = 0.5f;  // m: nearer returns are of the sensor's own mount; from: guard
 
 struct RegisterOptions {
   std::vector<std::string> clouds, images;
