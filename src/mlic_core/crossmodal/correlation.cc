@@ -8,7 +8,8 @@ namespace mlic {
 namespace {
 
 constexpr int kChannels = StructureImage::kChannels;  // from: structural
-constexpr double kTaper = 0.5;                        // sigma of the Gaussian by the template's half-size
+// from: structural, cut at two sigmas.
+constexpr double kTaper = 0.5;  // sigma of the Gaussian by the template's half-size
 
 using Row = Eigen::Map<const Eigen::ArrayXf>;
 

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kReach = 4.0;      // m; from: guard, own bodies end before; what reaches on is kept
 constexpr double kNearCell = 0.2;   // m
-constexpr double kFarCell = 1.0;    // m
+constexpr double kFarCell = 1.0;    // m; from: guard, only tells a stand from motion
 constexpr double kFarReach = 30.0;  // m; from: guard, memory
 // from: guard, nearly all of the own body, few of what is passed.
 constexpr double kMostScans = 0.7;  // share of the scans that see what never moves
