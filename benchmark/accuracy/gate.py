@@ -4,12 +4,9 @@
 usage: gate.py BUILD_DIRECTORY
 """
 
-import csv
 import pathlib
-import subprocess
-import sys
-import tempfile
 
+import programs
 import row
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -38,17 +35,7 @@ def faults_of(rows):
 
 
 def main():
-    if len(sys.argv) != 2:
-        sys.exit(__doc__)
-    with tempfile.TemporaryDirectory(prefix='mlic_accuracy_gate_') as folder:
-        rows = pathlib.Path(folder) / 'rows.csv'
-        subprocess.run([sys.executable, HERE / 'run.py', '--build', sys.argv[1], '--scenarios', 'gate',
-                        '--seeds', '11,12', '--rows', rows], check=True)
-        with open(rows, newline='') as file:
-            lines = list(csv.DictReader(file))
-    faults = faults_of(lines)
-    if faults:
-        sys.exit('\n'.join(faults))
+    lines = programs.gate(HERE / 'run.py', [['--scenarios', 'gate', '--seeds', '11,12']], faults_of)
     print(f'gate.py: {len(lines)} drives trusted and within their sigmas')
 
 

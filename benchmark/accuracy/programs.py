@@ -1,9 +1,11 @@
 """Runs the programs of a build, says what they took, and keeps rows of what was measured."""
 
+import csv
 import os
 import pathlib
 import subprocess
 import sys
+import tempfile
 import time
 
 REPOSITORY = pathlib.Path(__file__).resolve().parent.parent.parent
@@ -49,3 +51,20 @@ def must(usage, program, log):
     if usage.exit:
         lines = pathlib.Path(log).read_text(errors='replace').splitlines()
         sys.exit(f'{program} ended with {usage.exit}: {lines[-1] if lines else "no output"}')
+
+
+def gate(runner, runs, faults_of):
+    """A gate's main: runs the script `runner` with each list of arguments on the build directory that the command line
+    names, all into one file; ends the program with the faults found in its rows, if any. The rows."""
+    if len(sys.argv) != 2:
+        sys.exit(sys.modules['__main__'].__doc__)
+    with tempfile.TemporaryDirectory(prefix='mlic_gate_') as folder:
+        rows = pathlib.Path(folder) / 'rows.csv'
+        for arguments in runs:
+            subprocess.run([sys.executable, runner, '--build', sys.argv[1], *arguments, '--rows', rows], check=True)
+        with open(rows, newline='') as file:
+            lines = list(csv.DictReader(file))
+    faults = faults_of(lines)
+    if faults:
+        sys.exit('\n'.join(faults))
+    return lines

@@ -5,13 +5,14 @@ usage: gate.py BUILD_DIRECTORY
 """
 
 import pathlib
-import subprocess
 import sys
-import tempfile
-
-import report
 
 HERE = pathlib.Path(__file__).resolve().parent
+sys.path.append(str(HERE.parent / 'accuracy'))
+
+import programs
+import report
+
 # Effect and seeds of the open families: plain drives, and what an IMU may have that a simulator's has not.
 DRIVES = [('none', '1-4'), ('accelerometer_turned_3', '2,3'), ('gravity', '4'), ('imu_stamps', '1')]
 # No trusted error may lie beyond five sigmas. The mean square of some 56 normal errors is below 1.73 but for one draw in
@@ -35,18 +36,9 @@ def faults_of(rows):
 
 
 def main():
-    if len(sys.argv) != 2:
-        sys.exit(__doc__)
-    with tempfile.TemporaryDirectory(prefix='mlic_trials_gate_') as folder:
-        rows = pathlib.Path(folder) / 'rows.csv'
-        for effect, seeds in DRIVES:
-            subprocess.run([sys.executable, HERE / 'run.py', '--build', sys.argv[1], '--split', 'open', '--seeds', seeds,
-                            '--effect', effect, '--rows', rows], check=True)
-        found = report.load([rows])
-    faults = faults_of(found)
-    if faults:
-        sys.exit('\n'.join(faults))
-    print(f'gate.py: {len(report.by_drive(found))} drives trusted and within their sigmas')
+    runs = [['--split', 'open', '--seeds', seeds, '--effect', effect] for effect, seeds in DRIVES]
+    lines = programs.gate(HERE / 'run.py', runs, faults_of)
+    print(f'gate.py: {len(report.by_drive(lines))} drives trusted and within their sigmas')
 
 
 if __name__ == '__main__':

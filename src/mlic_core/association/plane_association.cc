@@ -184,8 +184,6 @@ std::vector<PlaneNoise> MeasurePlaneNoise(const std::vector<PlaneAssociation>& a
 }
 
 double CorrelationFactor(const std::vector<PlaneAssociation>& associations, const CalibrationState& state) {
-  constexpr double kGroup = 1.0;   // s; from: structural
-  constexpr double kRidge = 1e-9;  // of a plane's information; from: guard
   double squares = 0.0, variances = 0.0;
   for (std::size_t d = 0; d < associations.size(); ++d) {
     const PlaneAssociation& association = associations[d];
@@ -193,24 +191,16 @@ double CorrelationFactor(const std::vector<PlaneAssociation>& associations, cons
     ParallelFor(of_planes.size(), [&](std::size_t p) {
       const PlaneRows rows = RowsOfPlane(association, state, d, p);
       const auto by_plane = rows.jacobian.bottomRows<3>();
-      Eigen::Matrix3d information = by_plane * by_plane.transpose();
-      information.diagonal().array() += kRidge;
-      const auto solver = information.ldlt();
+      const auto solver = PlaneInformation(rows);
+      const std::vector<Eigen::Index> groups = GroupsOfRows(association, rows);
       of_planes[p].setZero();
-      Eigen::Index begin = 0;
-      const auto count = static_cast<Eigen::Index>(rows.observations.size());
-      const auto of = [&](Eigen::Index i) -> const PlaneObservation& {
-        return association.observations[rows.observations[i]];
-      };
-      for (Eigen::Index end = 1; end <= count; ++end) {
-        if (end < count && of(end).lidar == of(begin).lidar && of(end).time <= of(begin).time + kGroup)
-          continue;
-        const auto units = rows.units.segment(begin, end - begin);
-        const Eigen::Vector3d followed = by_plane.middleCols(begin, end - begin) * units;
-        const double total = units.dot(rows.residuals.segment(begin, end - begin));
+      for (std::size_t g = 0; g + 1 < groups.size(); ++g) {
+        const Eigen::Index begin = groups[g], size = groups[g + 1] - begin;
+        const auto units = rows.units.segment(begin, size);
+        const Eigen::Vector3d followed = by_plane.middleCols(begin, size) * units;
+        const double total = units.dot(rows.residuals.segment(begin, size));
         of_planes[p] +=
             Eigen::Vector2d(total * total, units.squaredNorm() - followed.dot(solver.solve(followed)));
-        begin = end;
       }
     });
     for (const Eigen::Vector2d& of_plane : of_planes) {

@@ -160,7 +160,6 @@ void MeasureNoise(const AdjustmentContext& context, Adjustment* adjustment) {
 // Decides which axes of the accelerometer's rotation to the gyroscope move in the next round; held ones are
 // the identity's. True if they are others than in this one.
 bool ReviewAxes(const AdjustmentContext& context, bool many, Adjustment* adjustment) {
-  if (many && !adjustment->rounds.noise_measured) MeasureNoise(context, adjustment);
   constexpr double kSame = 0.1;  // of projectors; from: guard, rounding and what a round moves
   const AlignmentReview review =
       ReviewAlignment(adjustment->problem, adjustment->state, ScaledInformation(*adjustment, context.dataset),
@@ -308,6 +307,7 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
       adjustment.cameras.sigmas =
           SigmasAgainstLidar(Analyze(adjustment, context.dataset), adjustment.state, adjustment.base_lidar);
     }
+    if (many && !rounds.noise_measured) MeasureNoise(context, &adjustment);
     const bool axes_moved = ReviewAxes(context, many, &adjustment);
     context.monitor.line(DescribeRound(adjustment, change));
     ShowAdjustment(context, NameOf(options.landmarks), round, adjustment);

@@ -25,7 +25,7 @@ PoseResidual ResidualOf(const PoseObservation& pose) {
 // Where in the calibration the rotation of a LiDAR stands that sees planes; none if no LiDAR does. Points of
 // cameras are as free to follow as the trajectory: with a camera's yaw fixed, a car's first steps end 30 cm
 // off (camera_imu_test), with the IMU's not.
-std::optional<int> SensorOfMap(const LinearizationPoint& at, std::size_t d) {
+std::optional<int> LidarOfMap(const LinearizationPoint& at, std::size_t d) {
   const JointProblem& problem = at.problem;
   if (d >= problem.planes.size() || problem.planes[d].observations.empty()) return std::nullopt;
   return Layout::Lidar(problem.planes[d].observations[0].lidar);
@@ -130,8 +130,8 @@ void AddGauge(const LinearizationPoint& at, std::size_t d, Accumulator* sum) {
   const GaugeResidual::Jacobian rows = GaugeResidual::JacobianAtZero(trajectory, rb, pb);
   const KnotColumns columns(at.layout, d, rb.first, pb.first);
   const Eigen::Vector4d r = Eigen::Vector4d::Zero();
-  if (const std::optional<int> sensor = SensorOfMap(at, d)) {
-    AddRows(columns, {*sensor, *sensor + 1, *sensor + 2}, rows, r, sum);
+  if (const std::optional<int> lidar = LidarOfMap(at, d)) {
+    AddRows(columns, {*lidar, *lidar + 1, *lidar + 2}, rows, r, sum);
   } else {
     AddRows(columns, {}, rows.topRows<GaugeResidual::kSensor>().eval(), r, sum);
   }

@@ -186,6 +186,32 @@ PlaneRows RowsOfPlane(const PlaneAssociation& association, const CalibrationStat
   return rows;
 }
 
+std::vector<Eigen::Index> GroupsOfRows(const PlaneAssociation& association, const PlaneRows& rows) {
+  constexpr double kGroup = 1.0;  // s; from: structural
+  const auto of = [&](std::size_t i) -> const PlaneObservation& {
+    return association.observations[rows.observations[i]];
+  };
+  std::vector<Eigen::Index> begins;
+  std::size_t begin = 0;
+  for (std::size_t i = 0; i < rows.observations.size(); ++i) {
+    const bool same =
+        !begins.empty() && of(i).lidar == of(begin).lidar && of(i).time <= of(begin).time + kGroup;
+    if (same) continue;
+    begin = i;
+    begins.push_back(static_cast<Eigen::Index>(i));
+  }
+  begins.push_back(static_cast<Eigen::Index>(rows.observations.size()));
+  return begins;
+}
+
+Eigen::LDLT<Eigen::Matrix3d> PlaneInformation(const PlaneRows& rows) {
+  constexpr double kRidge = 1e-9;  // from: guard
+  const auto by_plane = rows.jacobian.bottomRows<3>();
+  Eigen::Matrix3d information = by_plane * by_plane.transpose();
+  information.diagonal().array() += kRidge;
+  return Eigen::LDLT<Eigen::Matrix3d>(information);
+}
+
 std::vector<float> PlaneResiduals(const PlaneAssociation& association, const CalibrationState& state,
                                   std::size_t drive) {
   const SplitSpline& trajectory = state.drives[drive].trajectory;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <vector>
 
 #include "mlic_core/factors/point_to_plane.h"
@@ -45,6 +46,13 @@ struct PlaneRows {
 };
 PlaneRows RowsOfPlane(const PlaneAssociation& association, const CalibrationState& state, std::size_t drive,
                       std::size_t plane);
+
+// Where groups begin among a plane's rows, and the end: points that one LiDAR saw there within a second,
+// which may share errors.
+std::vector<Eigen::Index> GroupsOfRows(const PlaneAssociation& association, const PlaneRows& rows);
+
+// The information of the plane's own parameters, factored.
+Eigen::LDLT<Eigen::Matrix3d> PlaneInformation(const PlaneRows& rows);
 
 // Signed distances in metres of all observations of one drive to their planes, in their order.
 std::vector<float> PlaneResiduals(const PlaneAssociation& association, const CalibrationState& state,

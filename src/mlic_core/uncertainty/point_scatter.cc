@@ -1,6 +1,5 @@
 #include "mlic_core/uncertainty/point_scatter.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <optional>
@@ -17,9 +16,6 @@
 
 namespace mlic {
 namespace {
-
-constexpr double kGroup = 1.0;   // s; from: structural, as CorrelationFactor
-constexpr double kRidge = 1e-9;  // of a plane's information; from: guard
 
 struct Scatter {
   Eigen::MatrixXd found;  // sum of m m^T
@@ -54,28 +50,21 @@ void AddPlane(const LinearizationPoint& at, const Eigen::MatrixXd& knot_response
               std::size_t plane, Scatter* scatter) {
   const PlaneAssociation& association = at.problem.planes[drive];
   const PlaneRows rows = RowsOfPlane(association, at.state, drive, plane);
-  const auto count = static_cast<Eigen::Index>(rows.observations.size());
-  if (count == 0) return;
+  if (rows.observations.empty()) return;
   const Eigen::MatrixXd by_plane = rows.jacobian.bottomRows<3>();
-  Eigen::Matrix3d information = by_plane * by_plane.transpose();
-  information.diagonal().array() += kRidge;
-  const Eigen::LDLT<Eigen::Matrix3d> solver(information);
+  const auto solver = PlaneInformation(rows);
   Eigen::MatrixXd reduced = WithFreeKnots(at, knot_response, drive, rows);
   const Eigen::MatrixXd coupling = reduced * by_plane.transpose();
   reduced.noalias() -= solver.solve(coupling.transpose()).transpose() * by_plane;
-  const auto of = [&](Eigen::Index i) -> const PlaneObservation& {
-    return association.observations[rows.observations[i]];
-  };
-  Eigen::Index begin = 0;
-  for (Eigen::Index end = 1; end <= count; ++end) {
-    if (end < count && of(end).lidar == of(begin).lidar && of(end).time <= of(begin).time + kGroup) continue;
-    const auto own = reduced.middleCols(begin, end - begin);
-    const Eigen::VectorXd move = own * rows.residuals.segment(begin, end - begin);
+  const std::vector<Eigen::Index> groups = GroupsOfRows(association, rows);
+  for (std::size_t g = 0; g + 1 < groups.size(); ++g) {
+    const Eigen::Index begin = groups[g], size = groups[g + 1] - begin;
+    const auto own = reduced.middleCols(begin, size);
+    const Eigen::VectorXd move = own * rows.residuals.segment(begin, size);
     scatter->found.noalias() += move * move.transpose();
     scatter->white.noalias() += own * own.transpose();
-    const Eigen::MatrixXd followed = own * by_plane.middleCols(begin, end - begin).transpose();
+    const Eigen::MatrixXd followed = own * by_plane.middleCols(begin, size).transpose();
     scatter->white.noalias() -= followed * solver.solve(followed.transpose());
-    begin = end;
   }
 }
 
