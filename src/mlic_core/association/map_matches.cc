@@ -132,7 +132,7 @@ std::vector<Photo*> ToMatchAgain(std::vector<Photo>& photos, std::size_t first, 
 // Keeps the matches that agree with one pose of the camera on the vehicle, with sigmas as large as their
 // scatter says. Share of those that do.
 double KeepAgreeing(const CalibrationState& state, int camera, const MapMatchingOptions& map_options,
-                    std::vector<Photo*> photos) {
+                    const std::vector<Photo*>& photos) {
   const double scale = map_options.noise_scale.empty() ? 1.0 : map_options.noise_scale[camera];
   const CameraCalibration& calibration = state.cameras[camera];
   std::vector<PointCorrespondence> correspondences;

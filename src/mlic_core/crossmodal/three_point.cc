@@ -92,7 +92,7 @@ int SolveThreePoint(const Vector3d (&bearings)[3], const Vector3d (&points)[3],
       RealRoot(D1.determinant() / c3, (Adjugate(D1) * D2).trace() / c3, (Adjugate(D2) * D1).trace() / c3);
   const Eigen::SelfAdjointEigenSolver<Matrix3d> singular(D1 + gamma * D2);
   // Eigenvalues ascend: the singular one is in the middle where the others' signs differ.
-  const Vector3d sigma = singular.eigenvalues();
+  const Vector3d& sigma = singular.eigenvalues();
   if (!(sigma[0] < 0.0) || !(sigma[2] > 0.0)) return 0;
   const double ratio = std::sqrt(-sigma[0] / sigma[2]);
   const Matrix3d sum = M[0] + M[1] + M[2];
