@@ -15,14 +15,6 @@ namespace {
 constexpr std::size_t kFewestRings = 8;     // from: guard
 constexpr std::uint16_t kMostRings = 1024;  // higher numbers are no rings; from: guard
 constexpr double kFewestPoints = 300.0;     // of a ring, in either half; from: guard
-// Of the points' variance: what corrections from one half must take away in the other.
-constexpr double kLeastExplained = 0.2;  // from: measured, kitti_0005 0.34, simulated LiDARs 0
-// from: measured, kitti_0005 0.34, simulated LiDARs 0.
-constexpr double kLeastExplainedFurther = 1e-3;  // once some are taken
-// What rings err by at least, root mean square, to be worth correcting: either. from: guard, kLeastExplained
-// decides; kitti_0005 has 0.022 m and 9e-4 rad.
-constexpr double kLeastRange = 3e-3;      // m
-constexpr double kLeastElevation = 3e-4;  // rad; from: guard, as kLeastRange
 // What lasers may err by: m, rad. Keeps rings that see walls only, or ground only, from trading one for the
 // other.
 constexpr double kRangeSigma = 0.03;      // from: measured, the HDL-64E of kitti_0005: 0.022 m, 9e-4 rad
@@ -41,18 +33,12 @@ struct RingSum {
   Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
   Eigen::Vector2d gradient = Eigen::Vector2d::Zero();
   double count = 0.0, elevation = 0.0;
-  double squares = 0.0;  // of the whitened residuals
 
   void Add(const RingSum& other) {
     information += other.information;
     gradient += other.gradient;
     count += other.count;
     elevation += other.elevation;
-    squares += other.squares;
-  }
-  // By how much a step lowers the squares.
-  double Gain(const Eigen::Vector2d& step) const {
-    return -2.0 * gradient.dot(step) - step.dot(information * step);
   }
   Eigen::Vector2d Solve() const {
     Eigen::Matrix2d H = information;
@@ -87,17 +73,13 @@ struct RingSums {
 };
 
 void RingSums::AddPlane(std::size_t p, std::vector<Quarters>* sums) const {
-  const So3Spline& rotation = trajectory.rotation;
   for (std::size_t k = association.begin[p]; k < association.begin[p + 1]; ++k) {
     const PlaneObservation& o = association.observations[k];
     const double whitened = residuals[k] / o.sigma;
     const double t = o.time + state.lidars[o.lidar].time_offset;
-    if (o.ring >= kMostRings || std::abs(whitened) > 3.0 || !rotation.knots().Contains(t)) continue;
-    const Eigen::Matrix3d R_map_imu = rotation.Evaluate(SplineBasis(rotation.knots(), t)).rotation;
-    const Eigen::Vector3d normal = state.lidars[o.lidar].T_imu_sensor.rotation.conjugate() *
-                                   (R_map_imu.transpose() * association.planes[p].plane.normal);
+    if (o.ring >= kMostRings || std::abs(whitened) > 3.0 || !trajectory.Contains(t)) continue;
     const Eigen::Vector3d x = o.position.cast<double>();
-    const Eigen::Vector2d row(-1.0, normal.dot(ElevationTangent(x)) / o.cos_incidence);
+    const Eigen::Vector2d row = RingJacobian(o, association.planes[p], state.lidars[o.lidar], trajectory);
     const Eigen::Vector3d& centre = centres[o.lidar];
     const bool right = centre.x() * x.y() < centre.y() * x.x();
     const bool late = t > 0.5 * (trajectory.Start() + trajectory.End());
@@ -109,7 +91,6 @@ void RingSums::AddPlane(std::size_t p, std::vector<Quarters>* sums) const {
     sum.gradient += weight * residuals[k] * row;
     sum.count += 1.0;
     sum.elevation += std::asin(x.z() / x.norm());
-    sum.squares += whitened * whitened;
   }
 }
 
@@ -139,15 +120,6 @@ std::vector<Quarters> SumRings(const std::vector<PlaneAssociation>& associations
   return sums;
 }
 
-// Takes the mean off, and the slope over the elevation where asked.
-Eigen::VectorXd WithoutTrend(const Eigen::VectorXd& values, const Eigen::VectorXd& elevations, bool slope) {
-  Eigen::VectorXd left = values.array() - values.mean();
-  if (!slope) return left;
-  const Eigen::VectorXd from_mean = elevations.array() - elevations.mean();
-  const double squares = from_mean.squaredNorm();
-  return squares > 0.0 ? Eigen::VectorXd(left - from_mean * (from_mean.dot(left) / squares)) : left;
-}
-
 // What the rings need, one row for each of `which`.
 Eigen::MatrixX2d Steps(const Rings& sums, const std::vector<std::size_t>& which) {
   const Eigen::Index count = static_cast<Eigen::Index>(which.size());
@@ -158,18 +130,13 @@ Eigen::MatrixX2d Steps(const Rings& sums, const std::vector<std::size_t>& which)
     steps.row(i) = sum.Solve().transpose();
     elevations[i] = sum.elevation / sum.count;
   }
-  for (int kind = 0; kind < 2; ++kind) steps.col(kind) = WithoutTrend(steps.col(kind), elevations, kind == 1);
-  return steps;
+  const Eigen::MatrixX2d trend = RingTrend(elevations);
+  return steps - trend * (trend.transpose() * steps);
 }
 
-// The share of the variance of one half's points that steps from another half take away.
-double Explained(const Eigen::MatrixX2d& steps, const Rings& half, const std::vector<std::size_t>& which) {
-  double gain = 0.0, squares = 1e-300;
-  for (std::size_t i = 0; i < which.size(); ++i) {
-    gain += half[which[i]].Gain(steps.row(static_cast<Eigen::Index>(i)).transpose());
-    squares += half[which[i]].squares;
-  }
-  return gain / squares;
+// Whether what each half asks for comes nearer to what the other asks for than no correction does.
+bool Agree(const Eigen::VectorXd& one, const Eigen::VectorXd& other) {
+  return (one - other).squaredNorm() < std::min(one.squaredNorm(), other.squaredNorm());
 }
 
 // The rings that have enough points in every half.
@@ -194,15 +161,17 @@ bool Improve(const Quarters& quarters, RingCorrections* corrections) {
   if (which.size() < kFewestRings) return false;
   Rings all = halves[0];
   AddTo(halves[1], &all);
-  const Eigen::MatrixX2d steps = Steps(all, which);
-  const Eigen::RowVector2d typical =
-      (steps.colwise().squaredNorm() / static_cast<double>(which.size())).cwiseSqrt();
-  const bool begins = corrections->empty();
-  if (begins && typical[0] < kLeastRange && typical[1] < kLeastElevation) return false;
-  for (int h = 0; h < 4; ++h) {
-    const double explained = Explained(Steps(halves[h], which), halves[h ^ 1], which);
-    if (explained < (begins ? kLeastExplained : kLeastExplainedFurther)) return false;
+  Eigen::MatrixX2d steps = Steps(all, which);
+  std::array<Eigen::MatrixX2d, 4> of_halves;
+  for (int h = 0; h < 4; ++h) of_halves[h] = Steps(halves[h], which);
+  bool confirmed = false;
+  for (int kind = 0; kind < 2; ++kind) {
+    const bool taken = Agree(of_halves[0].col(kind), of_halves[1].col(kind)) &&
+                       Agree(of_halves[2].col(kind), of_halves[3].col(kind));
+    if (!taken) steps.col(kind).setZero();
+    confirmed |= taken;
   }
+  if (!confirmed) return false;
   corrections->resize(std::max(corrections->size(), which.back() + 1));
   for (std::size_t i = 0; i < which.size(); ++i) {
     const auto step = steps.row(static_cast<Eigen::Index>(i));
@@ -213,6 +182,24 @@ bool Improve(const Quarters& quarters, RingCorrections* corrections) {
 }
 
 }  // namespace
+
+Eigen::Vector2d RingJacobian(const PlaneObservation& o, const MapPlane& plane, const SensorCalibration& lidar,
+                             const SplitSpline& trajectory) {
+  const So3Spline& rotation = trajectory.rotation;
+  const Eigen::Matrix3d R_map_imu =
+      rotation.Evaluate(SplineBasis(rotation.knots(), o.time + lidar.time_offset)).rotation;
+  const Eigen::Vector3d normal =
+      lidar.T_imu_sensor.rotation.conjugate() * (R_map_imu.transpose() * plane.plane.normal);
+  return {-1.0, normal.dot(ElevationTangent(o.position.cast<double>())) / o.cos_incidence};
+}
+
+Eigen::MatrixX2d RingTrend(const Eigen::VectorXd& elevations) {
+  Eigen::MatrixX2d trend(elevations.size(), 2);
+  trend.col(0).setOnes();
+  trend.col(1) = elevations.array() - elevations.mean();
+  for (int k = 0; k < 2; ++k) trend.col(k) /= std::max(1e-12, trend.col(k).norm());
+  return trend;
+}
 
 Eigen::Vector3f CorrectedPoint(const Eigen::Vector3f& position, const RingCorrection& correction) {
   if (correction.range == 0.0f && correction.elevation == 0.0f) return position;

@@ -2,9 +2,11 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <vector>
 
+#include "mlic_core/association/ring_corrections.h"
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/factors/point_to_plane.h"
 #include "mlic_core/problem/layout.h"
@@ -17,13 +19,41 @@
 namespace mlic {
 namespace {
 
-struct Scatter {
-  Eigen::MatrixXd found;  // sum of m m^T
-  Eigen::MatrixXd white;  // sum of V
-
-  explicit Scatter(Eigen::Index parameters)
-      : found(Eigen::MatrixXd::Zero(parameters, parameters)), white(found) {}
+// What the errors of a LiDAR's rings do to the gradient.
+struct RingResponse {
+  Eigen::MatrixXd range, elevation;  // a column for each ring
+  Eigen::VectorXd elevations;        // sums over the points: rad
+  Eigen::VectorXd points;
 };
+
+struct Scatter {
+  Eigen::MatrixXd found;            // sum of m m^T
+  Eigen::MatrixXd white;            // sum of V
+  std::vector<RingResponse> rings;  // of each LiDAR; without columns where nothing was corrected
+
+  Scatter(Eigen::Index parameters, const CalibrationState& state);
+  void Add(const Scatter& other);
+};
+
+Scatter::Scatter(Eigen::Index parameters, const CalibrationState& state)
+    : found(Eigen::MatrixXd::Zero(parameters, parameters)), white(found) {
+  for (std::size_t l = 0; l < state.lidars.size(); ++l) {
+    const auto count = static_cast<Eigen::Index>(l < state.rings.size() ? state.rings[l].size() : 0);
+    const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(parameters, count);
+    rings.push_back({none, none, Eigen::VectorXd::Zero(count), Eigen::VectorXd::Zero(count)});
+  }
+}
+
+void Scatter::Add(const Scatter& other) {
+  found += other.found;
+  white += other.white;
+  for (std::size_t l = 0; l < rings.size(); ++l) {
+    rings[l].range += other.rings[l].range;
+    rings[l].elevation += other.rings[l].elevation;
+    rings[l].elevations += other.rings[l].elevations;
+    rings[l].points += other.rings[l].points;
+  }
+}
 
 // The rows of a plane's points by the calibration, control points left free: a column for each.
 Eigen::MatrixXd WithFreeKnots(const LinearizationPoint& at, const Eigen::MatrixXd& knot_response,
@@ -46,6 +76,24 @@ Eigen::MatrixXd WithFreeKnots(const LinearizationPoint& at, const Eigen::MatrixX
   return reduced;
 }
 
+// reduced: the columns of `rows` by the calibration, all else followed.
+void AddRings(const LinearizationPoint& at, std::size_t drive, std::size_t plane, const PlaneRows& rows,
+              const Eigen::MatrixXd& reduced, Scatter* scatter) {
+  const PlaneAssociation& association = at.problem.planes[drive];
+  for (Eigen::Index i = 0; i < reduced.cols(); ++i) {
+    const PlaneObservation& o = association.observations[rows.observations[i]];
+    RingResponse& response = scatter->rings[o.lidar];
+    if (o.ring >= response.points.size()) continue;
+    const Eigen::Vector2d row = rows.units[i] / o.sigma *
+                                RingJacobian(o, association.planes[plane], at.state.lidars[o.lidar],
+                                             at.state.drives[drive].trajectory);
+    response.range.col(o.ring) += row[0] * reduced.col(i);
+    response.elevation.col(o.ring) += row[1] * reduced.col(i);
+    response.elevations[o.ring] += std::asin(o.position.z() / o.position.norm());
+    response.points[o.ring] += 1.0;
+  }
+}
+
 void AddPlane(const LinearizationPoint& at, const Eigen::MatrixXd& knot_response, std::size_t drive,
               std::size_t plane, Scatter* scatter) {
   const PlaneAssociation& association = at.problem.planes[drive];
@@ -66,6 +114,39 @@ void AddPlane(const LinearizationPoint& at, const Eigen::MatrixXd& knot_response
     const Eigen::MatrixXd followed = own * by_plane.middleCols(begin, size).transpose();
     scatter->white.noalias() -= followed * solver.solve(followed.transpose());
   }
+  AddRings(at, drive, plane, rows, reduced, scatter);
+}
+
+// Of the errors that corrections leave in: the rings' trend as far as rings that err like these have one, and
+// all that the others may err by.
+Eigen::MatrixXd LeftOfRings(const RingResponse& response, const RingCorrections& corrections) {
+  std::vector<Eigen::Index> corrected;
+  Eigen::MatrixXd left = Eigen::MatrixXd::Zero(response.range.rows(), response.range.rows());
+  const RingCorrection typical = TypicalCorrection(corrections);
+  const auto add = [&](const Eigen::MatrixXd& range, const Eigen::MatrixXd& elevation) {
+    left.noalias() += typical.range * typical.range * range * range.transpose();
+    left.noalias() += typical.elevation * typical.elevation * elevation * elevation.transpose();
+  };
+  for (Eigen::Index r = 0; r < response.points.size(); ++r) {
+    if (response.points[r] == 0.0) continue;
+    if (corrections[r].range != 0.0f || corrections[r].elevation != 0.0f) {
+      corrected.push_back(r);
+    } else {
+      add(response.range.col(r), response.elevation.col(r));
+    }
+  }
+  const auto count = static_cast<Eigen::Index>(corrected.size());
+  Eigen::VectorXd elevations(count);
+  Eigen::MatrixXd range(left.rows(), count), elevation(left.rows(), count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Eigen::Index r = corrected[i];
+    elevations[i] = response.elevations[r] / response.points[r];
+    range.col(i) = response.range.col(r);
+    elevation.col(i) = response.elevation.col(r);
+  }
+  const Eigen::MatrixX2d trend = RingTrend(elevations);
+  add(range * trend, elevation * trend);
+  return left;
 }
 
 // Of `found` along the directions in which it exceeds `usual` times `white`, by the excess. limits: steps of
@@ -100,7 +181,7 @@ Eigen::MatrixXd ScatterOfPoints(const JointProblem& given, const CalibrationStat
   const Accumulator sum = Linearize(at, &couplings);
   const std::optional<Eigen::MatrixXd> knot_response = KnotResponse(sum, couplings);
   if (!knot_response) return none;
-  std::vector<Scatter> parts(kLinearizationChunks, Scatter(layout.calibration));
+  std::vector<Scatter> parts(kLinearizationChunks, Scatter(layout.calibration, state));
   for (std::size_t d = 0; d < problem.planes.size(); ++d) {
     ParallelChunks(problem.planes[d].planes.size(), parts.size(),
                    [&](std::size_t chunk, std::size_t begin, std::size_t end) {
@@ -109,11 +190,12 @@ Eigen::MatrixXd ScatterOfPoints(const JointProblem& given, const CalibrationStat
                      }
                    });
   }
-  for (std::size_t c = 1; c < parts.size(); ++c) {
-    parts[0].found += parts[c].found;
-    parts[0].white += parts[c].white;
+  for (std::size_t c = 1; c < parts.size(); ++c) parts[0].Add(parts[c]);
+  Eigen::MatrixXd scatter = Excess(parts[0], usual, CalibrationLimits(state, layout));
+  for (std::size_t l = 0; l < state.rings.size(); ++l) {
+    if (!state.rings[l].empty()) scatter += LeftOfRings(parts[0].rings[l], state.rings[l]) / usual;
   }
-  return Excess(parts[0], usual, CalibrationLimits(state, layout));
+  return scatter;
 }
 
 }  // namespace mlic

@@ -111,9 +111,21 @@ TEST(RingCorrections, AreNoneWhereHalvesOfTheDriveOrOfTheViewDiffer) {
   CalibrationState state = AtRest();
   const auto first_turn = [](int turn, int) { return turn == 0; };
   EXPECT_FALSE(CorrectRings({Scan(state, first_turn)}, &state));
-  // Wherever the view is cut in two, one half has most of the quarter that errs.
-  const auto one_side = [](int, int azimuth) { return azimuth < 90; };
+  // This quarter lies on one side of where the view is cut in two.
+  const auto one_side = [](int, int azimuth) { return azimuth >= 180 && azimuth < 270; };
   EXPECT_FALSE(CorrectRings({Scan(state, one_side)}, &state));
+}
+
+// Millimetres count as well as centimetres do: what tells is that the halves agree.
+TEST(RingCorrections, AreFoundBelowTheNoise) {
+  CalibrationState state = AtRest();
+  PlaneAssociation scan = Scan(state, kNever);
+  for (PlaneObservation& o : scan.observations) {
+    o.position = CorrectedPoint(o.position, {o.ring % 2 == 0 ? 1e-3f : -1e-3f, 0.0f});
+  }
+  ASSERT_TRUE(CorrectRings({scan}, &state));
+  EXPECT_NEAR(TypicalCorrection(state.rings[0]).range, 1e-3, 1e-4);
+  EXPECT_EQ(TypicalCorrection(state.rings[0]).elevation, 0.0f);
 }
 
 // Once corrected, rings whose points are right again ask for nothing.
