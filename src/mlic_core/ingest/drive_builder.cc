@@ -15,12 +15,36 @@ namespace {
 constexpr double kMostBadTimes =
     0.2;  // share of a topic's scans; from: guard, a driver at fault spoils nearly all
 
+// Of the samples: with less left a drive tells little. from: guard, an axis that failed is frozen for all of
+// it.
+constexpr double kMostFrozenAxis = 0.5;
+
+// Throws InputError where an axis is frozen for most of the drive.
+void ReportFrozenAxes(const std::string& topic, const ImuCounts& counts, std::size_t samples,
+                      DriveNotes& notes) {
+  for (int axis = 0; axis < kImuAxes; ++axis) {
+    const std::size_t frozen = counts.frozen_axes[axis];
+    if (frozen == 0) continue;
+    const std::string what = "topic " + topic + ": " + AxisName(axis) + " repeats its reading for " +
+                             std::to_string(frozen) + " of " + std::to_string(samples) +
+                             " samples while other axes go on";
+    if (static_cast<double>(frozen) > kMostFrozenAxis * static_cast<double>(samples)) {
+      throw InputError(what +
+                       ", expected measurements of all six; the sensor is broken or its driver fills " +
+                       "the axis in: use another IMU, or a part of the drive where it works");
+    }
+    notes.warnings.push_back(what + "; they are dropped as not measured");
+  }
+}
+
 std::vector<ImuSample> BuildImu(std::vector<StampedImu> samples, const std::string& topic, TimeNs& epoch,
                                 DriveNotes& notes) {
   const StampReport report = KeepSteadyPart(samples, [](const StampedImu& sample) {
     return MessageTimes{sample.stamp, sample.record};
   });
+  const std::size_t recorded = samples.size();
   const ImuCounts counts = CleanImu(samples, topic);
+  ReportFrozenAxes(topic, counts, recorded, notes);
   if (samples.size() < 2 || report.period <= 0.0) {
     throw InputError("topic " + topic +
                      ": only one IMU sample or all header stamps alike; expected the time of each");

@@ -51,10 +51,15 @@ void CheckTurnRate(const std::vector<StampedImu>& samples, const std::string& to
 }
 
 void DropUnmeasured(std::vector<StampedImu>& samples, ImuCounts* counts) {
-  std::vector<bool> frozen = FindFrozen(samples), saturated(samples.size(), false);
+  std::vector<bool> frozen = FindFrozen(samples), broken(samples.size(), false), saturated = broken;
   for (int axis = 0; axis < kImuAxes; ++axis) {
     const std::vector<bool> at_limit = FindSaturated(samples, axis);
-    for (std::size_t i = 0; i < samples.size(); ++i) saturated[i] = saturated[i] || at_limit[i];
+    const std::vector<bool> stuck = FindFrozenAxis(samples, axis);
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      saturated[i] = saturated[i] || at_limit[i];
+      broken[i] = broken[i] || stuck[i];
+      if (stuck[i]) ++counts->frozen_axes[axis];
+    }
   }
   const auto count = static_cast<std::size_t>(std::count(frozen.begin(), frozen.end(), true));
   if (2 * count > samples.size()) std::fill(frozen.begin(), frozen.end(), false);
@@ -64,7 +69,7 @@ void DropUnmeasured(std::vector<StampedImu>& samples, ImuCounts* counts) {
       ++counts->frozen;
     } else if (saturated[i]) {
       ++counts->saturated;
-    } else {
+    } else if (!broken[i]) {
       kept.push_back(samples[i]);
     }
   }

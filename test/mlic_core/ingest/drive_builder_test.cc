@@ -91,7 +91,8 @@ TEST(DriveBuilder, FrozenAndSaturatedImuReadingsAreLeftOut) {
   for (std::size_t i = 0; i < imu.size(); ++i) {
     imu[i].angular_velocity.x() =
         std::min(0.5, std::sin(0.05 * static_cast<double>(i)) + 0.001 * random.Normal());
-    imu[i].specific_force.y() = 0.01 * random.Normal();
+    for (int axis = 0; axis < 3; ++axis) imu[i].specific_force[axis] += 0.01 * random.Normal();
+    for (const int axis : {1, 2}) imu[i].angular_velocity[axis] = 0.001 * random.Normal();
     if (i < 250 || i >= 270) continue;  // a hang of 0.2 s
     imu[i].angular_velocity = imu[i - 1].angular_velocity;
     imu[i].specific_force = imu[i - 1].specific_force;
@@ -101,6 +102,27 @@ TEST(DriveBuilder, FrozenAndSaturatedImuReadingsAreLeftOut) {
   EXPECT_TRUE(IsNoted(test.notes.warnings, "IMU samples are at the end of the sensor's range"));
   EXPECT_GT(drive.imu.size(), 160u);
   for (const ImuSample& sample : drive.imu) EXPECT_LT(sample.angular_velocity.x(), 0.5);
+}
+
+TEST(DriveBuilder, AnAxisOfTheImuThatIsFrozenForMostOfTheDriveIsAnError) {
+  const auto with_frozen = [](std::size_t begin, std::size_t end) {
+    Random random(4);
+    TestMessages test;
+    for (std::size_t i = 0; i < test.messages.imu.size(); ++i) {
+      StampedImu& sample = test.messages.imu[i];
+      for (int axis = 0; axis < 3; ++axis) {
+        sample.angular_velocity[axis] = 0.01 * random.Normal();
+        sample.specific_force[axis] += 0.01 * random.Normal();
+      }
+      if (i >= begin && i < end) sample.angular_velocity.z() = 0.0;
+    }
+    return test;
+  };
+  TestMessages second = with_frozen(100, 200);
+  EXPECT_EQ(second.Build().imu.size(), 200u);
+  EXPECT_TRUE(IsNoted(second.notes.warnings, "gyroscope z repeats its reading for 100 of 300 samples"));
+  TestMessages all = with_frozen(0, 300);
+  EXPECT_TRUE(Contains(InputErrorOf([&] { all.Build(); }), "gyroscope z repeats its reading for 300 of 300"));
 }
 
 TEST(DriveBuilder, OnlyTheLongestPartBetweenClockJumpsIsUsed) {
