@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <limits>
 
 #include "mlic_core/lidar/point_time.h"
 
@@ -15,8 +14,6 @@ namespace {
 constexpr std::size_t kWindow = 20;  // differences over which a period is measured
 // from: guard, medians scatter by far less, settings of drivers differ by far more.
 constexpr double kPeriodTolerance = 0.1;  // share by which it may differ from the whole recording's
-constexpr double kSmallestJump = 0.25;    // s; recording itself delays messages by less; from: guard
-constexpr double kSteady = 2.0;           // s; bursts of late messages are shorter; from: guard
 
 std::string Format(const char* format, double a, double b, double c = 0.0) {
   char text[200];
@@ -36,56 +33,36 @@ void FindPeriodChange(const std::vector<TimeNs>& sorted, StampReport& report) {
   }
 }
 
-// The least delay from stamp to recording over the messages [begin, end), s.
-double LeastDelay(const std::vector<MessageTimes>& messages, std::size_t begin, std::size_t end) {
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = begin; i < end; ++i) {
-    least = std::min(least, SecondsSince(messages[i].stamp, messages[i].record));
+// Says of the largest jump and finds the longest part between any two.
+void CutAtJumps(const std::vector<MessageTimes>& messages, StampReport& report) {
+  report.steady_end = messages.size();
+  const std::vector<ClockJump> jumps = FitClock(messages).jumps;
+  if (jumps.empty()) return;
+  std::vector<std::size_t> ends;
+  const ClockJump* largest = &jumps.front();
+  for (const ClockJump& jump : jumps) {
+    ends.push_back(jump.index);
+    if (std::abs(jump.step) > std::abs(largest->step)) largest = &jump;
   }
-  return least;
-}
-
-// From message at - 1 to message `at`, and for seconds before and after it.
-bool IsClockJump(const std::vector<MessageTimes>& messages, std::size_t at, double period) {
-  const double limit = std::max(kSmallestJump, 2.5 * period);
-  const double step = SecondsSince(messages[at - 1].stamp, messages[at].stamp) -
-                      SecondsSince(messages[at - 1].record, messages[at].record);
-  if (std::abs(step) <= limit) return false;
-  std::size_t begin = at - 1, end = at + 1;
-  while (begin > 0 && SecondsSince(messages[begin - 1].record, messages[at - 1].record) < kSteady) --begin;
-  while (end < messages.size() && SecondsSince(messages[at].record, messages[end].record) < kSteady) ++end;
-  return std::abs(LeastDelay(messages, at, end) - LeastDelay(messages, begin, at)) > limit;
-}
-
-// Says of the first jump and finds the longest part between any two.
-void FindClockJumps(const std::vector<MessageTimes>& messages, double period, StampReport& report) {
-  std::size_t jumps = 0, begin = 0;
-  TimeNs longest = -1;
-  std::string first;
-  const auto end_part = [&](std::size_t end) {
-    const TimeNs length = messages[end - 1].record - messages[begin].record;
+  ends.push_back(messages.size());
+  double longest = -1.0;
+  std::size_t begin = 0;
+  for (const std::size_t end : ends) {
+    const double length = SecondsSince(messages[begin].record, messages[end - 1].record);
     if (length > longest) {
       longest = length;
       report.steady_begin = begin;
       report.steady_end = end;
     }
     begin = end;
-  };
-  for (std::size_t i = 1; i < messages.size(); ++i) {
-    if (!IsClockJump(messages, i, period)) continue;
-    end_part(i);
-    if (jumps++ > 0) continue;
-    first = Format("stamps advance by %.3f s while recording advances by %.3f s, %.2f s after the start",
-                   SecondsSince(messages[i - 1].stamp, messages[i].stamp),
-                   SecondsSince(messages[i - 1].record, messages[i].record),
-                   SecondsSince(messages.front().record, messages[i].record));
   }
-  if (!messages.empty()) end_part(messages.size());
-  if (jumps == 0) return;
-  report.warnings.push_back(std::to_string(jumps) + " clock jump(s): " + first +
-                            Format("; only the longest part between jumps is used, %.1f of %.1f s",
-                                   1e-9 * static_cast<double>(longest),
-                                   SecondsSince(messages.front().record, messages.back().record)));
+  report.warnings.push_back(
+      std::to_string(jumps.size()) + " clock jump(s), the largest by " +
+      Format("%+.4g s %.2f s after the start", largest->step,
+             SecondsSince(messages.front().record, messages[largest->index].record)) +
+      Format(
+          "; only the longest part between jumps is used, %.1f of %.1f s, and the time offset is that part's",
+          longest, SecondsSince(messages.front().record, messages.back().record)));
 }
 
 }  // namespace
@@ -94,7 +71,7 @@ StampReport CheckStamps(const std::vector<MessageTimes>& messages) {
   StampReport report;
   std::vector<TimeNs> all;
   for (const MessageTimes& message : messages) all.push_back(message.stamp);
-  FindClockJumps(messages, MedianPeriod(all), report);
+  CutAtJumps(messages, report);
   std::vector<TimeNs> stamps(all.begin() + static_cast<std::ptrdiff_t>(report.steady_begin),
                              all.begin() + static_cast<std::ptrdiff_t>(report.steady_end));
   TimeNs latest = stamps.empty() ? 0 : stamps.front();

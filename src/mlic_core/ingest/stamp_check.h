@@ -4,14 +4,9 @@
 #include <vector>
 
 #include "mlic_core/common/time.h"
+#include "mlic_core/ingest/clock_fit.h"
 
 namespace mlic {
-
-// When a message says it was measured, and when it was recorded.
-struct MessageTimes {
-  TimeNs stamp = 0;
-  TimeNs record = 0;
-};
 
 // What is odd about the stamps of one topic.
 struct StampReport {
@@ -25,10 +20,8 @@ struct StampReport {
   std::vector<std::string> warnings;  // changes of period, clock jumps; each one line without the topic
 };
 
-// messages: in order of recording. Times in the warnings are seconds after the first stamp. A clock has
-// jumped where from one message to the next, and for seconds, stamps and recording differ by another amount;
-// messages that come late, one by one or in a burst, are no jump. The counts are those of the longest part
-// without one.
+// messages: in order of recording. Times in the warnings are seconds after the first stamp. Where the
+// clock jumped (FitClock) the messages fall into parts; the counts are those of the longest.
 StampReport CheckStamps(const std::vector<MessageTimes>& messages);
 
 // CheckStamps of items in order of recording, of which only the longest part without a clock jump is kept:

@@ -16,8 +16,6 @@ constexpr double kMostLostShare = 0.5;       // of the messages
 constexpr double kFewestPeriodsOfGap = 5.0;  // LiDARs and cameras
 constexpr double kShortestGap = 0.5;         // s, likewise
 constexpr double kLeastDisorder = 0.001;     // of the messages
-constexpr double kHarmlessJump = 0.02;       // s: the calibration's own warning at most
-constexpr double kCutJump = 0.25;            // s: from here on the loader cuts the drive
 constexpr double kDriftSigmas = 5.0;         // of the fitted drift
 constexpr double kDriftWarn = 1e-3;          // s over the drive
 constexpr double kDriftFail = 0.05;          // s over the drive
@@ -139,15 +137,13 @@ Finding JumpFinding(const SensorTimes& sensor, const ClockFit& clock, TimeNs beg
     places.push_back(SecondsSince(begin, sensor.messages[jump.index].record));
     if (std::abs(jump.step) > std::abs(largest)) largest = jump.step;
   }
-  const double size = std::abs(largest);
-  const bool misleads = size > kHarmlessJump && size < kCutJump;
-  return {misleads ? Grade::kFail : Grade::kWarn,
+  return {Grade::kWarn,
           sensor.name,
           "clock jumps",
           std::to_string(places.size()) + ", the largest " + Number(1e3 * largest, "%+.1f") + " ms, " +
               PlacesText(places),
           limit,
-          "synchronise the clock before recording; calibrate a part without jumps by --start and --duration"};
+          "only the longest part between jumps is used; synchronise the clock before recording"};
 }
 
 Findings ArrivalFindings(const SensorTimes& sensor, const ClockFit& clock) {

@@ -83,8 +83,7 @@ TEST(StampFindings, FindsJumpsOfTheClock) {
     EXPECT_EQ(clock.jumps[0].index, 300u);
     EXPECT_NEAR(clock.jumps[0].step, step, 2e-3);
     EXPECT_LT(std::abs(clock.drift_ppm), 5.0 * clock.drift_sigma_ppm);
-    const bool misleads = std::abs(step) > 0.021 && std::abs(step) < 0.25;
-    EXPECT_EQ(Stamps(sensor, "clock jumps").grade, misleads ? Grade::kFail : Grade::kWarn);
+    EXPECT_EQ(Stamps(sensor, "clock jumps").grade, Grade::kWarn);
   }
 }
 

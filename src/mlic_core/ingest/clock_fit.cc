@@ -1,4 +1,4 @@
-#include "mlic_core/inspection/clock_fit.h"
+#include "mlic_core/ingest/clock_fit.h"
 
 #include <algorithm>
 #include <cmath>
@@ -25,14 +25,14 @@ struct WindowDelay {
   double delay = 0.0;
 };
 
-// The least delay of each window of kWindow seconds.
+// The least delay of each window of so many seconds.
 std::vector<WindowDelay> LeastDelays(const std::vector<MessageTimes>& messages,
-                                     const std::vector<double>& delays) {
+                                     const std::vector<double>& delays, double length = kWindow) {
   std::vector<WindowDelay> windows;
   double last = -1.0;
   for (std::size_t i = 0; i < messages.size(); ++i) {
     const double time = SecondsSince(messages.front().record, messages[i].record);
-    const double window = std::floor(time / kWindow);
+    const double window = std::floor(time / length);
     if (windows.empty() || window != last) {
       windows.push_back({time, delays[i]});
     } else if (delays[i] < windows.back().delay) {
@@ -43,7 +43,11 @@ std::vector<WindowDelay> LeastDelays(const std::vector<MessageTimes>& messages,
   return windows;
 }
 
-double Wander(const std::vector<WindowDelay>& windows) {
+double Wander(const std::vector<MessageTimes>& messages, const std::vector<double>& delays) {
+  constexpr double kFewestWindows = 10.0;  // so that jumps are few among them; from: guard
+  const double length = SecondsSince(messages.front().record, messages.back().record);
+  const std::vector<WindowDelay> windows =
+      LeastDelays(messages, delays, std::clamp(length / kFewestWindows, 1e-3, kWindow));
   std::vector<double> differences;
   for (std::size_t i = 1; i < windows.size(); ++i) {
     differences.push_back(std::abs(windows[i].delay - windows[i - 1].delay));
@@ -51,23 +55,33 @@ double Wander(const std::vector<WindowDelay>& windows) {
   return Median(std::move(differences));
 }
 
-// How far the least delay after message `at` lies from the one before it, each over kWindow; zero too near
-// the ends, where the least delay is that of too few messages.
+struct DelayRange {
+  double least, most;
+};
+
+// The least delay that is no accident: a message that overtakes another may bear too late a stamp.
+DelayRange RangeOf(std::vector<double> delays) {
+  constexpr std::size_t kAccidents = 2;  // among eight messages and more; from: guard
+  const std::size_t left_out = std::min(kAccidents, delays.size() / 4);
+  std::nth_element(delays.begin(), delays.begin() + static_cast<std::ptrdiff_t>(left_out), delays.end());
+  return {delays[left_out], *std::max_element(delays.begin(), delays.end())};
+}
+
+// How far the least delay after message `at` lies from the one before it, each over kWindow. Near the ends,
+// where the least delay is that of few messages, zero unless all of them lie apart from those on the other
+// side.
 double StepOfLeastDelay(const std::vector<MessageTimes>& messages, const std::vector<double>& delays,
                         std::size_t at) {
-  if (SecondsSince(messages.front().record, messages[at].record) < 0.5 * kWindow ||
-      SecondsSince(messages[at].record, messages.back().record) < 0.5 * kWindow) {
-    return 0.0;
-  }
-  double before = std::numeric_limits<double>::infinity(), after = before;
-  for (std::size_t i = at; i-- > 0 && SecondsSince(messages[i].record, messages[at].record) < kWindow;) {
-    before = std::min(before, delays[i]);
-  }
-  for (std::size_t i = at;
-       i < messages.size() && SecondsSince(messages[at].record, messages[i].record) < kWindow; ++i) {
-    after = std::min(after, delays[i]);
-  }
-  return std::isfinite(before) ? after - before : 0.0;
+  std::size_t begin = at, end = at;
+  while (begin > 0 && SecondsSince(messages[begin - 1].record, messages[at].record) < kWindow) --begin;
+  while (end < messages.size() && SecondsSince(messages[at].record, messages[end].record) < kWindow) ++end;
+  if (begin == at) return 0.0;
+  const DelayRange before = RangeOf({delays.begin() + begin, delays.begin() + at});
+  const DelayRange after = RangeOf({delays.begin() + at, delays.begin() + end});
+  const bool near_end = SecondsSince(messages.front().record, messages[at].record) < 0.5 * kWindow ||
+                        SecondsSince(messages[at].record, messages.back().record) < 0.5 * kWindow;
+  if (near_end && before.most > after.least && after.most > before.least) return 0.0;
+  return after.least - before.least;
 }
 
 // Of candidates within one window the largest step is the jump.
@@ -146,7 +160,7 @@ ClockFit FitClock(const std::vector<MessageTimes>& messages) {
   fit.drift_sigma_ppm = std::numeric_limits<double>::infinity();
   if (messages.size() < 2) return fit;
   const std::vector<double> delays = Delays(messages);
-  fit.wander = Wander(LeastDelays(messages, delays));
+  fit.wander = Wander(messages, delays);
   fit.jumps = FindJumps(messages, delays, fit.wander);
   FitDrift(messages, delays, &fit);
   fit.stamped_on_arrival = IsStampedOnArrival(messages, delays);

@@ -3,9 +3,14 @@
 #include <vector>
 
 #include "mlic_core/common/time.h"
-#include "mlic_core/ingest/stamp_check.h"
 
 namespace mlic {
+
+// When a message says it was measured, and when it was recorded.
+struct MessageTimes {
+  TimeNs stamp = 0;
+  TimeNs record = 0;
+};
 
 // A message's delay is its recording time less its stamp. Computers and networks only ever add to it, so that
 // the least delay over some seconds follows the difference of the two clocks, and all single delays do not.
