@@ -1,0 +1,251 @@
+"""What is done to a sound drive: one entry of FAULTS for each row of the table that run.py makes.
+
+A fault changes the messages of the bag, the rig file, or the bag's bytes. Nothing is drawn but from its name.
+"""
+
+import collections
+import copy
+import math
+import random
+import struct
+
+import genpy
+
+FRONT, BACK, IMU, LEFT, RIGHT = '/front/points', '/back/points', '/imu/data', '/cam_left/image_raw', '/cam_right/image_raw'
+LIDARS, CAMERAS = (FRONT, BACK), (LEFT, RIGHT)
+
+# name; drive (DRIVES of run.py); topics whose messages `change` sees; change(message, seconds, draw): list of
+# (message, delay of its record in s); rig(rig as read from YAML): changes it; bytes(path): changes the file;
+# hurt: sensors that may be lost; refusable: the whole may be refused or be bad input; shifted: sensors whose true time
+# offset the fault changes, so that theirs is not judged; says: a part of the report's lines that must be there, any case.
+Fault = collections.namedtuple('Fault', 'name drive topics change rig bytes hurt refusable shifted says',
+                               defaults=[(), None, None, None, (), False, (), ''])
+
+
+def keep(message):
+    return [(message, 0.0)]
+
+
+def losing(share):
+    return lambda message, seconds, draw: [] if draw.random() < share else keep(message)
+
+
+def doubling(share):
+    return lambda message, seconds, draw: keep(message) * (2 if draw.random() < share else 1)
+
+
+def delaying(share, delay):
+    return lambda message, seconds, draw: [(message, delay if draw.random() < share else 0.0)]
+
+
+def within(begin, end, change):
+    return lambda message, seconds, draw: change(message, seconds, draw) if begin <= seconds < end else keep(message)
+
+
+def dropped(message, seconds, draw):
+    return []
+
+
+def edited(edit):
+    def change(message, seconds, draw):
+        edit(message, seconds, draw)
+        return keep(message)
+    return change
+
+
+def jumping(after, step):
+    def edit(message, seconds, draw):
+        if seconds >= after:
+            message.header.stamp += genpy.Duration.from_sec(step)
+    return edited(edit)
+
+
+def drifting(ppm):
+    return edited(lambda message, seconds, draw: setattr(
+        message.header, 'stamp', message.header.stamp + genpy.Duration.from_sec(1e-6 * ppm * seconds)))
+
+
+def scaled(vector, factor):
+    for axis in 'xyz':
+        setattr(vector, axis, factor * getattr(vector, axis))
+
+
+def spikes(message, seconds, draw):
+    if draw.random() < 0.005:
+        message.angular_velocity.y += draw.choice((-20.0, 20.0))
+
+
+def clipped(message, seconds, draw):
+    for axis in 'xyz':
+        value = getattr(message.angular_velocity, axis)
+        setattr(message.angular_velocity, axis, max(-0.8, min(0.8, value)))
+
+
+def unknown_readings(message, seconds, draw):
+    if draw.random() < 0.02:
+        message.angular_velocity.x = math.nan
+
+
+def frozen_axis(message, seconds, draw):
+    message.angular_velocity.z = 0.0
+
+
+class Repeating:
+    """A driver that hangs: from `begin` on, its last data with new stamps."""
+
+    def __init__(self, begin):
+        self.begin, self.last = begin, None
+
+    def __call__(self, message, seconds, draw):
+        if seconds < self.begin or self.last is None:
+            self.last = message.data
+        else:
+            message.data = self.last
+        return keep(message)
+
+
+def with_ranges(change):
+    """Changes the points of a cloud by change(index, draw): a factor of the range, nan for no point."""
+    def edit(message, seconds, draw):
+        data = bytearray(message.data)
+        places = [field.offset for name in 'xyz' for field in message.fields if field.name == name]
+        for index in range(message.width * message.height):
+            factor = change(index, draw)
+            if factor == 1.0:
+                continue
+            for place in places:
+                at = index * message.point_step + place
+                struct.pack_into('<f', data, at, factor * struct.unpack_from('<f', data, at)[0])
+        message.data = bytes(data)
+    return edited(edit)
+
+
+def brightness(table):
+    table = bytes(max(0, min(255, int(round(table(value))))) for value in range(256))
+    return edited(lambda message, seconds, draw: setattr(message, 'data', bytes(message.data).translate(table)))
+
+
+def blurred(width):
+    """A mean over `width` pixels of each row: what a turn during the exposure does."""
+    def edit(message, seconds, draw):
+        data, out = bytes(message.data), bytearray(message.data)
+        for row in range(message.height):
+            line = data[row * message.step:row * message.step + message.width]
+            total = sum(line[:width])
+            for column in range(message.width - width):
+                out[row * message.step + column + width // 2] = total // width
+                total += line[column + width] - line[column]
+        message.data = bytes(out)
+    return edited(edit)
+
+
+def shifted_image(after, pixels):
+    """A camera that comes loose and turns about its vertical axis."""
+    def edit(message, seconds, draw):
+        if seconds < after:
+            return
+        data, step = bytes(message.data), message.step
+        message.data = b''.join(data[row * step + pixels:(row + 1) * step] + data[row * step:row * step + 1] * pixels
+                                for row in range(message.height))
+    return edited(edit)
+
+
+def exchanging(kind, a, b):
+    def change(rig):
+        first, second = rig[kind][a], rig[kind][b]
+        first['topic'], second['topic'] = second['topic'], first['topic']
+        for key in ('frame_id',):
+            if key in first or key in second:
+                first[key], second[key] = second.get(key), first.get(key)
+    return change
+
+
+def inverse_guess(rig):
+    pose = rig['lidars']['front']['T_imu_sensor']
+    x, y, z, w = pose['rotation']
+    r = [[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+         [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+         [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]]
+    t = pose['translation']
+    pose['translation'] = [-sum(r[k][i] * t[k] for k in range(3)) for i in range(3)]
+    pose['rotation'] = [-x, -y, -z, w]
+
+
+def wrong_view(factor):
+    def change(rig):
+        rig['cameras']['cam_left']['fov_deg'] *= factor
+    return change
+
+
+def cut_off(path):
+    size = path.stat().st_size
+    with open(path, 'r+b') as file:
+        file.truncate(int(0.8 * size))
+
+
+def _lidars(name, *values, **named):
+    return Fault(name, 'lidars', *values, **named)
+
+
+def _stereo(name, *values, **named):
+    return Fault(name, 'stereo', *values, **named)
+
+
+FAULTS = [
+    _lidars('none'),
+    _lidars('imu_lost_10', (IMU,), losing(0.1)),
+    _lidars('imu_doubled_10', (IMU,), doubling(0.1)),
+    _lidars('imu_late_10', (IMU,), delaying(0.1, 0.3)),
+    _lidars('imu_nan_2', (IMU,), edited(unknown_readings), says='NaN'),
+    _lidars('imu_spikes', (IMU,), edited(spikes), refusable=True),
+    _lidars('imu_axis_frozen', (IMU,), edited(frozen_axis), refusable=True, says='gyroscope z'),
+    _lidars('imu_axis_frozen_2_s', (IMU,), within(5, 7, edited(frozen_axis)), says='gyroscope z'),
+    _lidars('imu_saturated', (IMU,), edited(clipped), refusable=True, says='range'),
+    _lidars('imu_in_g', (IMU,), edited(lambda m, s, d: scaled(m.linear_acceleration, 1 / 9.80665)), refusable=True,
+            says='looks like g'),
+    _lidars('imu_in_deg_s', (IMU,), edited(lambda m, s, d: scaled(m.angular_velocity, 180 / math.pi)), refusable=True,
+            says='deg/s'),
+    _lidars('imu_gap_1_s', (IMU,), within(6, 7, dropped), says='gap'),
+    _lidars('imu_jump_20_ms', (IMU,), jumping(9, 0.02), shifted=('front', 'back'), says='clock jump'),
+    _lidars('lidar_lost_10', LIDARS, losing(0.1)),
+    _lidars('lidar_doubled_10', LIDARS, doubling(0.1)),
+    _lidars('lidar_late_10', LIDARS, delaying(0.1, 0.3)),
+    _lidars('lidar_nan_10', (FRONT,), with_ranges(lambda i, d: math.nan if i % 10 == 3 else 1.0)),
+    _lidars('lidar_rain_5', (FRONT,), with_ranges(lambda i, d: d.uniform(0.05, 0.9) if i % 20 == 3 else 1.0)),
+    _lidars('lidar_dies', (BACK,), within(7, 99, dropped), hurt=('back',)),
+    _lidars('lidar_starts_late', (BACK,), within(0, 8, dropped), hurt=('back',)),
+    _lidars('lidar_hangs', (BACK,), lambda: Repeating(8), hurt=('back',)),
+    _lidars('lidar_jump_20_ms', (BACK,), jumping(9, 0.02), hurt=('back',), shifted=('back',), says='clock jump'),
+    _lidars('lidar_jump_5_s', (BACK,), jumping(9, 5.0), hurt=('back',), shifted=('back',), says='clock jump'),
+    _lidars('lidar_drift_500_ppm', (BACK,), drifting(500), hurt=('back',), shifted=('back',)),
+    _lidars('lidars_exchanged', rig=exchanging('lidars', 'front', 'back'), hurt=('front', 'back'), refusable=True),
+    _lidars('guess_inverted', rig=inverse_guess, hurt=('front',), refusable=True),
+    _lidars('bag_cut_off', bytes=cut_off, refusable=True, says='reindex'),
+    _stereo('none'),
+    _stereo('camera_lost_10', CAMERAS, losing(0.1)),
+    _stereo('camera_late_10', CAMERAS, delaying(0.1, 0.3)),
+    _stereo('camera_dies', (RIGHT,), within(6, 99, dropped), hurt=('cam_right',)),
+    _stereo('camera_hangs', (RIGHT,), lambda: Repeating(7), hurt=('cam_right',)),
+    _stereo('camera_dark', (RIGHT,), brightness(lambda v: 0.03 * v), hurt=('cam_right',)),
+    _stereo('camera_overexposed', (RIGHT,), brightness(lambda v: 8 * v), hurt=('cam_right',)),
+    _stereo('camera_blurred', (RIGHT,), blurred(25), hurt=('cam_right',)),
+    _stereo('camera_loose_1_deg', (RIGHT,), shifted_image(7, 7), hurt=('cam_right',)),
+    _stereo('camera_view_30_percent', rig=wrong_view(1.3), hurt=('cam_left',)),
+    _stereo('cameras_exchanged', rig=exchanging('cameras', 'cam_left', 'cam_right'), hurt=('cam_left', 'cam_right')),
+]
+
+
+def draw_of(fault):
+    return random.Random(fault.name)
+
+
+def change_of(fault):
+    """The change with a memory of its own."""
+    return fault.change() if fault.name.endswith('_hangs') else fault.change
+
+
+def faulty(rig, fault):
+    rig = copy.deepcopy(rig)
+    if fault.rig:
+        fault.rig(rig)
+    return rig
