@@ -38,7 +38,7 @@ CeresJointProblem::CeresJointProblem(const JointProblem& given, const Calibratio
       point_(6, 3, PlusPoint),
       problem_(std::make_unique<ceres::Problem>(ProblemOptions(&at_))) {
   const bool poses = std::any_of(given.drives.begin(), given.drives.end(),
-                                 [](const DriveTerms& drive) { return !drive.poses.empty(); });
+                                 [](const DriveTerms& drive) { return !drive.poses.T_map_imu.empty(); });
   Check(!poses && !given.fix_trajectory, "Ceres reference: states the joint adjustment only");
   for (std::size_t d = 0; d < start.drives.size(); ++d) {
     AddLandmarks(d);

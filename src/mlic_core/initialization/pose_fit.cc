@@ -17,9 +17,7 @@ DriveState FitToPoses(const Drive& drive, const ImuSigma& imu_sigma, const std::
   problem.dataset = &one;
   DriveTerms& terms = problem.drives.emplace_back();
   terms.imu_sigma = imu_sigma;
-  for (const TimedPose& pose : poses) {
-    terms.poses.push_back({pose.time, pose.pose, sigma_rotation, sigma_translation});
-  }
+  terms.poses = {poses, sigma_rotation, sigma_translation};
   Check(SolveJointProblem(problem, 6, CancellationToken(), &fit).solved,
         "the fit of the trajectory to poses has no solution");
   return fit.drives.front();

@@ -18,8 +18,8 @@ double ImuSigmaOf(const ImuSigma& sigma, int component) {
 // Robust against shocks only: beyond 4 sigma.
 double ImuComponentCost(double whitened, double* weight) { return RobustCost(0.5 * whitened, weight) * 4.0; }
 
-PoseResidual ResidualOf(const PoseObservation& pose) {
-  return {pose.T_map_imu, pose.sigma_rotation, pose.sigma_translation};
+PoseResidual ResidualOf(const PoseObservations& observed, const TimedPose& pose) {
+  return {pose.pose, observed.sigma_rotation, observed.sigma_translation};
 }
 
 // Where in the calibration the rotation of a LiDAR stands that sees planes; none if no LiDAR does. Points of
@@ -96,12 +96,13 @@ double ImuCost(const LinearizationPoint& at, std::size_t d, std::size_t chunk) {
 
 void AddPoses(const LinearizationPoint& at, std::size_t d, Accumulator* sum) {
   const SplitSpline& trajectory = at.state.drives[d].trajectory;
-  for (const PoseObservation& pose : at.problem.drives[d].poses) {
+  const PoseObservations& observed = at.problem.drives[d].poses;
+  for (const TimedPose& pose : observed.T_map_imu) {
     if (!trajectory.Contains(pose.time)) continue;
     const SplineBasis rb(trajectory.rotation.knots(), pose.time);
     const SplineBasis pb(trajectory.position.knots(), pose.time);
     PoseResidual::Jacobian rows;
-    Eigen::Matrix<double, 6, 1> r = ResidualOf(pose).Evaluate(trajectory, rb, pb, &rows);
+    Eigen::Matrix<double, 6, 1> r = ResidualOf(observed, pose).Evaluate(trajectory, rb, pb, &rows);
     double weight;
     sum->cost += WholePoseCost(r, &weight);
     rows *= std::sqrt(weight);
@@ -113,11 +114,12 @@ void AddPoses(const LinearizationPoint& at, std::size_t d, Accumulator* sum) {
 double PoseCost(const LinearizationPoint& at, std::size_t d) {
   const SplitSpline& trajectory = at.state.drives[d].trajectory;
   double cost = 0.0, weight;
-  for (const PoseObservation& pose : at.problem.drives[d].poses) {
+  const PoseObservations& observed = at.problem.drives[d].poses;
+  for (const TimedPose& pose : observed.T_map_imu) {
     if (!trajectory.Contains(pose.time)) continue;
     const SplineBasis rb(trajectory.rotation.knots(), pose.time);
     const SplineBasis pb(trajectory.position.knots(), pose.time);
-    cost += WholePoseCost(ResidualOf(pose).Evaluate(trajectory, rb, pb), &weight);
+    cost += WholePoseCost(ResidualOf(observed, pose).Evaluate(trajectory, rb, pb), &weight);
   }
   return cost;
 }

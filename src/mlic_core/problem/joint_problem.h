@@ -35,7 +35,7 @@ struct DriveTerms {
   ImuSigma imu_sigma;  // of the samples; unused while the trajectory is held
   PlaneAssociation planes;
   LandmarkSet landmarks;
-  std::vector<PoseObservation> poses;
+  PoseObservations poses;
 };
 
 struct LidarTerms {

@@ -63,6 +63,7 @@ class Turntable : public testing::Test {
     problem_.dataset = &dataset_;
     problem_.imu.alignment_held.setZero();
     DriveTerms& terms = problem_.drives.emplace_back();
+    terms.poses = {{}, 1e-3, 0.01};
     terms.imu_sigma = {Eigen::Vector3d::Constant(kNoise.gyroscope * std::sqrt(kRate)),
                        Eigen::Vector3d::Constant(kNoise.accelerometer * std::sqrt(kRate))};
     for (int i = 0; i < static_cast<int>(kDuration * kRate); ++i) {
@@ -79,7 +80,7 @@ class Turntable : public testing::Test {
       RigidTransform T = trajectory.Pose(t);
       T.rotation = T.rotation * ExpQuaternion(1e-3 * noise * random());
       T.translation += 0.01 * noise * random();
-      terms.poses.push_back({t, T, 1e-3, 0.01});
+      terms.poses.T_map_imu.push_back({t, T});
     }
   }
 };
