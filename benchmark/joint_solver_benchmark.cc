@@ -161,8 +161,9 @@ void RunDrive(const DriveCase& drive, double duration, std::FILE* csv) {
   const OwnMinimum minimum = ceres_reference::FindOwnMinimum(given.problem, given.start);
   const Layout layout(given.start, given.problem.estimate_imu_matrices);
   std::fprintf(stderr, "%s: %zu observations of %zu planes, %zu IMU samples, %d + %d unknowns, %.0e sigma\n",
-               drive.name, given.problem.planes[0].observations.size(), given.problem.planes[0].planes.size(),
-               given.dataset.drives[0].imu.size(), layout.knots, layout.calibration, minimum.last_change);
+               drive.name, given.problem.drives[0].planes.observations.size(),
+               given.problem.drives[0].planes.planes.size(), given.dataset.drives[0].imu.size(), layout.knots,
+               layout.calibration, minimum.last_change);
   const auto measure = [&](const char* solver, const std::function<Measurement(int)>& run) {
     for (const int threads : {1, 2}) {
       Print(drive.name, solver, threads, InOwnProcess([&] {

@@ -62,12 +62,13 @@ JointSolverCase MakeJointSolverCase(const std::string& file, bool car, double du
   association.root_voxel = RootVoxelSize(drive);
   association.points_per_scan = kPointsPerScan;
   std::vector<PlaneNoise> noise(rig.lidars.size());
+  DriveTerms& terms = made.problem.drives.emplace_back();
   for (int round = 0; round < 2; ++round) {  // with the noise that the first shows
-    made.problem.planes = {AssociatePlanes(drive, made.start, 0, noise, association)};
-    noise = MeasurePlaneNoise(made.problem.planes, made.start, noise);
+    terms.planes = AssociatePlanes(drive, made.start, 0, noise, association);
+    noise = MeasurePlaneNoise(made.problem.drives, made.start, noise);
   }
-  made.problem.imu_sigma = {SampleSigma(drive.imu, std::nullopt)};
-  for (const LidarConfig& lidar : rig.lidars) made.problem.guesses.push_back(lidar.guess);
+  terms.imu_sigma = SampleSigma(drive.imu, std::nullopt);
+  for (const LidarConfig& lidar : rig.lidars) made.problem.lidars.push_back({lidar.guess, false});
   Random random(kSeed);
   for (SensorCalibration& lidar : made.start.lidars) Disturb(&random, &lidar);
   made.dataset.drives.emplace_back();

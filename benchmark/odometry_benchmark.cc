@@ -39,7 +39,7 @@ struct Figures {
   double path_error = 0.0;  // m
 };
 
-Figures Compare(const std::vector<OdometryPose>& poses, const std::vector<RigidTransform>& truth) {
+Figures Compare(const std::vector<TimedPose>& poses, const std::vector<RigidTransform>& truth) {
   const auto error = [&](std::size_t i, std::size_t k) {
     return (truth[i].Inverse() * truth[k]).Inverse() * (poses[i].pose.Inverse() * poses[k].pose);
   };
@@ -89,19 +89,19 @@ void RunCase(const Case& test, double duration) {
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
   const Clock::time_point begin = Clock::now();
   for (LidarScan& scan : recording.scans) FilterScan(scan);
-  const OdometryResult result = RunOdometry(recording, nullptr, CancellationToken(), nullptr);
+  const std::vector<TimedPose> poses = RunOdometry(recording, nullptr, CancellationToken(), nullptr);
   const double milliseconds = 1e3 * std::chrono::duration<double>(Clock::now() - begin).count();
 
   const auto trajectory = sim::MakeTrajectory(sensors, options);
   const SensorCalibration& calibration = sensors.lidars[0].calibration;
   std::vector<RigidTransform> truth;
-  for (const OdometryPose& pose : result.poses) {
+  for (const TimedPose& pose : poses) {
     truth.push_back(trajectory->PoseAt(pose.time + calibration.time_offset) * calibration.T_imu_sensor);
   }
-  const Figures figures = Compare(result.poses, truth);
-  std::printf("| %-28s | %6.2f | %7.2f | %7.4f | %6.3f | %6.2f |\n", test.name,
-              milliseconds / result.poses.size(), 1e3 * figures.second_translation, figures.second_rotation,
-              figures.drift_percent, 1e2 * figures.path_error);
+  const Figures figures = Compare(poses, truth);
+  std::printf("| %-28s | %6.2f | %7.2f | %7.4f | %6.3f | %6.2f |\n", test.name, milliseconds / poses.size(),
+              1e3 * figures.second_translation, figures.second_rotation, figures.drift_percent,
+              1e2 * figures.path_error);
   std::fflush(stdout);
 }
 

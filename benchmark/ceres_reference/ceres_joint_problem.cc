@@ -1,5 +1,6 @@
 #include "ceres_reference/ceres_joint_problem.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "ceres_reference/comparison.h"
@@ -29,14 +30,16 @@ CeresJointProblem::CeresJointProblem(const JointProblem& given, const Calibratio
     : given_(WithPointsCut(given, start)),
       layout_(start, given.estimate_imu_matrices),
       free_(FreeCalibration(given_, layout_)),
-      at_(start, given_.planes, given_.landmarks),
+      at_(start, given_.drives),
       calibration_(CalibrationBlocks(&at_, layout_)),
       huber_(kHuber),
       rotation_(4, 3, PlusRight),
       plane_(7, 3, PlusPlane),
       point_(6, 3, PlusPoint),
       problem_(std::make_unique<ceres::Problem>(ProblemOptions(&at_))) {
-  Check(given.poses.empty() && !given.fix_trajectory, "Ceres reference: states the joint adjustment only");
+  const bool poses = std::any_of(given.drives.begin(), given.drives.end(),
+                                 [](const DriveTerms& drive) { return !drive.poses.T_map_imu.empty(); });
+  Check(!poses && !given.fix_trajectory, "Ceres reference: states the joint adjustment only");
   for (std::size_t d = 0; d < start.drives.size(); ++d) {
     AddLandmarks(d);
     AddTrajectory(d);
@@ -52,20 +55,17 @@ void CeresJointProblem::Add(ceres::CostFunction* cost, ceres::LossFunction* loss
 }
 
 void CeresJointProblem::AddLandmarks(std::size_t d) {
-  if (d < given_.planes.size()) {
-    const PlaneAssociation& association = given_.planes[d];
-    for (std::size_t p = 0; p < association.planes.size(); ++p) {
-      double* plane = at_.drives[d].planes[p].data();
-      for (std::size_t k = association.begin[p]; k < association.begin[p + 1]; ++k) {
-        BlockList blocks;
-        auto* cost = new PlaneCost(&at_, d, association.observations[k], plane, &blocks);
-        Add(cost, &huber_, blocks);
-      }
-      SetManifold(problem_.get(), plane, &plane_);
+  const PlaneAssociation& association = given_.drives[d].planes;
+  for (std::size_t p = 0; p < association.planes.size(); ++p) {
+    double* plane = at_.drives[d].planes[p].data();
+    for (std::size_t k = association.begin[p]; k < association.begin[p + 1]; ++k) {
+      BlockList blocks;
+      auto* cost = new PlaneCost(&at_, d, association.observations[k], plane, &blocks);
+      Add(cost, &huber_, blocks);
     }
+    SetManifold(problem_.get(), plane, &plane_);
   }
-  if (d >= given_.landmarks.size()) return;
-  const LandmarkSet& set = given_.landmarks[d];
+  const LandmarkSet& set = given_.drives[d].landmarks;
   for (std::size_t p = 0; p < set.points.size(); ++p) {
     double* point = at_.drives[d].points[p].data();
     for (std::size_t k = set.begin[p]; k < set.begin[p + 1]; ++k) {
@@ -87,7 +87,8 @@ void CeresJointProblem::AddTrajectory(std::size_t d) {
   for (const ImuSample& sample : given_.dataset->drives[d].imu) {
     if (!trajectory.Contains(sample.time)) continue;
     BlockList blocks;
-    auto* cost = new ImuCost(&at_, d, sample, given_.imu_sigma[d], given_.estimate_imu_matrices, &blocks);
+    auto* cost =
+        new ImuCost(&at_, d, sample, given_.drives[d].imu_sigma, given_.estimate_imu_matrices, &blocks);
     Add(cost, nullptr, blocks);
   }
   BlockList blocks;

@@ -88,21 +88,16 @@ double LargestInSigmas(const Eigen::VectorXd& difference, const Eigen::MatrixXd&
 }
 
 JointProblem WithPointsCut(JointProblem problem, const CalibrationState& state) {
-  for (LandmarkSet& set : problem.landmarks) {
+  for (DriveTerms& drive : problem.drives) {
     std::vector<std::size_t> origins;
-    set = SplitPoints(set, state, kLongestPointCoupling, &origins);
+    drive.landmarks = SplitPoints(drive.landmarks, state, kLongestPointCoupling, &origins);
   }
   return problem;
 }
 
 SolveSummary ContinueSolve(int iterations, JointProblem* problem, CalibrationState* state) {
   SolveSummary summary = SolveJointProblem(*problem, iterations, CancellationToken(), state);
-  for (std::size_t d = 0; d < problem->planes.size(); ++d) {
-    problem->planes[d].planes = std::move(summary.planes[d]);
-  }
-  for (std::size_t d = 0; d < problem->landmarks.size(); ++d) {
-    problem->landmarks[d].points = std::move(summary.points[d]);
-  }
+  PlaceLandmarks(std::move(summary.landmarks), problem);
   return summary;
 }
 

@@ -42,17 +42,12 @@ PointLandmark PointOf(const double* block) {
   return {Eigen::Vector3d(block[0], block[1], block[2]), Eigen::Vector3d(block[3], block[4], block[5])};
 }
 
-EvaluationPoint::EvaluationPoint(const CalibrationState& start, const std::vector<PlaneAssociation>& planes,
-                                 const std::vector<LandmarkSet>& landmarks)
+EvaluationPoint::EvaluationPoint(const CalibrationState& start, const std::vector<DriveTerms>& terms)
     : state(start) {
   for (std::size_t d = 0; d < state.drives.size(); ++d) {
     drives.push_back(ControlPoints(state.drives[d].trajectory));
-    if (d < planes.size()) {
-      for (const MapPlane& plane : planes[d].planes) drives[d].planes.push_back(BlockOf(plane));
-    }
-    if (d < landmarks.size()) {
-      for (const PointLandmark& point : landmarks[d].points) drives[d].points.push_back(BlockOf(point));
-    }
+    for (const MapPlane& plane : terms[d].planes.planes) drives[d].planes.push_back(BlockOf(plane));
+    for (const PointLandmark& point : terms[d].landmarks.points) drives[d].points.push_back(BlockOf(point));
   }
   PrepareForEvaluation(true, true);
 }

@@ -7,7 +7,7 @@
 
 #include "mlic_core/factors/point_to_plane.h"
 #include "mlic_core/factors/reprojection.h"
-#include "mlic_core/problem/observations.h"
+#include "mlic_core/problem/joint_problem.h"
 #include "mlic_core/problem/state.h"
 
 namespace mlic::ceres_reference {
@@ -27,8 +27,7 @@ PointLandmark PointOf(const double* block);
 // biases and matrices are themselves Ceres's parameter blocks; its trajectories follow the control points.
 class EvaluationPoint : public ceres::EvaluationCallback {
  public:
-  EvaluationPoint(const CalibrationState& start, const std::vector<PlaneAssociation>& planes,
-                  const std::vector<LandmarkSet>& landmarks);
+  EvaluationPoint(const CalibrationState& start, const std::vector<DriveTerms>& terms);
   EvaluationPoint(const EvaluationPoint&) = delete;
   EvaluationPoint& operator=(const EvaluationPoint&) = delete;
 

@@ -75,12 +75,13 @@ LandmarkNoise NoiseOf(const std::vector<Whitened>& residuals) {
 
 }  // namespace
 
-std::vector<LandmarkNoise> MeasureLandmarkNoise(const std::vector<LandmarkSet>& landmarks,
+std::vector<LandmarkNoise> MeasureLandmarkNoise(const std::vector<DriveTerms>& drives,
                                                 const CalibrationState& state,
                                                 const LandmarkOptions& made_with, double least) {
   std::vector<std::vector<Whitened>> residuals(state.cameras.size());
-  for (std::size_t d = 0; d < landmarks.size(); ++d) {
-    Collect(landmarks[d], LandmarkResiduals(landmarks[d], state, d), made_with.noise_of_each, &residuals);
+  for (std::size_t d = 0; d < drives.size(); ++d) {
+    const LandmarkSet& set = drives[d].landmarks;
+    Collect(set, LandmarkResiduals(set, state, d), made_with.noise_of_each, &residuals);
   }
   std::vector<LandmarkNoise> noise(state.cameras.size(), {least, 1.0});
   for (std::size_t c = 0; c < noise.size(); ++c) {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "mlic_core/association/landmark_options.h"
-#include "mlic_core/problem/observations.h"
+#include "mlic_core/problem/joint_problem.h"
 #include "mlic_core/problem/state.h"
 
 namespace mlic {
@@ -30,7 +30,7 @@ inline double ManyObservationsScale(std::size_t observations) {
 // By how much each camera's reprojection errors exceed the tracks' own sigmas (robust; spread at least
 // `least`), given the options with which the landmarks were made. The dependence is what neighbouring
 // observations of a landmark have in common. A camera without observations: `least`.
-std::vector<LandmarkNoise> MeasureLandmarkNoise(const std::vector<LandmarkSet>& landmarks,
+std::vector<LandmarkNoise> MeasureLandmarkNoise(const std::vector<DriveTerms>& drives,
                                                 const CalibrationState& state,
                                                 const LandmarkOptions& made_with, double least = 0.3);
 

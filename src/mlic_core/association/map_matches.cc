@@ -270,20 +270,20 @@ MapMatches MatchCamerasToMap(const Dataset& dataset, const CalibrationState& sta
   return result;
 }
 
-std::vector<double> MeasureMatchNoise(const std::vector<LandmarkSet>& landmarks,
-                                      const CalibrationState& state) {
+std::vector<double> MeasureMatchNoise(const std::vector<DriveTerms>& drives, const CalibrationState& state) {
   constexpr double kBlock = 160.0;  // px
   struct Block {
     Eigen::Vector2d sum = Eigen::Vector2d::Zero();
     double count = 0.0;
   };
   std::vector<std::map<std::tuple<std::size_t, double, int, int>, Block>> blocks(state.cameras.size());
-  for (std::size_t d = 0; d < landmarks.size(); ++d) {
-    const std::vector<Eigen::Vector2d> residuals = LandmarkResiduals(landmarks[d], state, d);
-    for (std::size_t p = 0; p < landmarks[d].points.size(); ++p) {
-      if (!landmarks[d].IsOnMap(p)) continue;
-      const LandmarkObservation& o = landmarks[d].observations[landmarks[d].begin[p]];
-      const Eigen::Vector2d& residual = residuals[landmarks[d].begin[p]];
+  for (std::size_t d = 0; d < drives.size(); ++d) {
+    const LandmarkSet& set = drives[d].landmarks;
+    const std::vector<Eigen::Vector2d> residuals = LandmarkResiduals(set, state, d);
+    for (std::size_t p = 0; p < set.points.size(); ++p) {
+      if (!set.IsOnMap(p)) continue;
+      const LandmarkObservation& o = set.observations[set.begin[p]];
+      const Eigen::Vector2d& residual = residuals[set.begin[p]];
       if (!residual.allFinite()) continue;
       Block& block = blocks[o.camera][{d, o.time, static_cast<int>(o.pixel.x() / kBlock),
                                        static_cast<int>(o.pixel.y() / kBlock)}];

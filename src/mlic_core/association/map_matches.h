@@ -5,7 +5,7 @@
 
 #include "mlic_core/camera/tracks/tracks.h"
 #include "mlic_core/common/progress.h"
-#include "mlic_core/problem/observations.h"
+#include "mlic_core/problem/joint_problem.h"
 #include "mlic_core/problem/state.h"
 #include "mlic_core/result/result.h"
 #include "mlic_core/sensors/measurements.h"
@@ -53,8 +53,7 @@ MapMatches MatchCamerasToMap(const Dataset& dataset, const CalibrationState& sta
 // of one part of a photo share what is wrong with the map and the rendering there, so that many are little
 // better than one. From the mean whitened residuals of blocks of the photos against what independent ones
 // would give, at a solved state.
-std::vector<double> MeasureMatchNoise(const std::vector<LandmarkSet>& landmarks,
-                                      const CalibrationState& state);
+std::vector<double> MeasureMatchNoise(const std::vector<DriveTerms>& drives, const CalibrationState& state);
 
 // Adds the points of one set to another.
 void Append(const LandmarkSet& more, LandmarkSet* landmarks);

@@ -123,7 +123,7 @@ PlaneAssociation AssociatePlanes(const Drive& drive, const CalibrationState& sta
   return association;
 }
 
-std::vector<PlaneNoise> MeasurePlaneNoise(const std::vector<PlaneAssociation>& associations,
+std::vector<PlaneNoise> MeasurePlaneNoise(const std::vector<DriveTerms>& drives,
                                           const CalibrationState& state,
                                           const std::vector<PlaneNoise>& last) {
   constexpr int kBins = 6;              // from: structural
@@ -131,10 +131,11 @@ std::vector<PlaneNoise> MeasurePlaneNoise(const std::vector<PlaneAssociation>& a
   constexpr double kLeast = 1e-4;       // m: below what the spline itself leaves over; from: guard
   const std::size_t lidars = last.size();
   std::vector<std::vector<float>> sizes(lidars * kBins), cosines(lidars * kBins);
-  for (std::size_t d = 0; d < associations.size(); ++d) {
-    const std::vector<float> residuals = PlaneResiduals(associations[d], state, d);
+  for (std::size_t d = 0; d < drives.size(); ++d) {
+    const PlaneAssociation& association = drives[d].planes;
+    const std::vector<float> residuals = PlaneResiduals(association, state, d);
     for (std::size_t k = 0; k < residuals.size(); ++k) {
-      const PlaneObservation& o = associations[d].observations[k];
+      const PlaneObservation& o = association.observations[k];
       const float squared = o.cos_incidence * o.cos_incidence;
       const int bin = std::min(kBins - 1, static_cast<int>(squared * kBins));
       sizes[o.lidar * kBins + bin].push_back(std::abs(residuals[k] * o.cos_incidence));
@@ -183,10 +184,10 @@ std::vector<PlaneNoise> MeasurePlaneNoise(const std::vector<PlaneAssociation>& a
   return noise;
 }
 
-double CorrelationFactor(const std::vector<PlaneAssociation>& associations, const CalibrationState& state) {
+double CorrelationFactor(const std::vector<DriveTerms>& drives, const CalibrationState& state) {
   double squares = 0.0, variances = 0.0;
-  for (std::size_t d = 0; d < associations.size(); ++d) {
-    const PlaneAssociation& association = associations[d];
+  for (std::size_t d = 0; d < drives.size(); ++d) {
+    const PlaneAssociation& association = drives[d].planes;
     std::vector<Eigen::Vector2d> of_planes(association.planes.size());  // squares and variances
     ParallelFor(of_planes.size(), [&](std::size_t p) {
       const PlaneRows rows = RowsOfPlane(association, state, d, p);

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "mlic_core/lidar/plane_map.h"
+#include "mlic_core/problem/joint_problem.h"
 #include "mlic_core/problem/observations.h"
 #include "mlic_core/problem/state.h"
 #include "mlic_core/sensors/measurements.h"
@@ -29,7 +30,7 @@ PlaneAssociation AssociatePlanes(const Drive& drive, const CalibrationState& sta
 // Noise of each LiDAR from the residuals of its points: robust variances over the incidence, fitted by
 // range^2 * cos^2 + floor^2. A LiDAR with too few points keeps its noise. Never falls below a fifth of the
 // last noise at once, so that one lucky map does not shut the gate.
-std::vector<PlaneNoise> MeasurePlaneNoise(const std::vector<PlaneAssociation>& associations,
+std::vector<PlaneNoise> MeasurePlaneNoise(const std::vector<DriveTerms>& drives,
                                           const CalibrationState& state, const std::vector<PlaneNoise>& last);
 
 // By how much the points' shared errors (uneven ground, a beam's pointing, what the trajectory cannot follow)
@@ -38,6 +39,6 @@ std::vector<PlaneNoise> MeasurePlaneNoise(const std::vector<PlaneAssociation>& a
 //   sum of T^2 / sum of (sum of w - what the plane follows of it),
 // the variance of the sums against that of white residuals (docs/method.md, section 11). Large groups count
 // for more, as they do in the solve. One for independent points, and never less.
-double CorrelationFactor(const std::vector<PlaneAssociation>& associations, const CalibrationState& state);
+double CorrelationFactor(const std::vector<DriveTerms>& drives, const CalibrationState& state);
 
 }  // namespace mlic

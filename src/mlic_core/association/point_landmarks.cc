@@ -113,15 +113,6 @@ LandmarkSet TriangulateLandmarks(const TrackSet& tracks, const CalibrationState&
   return set;
 }
 
-std::vector<LandmarkSet> TriangulateLandmarks(const std::vector<TrackSet>& tracks,
-                                              const CalibrationState& state, const LandmarkOptions& options) {
-  std::vector<LandmarkSet> sets;
-  for (std::size_t d = 0; d < tracks.size(); ++d) {
-    sets.push_back(TriangulateLandmarks(tracks[d], state, d, options));
-  }
-  return sets;
-}
-
 std::vector<TrackSet> WithoutLostCameras(std::vector<TrackSet> tracks, const std::vector<bool>& found) {
   for (TrackSet& set : tracks) {
     for (Track& track : set.tracks) {

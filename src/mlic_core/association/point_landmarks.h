@@ -15,10 +15,6 @@ namespace mlic {
 LandmarkSet TriangulateLandmarks(const TrackSet& tracks, const CalibrationState& state, std::size_t drive,
                                  const LandmarkOptions& options);
 
-// The same for all drives.
-std::vector<LandmarkSet> TriangulateLandmarks(const std::vector<TrackSet>& tracks,
-                                              const CalibrationState& state, const LandmarkOptions& options);
-
 // The tracks without what cameras that were not found saw.
 std::vector<TrackSet> WithoutLostCameras(std::vector<TrackSet> tracks, const std::vector<bool>& found);
 

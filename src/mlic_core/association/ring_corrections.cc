@@ -99,15 +99,15 @@ void AddTo(const Rings& more, Rings* rings) {
   for (std::size_t r = 0; r < more.size(); ++r) (*rings)[r].Add(more[r]);
 }
 
-std::vector<Quarters> SumRings(const std::vector<PlaneAssociation>& associations,
-                               const CalibrationState& state) {
+std::vector<Quarters> SumRings(const std::vector<DriveTerms>& drives, const CalibrationState& state) {
   const std::size_t lidars = state.lidars.size();
   std::vector<Quarters> sums(lidars);
-  for (std::size_t d = 0; d < associations.size(); ++d) {
-    const RingSums of_drive{associations[d], state, state.drives[d].trajectory,
-                            PlaneResiduals(associations[d], state, d), ViewCentres(associations[d], lidars)};
+  for (std::size_t d = 0; d < drives.size(); ++d) {
+    const PlaneAssociation& association = drives[d].planes;
+    const RingSums of_drive{association, state, state.drives[d].trajectory,
+                            PlaneResiduals(association, state, d), ViewCentres(association, lidars)};
     std::vector<std::vector<Quarters>> parts(kChunks, std::vector<Quarters>(lidars));
-    ParallelChunks(associations[d].planes.size(), kChunks,
+    ParallelChunks(association.planes.size(), kChunks,
                    [&](std::size_t chunk, std::size_t begin, std::size_t end) {
                      for (std::size_t p = begin; p < end; ++p) of_drive.AddPlane(p, &parts[chunk]);
                    });
@@ -218,8 +218,8 @@ PointCorrection CorrectionOfRings(const CalibrationState& state) {
   return [&state](std::size_t lidar, const LidarPoint& point) { return CorrectedPoint(point, state, lidar); };
 }
 
-bool CorrectRings(const std::vector<PlaneAssociation>& associations, CalibrationState* state) {
-  const std::vector<Quarters> sums = SumRings(associations, *state);
+bool CorrectRings(const std::vector<DriveTerms>& drives, CalibrationState* state) {
+  const std::vector<Quarters> sums = SumRings(drives, *state);
   state->rings.resize(state->lidars.size());
   bool changed = false;
   for (std::size_t l = 0; l < sums.size(); ++l) changed |= Improve(sums[l], &state->rings[l]);

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "mlic_core/crossmodal/intensity_map.h"
-#include "mlic_core/problem/observations.h"
+#include "mlic_core/problem/joint_problem.h"
 #include "mlic_core/problem/state.h"
 
 namespace mlic {
@@ -36,7 +36,7 @@ Eigen::MatrixX2d RingTrend(const Eigen::VectorXd& elevations);
 // and those of the left half of the view to the right's. Ranges and elevations are judged apart. Later rounds
 // may add what all halves agree on. LiDARs of fewer than 8 rings, or whose points carry none, have no
 // corrections. Improves those of the state; true if it changed any.
-bool CorrectRings(const std::vector<PlaneAssociation>& associations, CalibrationState* state);
+bool CorrectRings(const std::vector<DriveTerms>& drives, CalibrationState* state);
 
 // Root mean square over the rings that were corrected: m, rad; zero for none.
 RingCorrection TypicalCorrection(const RingCorrections& corrections);

@@ -175,12 +175,18 @@ void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start,
   JointProblem& problem = adjustment.problem;
   const std::size_t cameras = rig.cameras.size();
   const std::vector<TrackSet> tracks = WithoutLostCameras(all_tracks, result->found);
-  for (const CameraConfig& camera : rig.cameras) {
-    problem.camera_guesses.push_back(camera.fixed ? std::nullopt : camera.guess);
+  problem.drives.resize(state->drives.size());
+  problem.cameras.resize(cameras);
+  for (std::size_t c = 0; c < cameras; ++c) {
+    problem.cameras[c].guess = rig.cameras[c].fixed ? std::nullopt : rig.cameras[c].guess;
   }
   LandmarkOptions options;
   options.noise.assign(cameras, LandmarkNoise());
-  std::vector<FixedCameraParameters> held;
+  std::vector<FixedCameraParameters>& held = result->held;
+  const auto hold = [&](std::vector<FixedCameraParameters> now) {
+    held = std::move(now);
+    for (std::size_t c = 0; c < cameras; ++c) problem.cameras[c].fixed = held[c];
+  };
   const Layout layout(*state, false);
   constexpr int kPlanned = static_cast<int>(std::size(kRounds));  // from: structural
   for (int round = adjustment.rounds.first; round < adjustment.rounds.end; ++round) {
@@ -188,10 +194,12 @@ void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start,
     const bool planned = round < kPlanned;
     options.least_sigma = planned ? kRounds[round].least_sigma : 0.0;
     options.least_parallax_deg = planned ? kRounds[round].least_parallax_deg : 0.5;
-    problem.landmarks = TriangulateLandmarks(tracks, *state, options);
+    for (std::size_t d = 0; d < tracks.size(); ++d) {
+      problem.drives[d].landmarks = TriangulateLandmarks(tracks[d], *state, d, options);
+    }
     const CalibrationState before = *state;
     const int parameters = planned ? kRounds[round].parameters : kAllParameters;
-    problem.camera_fixed = FixedInRound(rig, start, result->found, parameters);
+    hold(FixedInRound(rig, start, result->found, parameters));
     if (parameters == kAllParameters) {
       // What can be told is decided by the information at the present state.
       Eigen::MatrixXd prior;
@@ -200,24 +208,22 @@ void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start,
       CalibrationState probe = *state;
       const Eigen::MatrixXd information = SolveJointProblem(problem, 1, cancellation, &probe).information;
       if (information.size() == 0) break;
-      problem.camera_fixed =
-          HoldUndeterminedIntrinsics(information + prior, *state, layout, problem.camera_fixed,
-                                     PatternSensitivity(problem.landmarks, cameras));
+      hold(HoldUndeterminedIntrinsics(information + prior, *state, layout, held,
+                                      PatternSensitivity(problem.drives, cameras)));
     }
-    const SolveSummary summary = SolveJointProblem(problem, planned ? 4 : 3, cancellation, state);
+    SolveSummary summary = SolveJointProblem(problem, planned ? 4 : 3, cancellation, state);
     if (summary.information.size() == 0 && planned) continue;  // all steps damped: the next round goes on
     if (summary.information.size() == 0) break;
-    for (std::size_t d = 0; d < summary.points.size(); ++d) problem.landmarks[d].points = summary.points[d];
+    PlaceLandmarks(std::move(summary.landmarks), &problem);
     // The least sigma of planned rounds is not the tracks' own.
-    if (!planned) options.noise = MeasureLandmarkNoise(problem.landmarks, *state, options);
+    if (!planned) options.noise = MeasureLandmarkNoise(problem.drives, *state, options);
     result->information = summary.information;
     if (planned) continue;
-    if (ChangeInSigmas(before, *state, layout, problem.camera_fixed, summary.information) < kStandsStill)
-      break;
+    if (ChangeInSigmas(before, *state, layout, held, summary.information) < kStandsStill) break;
   }
-  result->held = problem.camera_fixed;
   result->noise = options.noise;
-  result->landmarks = std::move(problem.landmarks);
+  result->landmarks.clear();
+  for (DriveTerms& drive : problem.drives) result->landmarks.push_back(std::move(drive.landmarks));
 }
 
 CameraInitialization InitializeCameras(const Rig& rig, const std::vector<CameraStart>& start,

@@ -78,7 +78,7 @@ struct AdjustmentRounds {
 
 struct CameraAdjustment {
   // What takes part beside the cameras and what is held of the trajectories; AdjustCameras sets the
-  // landmarks, the fixed parameters and the guesses of cameras.
+  // landmarks and the cameras' terms. Without drives: the IMU has no say, as the trajectories are held.
   JointProblem problem;
   AdjustmentRounds rounds;
 };

@@ -19,12 +19,6 @@
 namespace mlic {
 namespace {
 
-std::vector<TimedPose> TimedPoses(const OdometryResult& odometry) {
-  std::vector<TimedPose> poses;
-  for (const OdometryPose& pose : odometry.poses) poses.push_back({pose.time, pose.pose});
-  return poses;
-}
-
 std::optional<RotationGuess> GuessOfRotation(const LidarConfig& lidar) {
   if (!lidar.guess) return std::nullopt;
   return RotationGuess{lidar.guess->T_imu_sensor.rotation, lidar.guess->sigma_rotation};
@@ -38,20 +32,19 @@ bool IsUsable(const AngularRateAlignment& alignment) {
 // With the guess; where nothing fits it, the guess is worse than it claims and counts for little. Where it is
 // worse still, as a transform that was given the wrong way round, and the motion shows all of the rotation,
 // it is dropped.
-AngularRateAlignment Align(const Drive& drive, const OdometryResult& odometry,
+AngularRateAlignment Align(const Drive& drive, const std::vector<TimedPose>& odometry,
                            std::optional<RotationGuess>* guess) {
   constexpr double kVague = 30.0 * M_PI / 180.0;  // from: guard, wider than any guess
-  const std::vector<TimedPose> poses = TimedPoses(odometry);
-  const AngularRateAlignment alignment = AlignAngularRates(drive.imu, poses, *guess);
+  const AngularRateAlignment alignment = AlignAngularRates(drive.imu, odometry, *guess);
   if (!*guess || IsUsable(alignment)) return alignment;
   RotationGuess vague = **guess;
   vague.sigma = vague.sigma.cwiseMax(kVague);
-  const AngularRateAlignment nearly = AlignAngularRates(drive.imu, poses, vague);
+  const AngularRateAlignment nearly = AlignAngularRates(drive.imu, odometry, vague);
   if (IsUsable(nearly)) {
     *guess = vague;
     return nearly;
   }
-  const AngularRateAlignment without = AlignAngularRates(drive.imu, poses, std::nullopt);
+  const AngularRateAlignment without = AlignAngularRates(drive.imu, odometry, std::nullopt);
   if (!IsUsable(without) || without.rotation_directions_shown < 3) return alignment;
   guess->reset();
   return without;
@@ -105,12 +98,11 @@ SplitSpline SplineThrough(const std::vector<TimedPose>& poses, const UniformKnot
 }
 
 // Says when gyroscope and accelerometer do not keep one clock.
-void CheckAccelerometerLag(const Drive& drive, const OdometryResult& odometry,
+void CheckAccelerometerLag(const Drive& drive, const std::vector<TimedPose>& odometry,
                            const AngularRateAlignment& alignment,
                            const std::optional<LeverArmGuess>& lever_guess, Initialization* result) {
   constexpr double kLeast = 0.01;  // s: what an offset can hide between the two
-  const AccelerometerLag lag =
-      MeasureAccelerometerLag(drive.imu, TimedPoses(odometry), alignment, lever_guess);
+  const AccelerometerLag lag = MeasureAccelerometerLag(drive.imu, odometry, alignment, lever_guess);
   if (!lag.valid || std::abs(lag.lag) < std::max(kLeast, 4.0 * lag.sigma)) return;
   char line[300];
   std::snprintf(
@@ -139,11 +131,10 @@ double Disagreement(const AngularRateAlignment& alignment, const GravityLeverArm
 
 // Starts the drive's trajectory from the base LiDAR's odometry: gravity-aligned, position and yaw of the
 // first pose zero; then the spline is fitted to poses and IMU together.
-bool InitializeDrive(const Dataset& dataset, std::size_t d, const OdometryResult& odometry,
+bool InitializeDrive(const Dataset& dataset, std::size_t d, const std::vector<TimedPose>& odometry,
                      const AngularRateAlignment& alignment, const GravityLeverArm& arm,
                      Initialization* result, RigidTransform* T_imu_base) {
   const Drive& drive = dataset.drives[d];
-  const std::vector<TimedPose> poses = TimedPoses(odometry);
   if (!arm.valid) {
     result->problems.push_back("gravity and lever arm were not found: " + arm.failure);
     return false;
@@ -154,7 +145,7 @@ bool InitializeDrive(const Dataset& dataset, std::size_t d, const OdometryResult
   const Eigen::Quaterniond upright = Eigen::Quaterniond::FromTwoVectors(arm.gravity, kGravity);
   const RigidTransform T_base_imu = T_imu_base->Inverse();
   std::vector<TimedPose> imu_poses;
-  for (const TimedPose& pose : poses) {
+  for (const TimedPose& pose : odometry) {
     const RigidTransform T = RigidTransform{upright, Eigen::Vector3d::Zero()} * pose.pose * T_base_imu;
     imu_poses.push_back({pose.time + alignment.time_offset, T});
   }
@@ -169,7 +160,7 @@ bool InitializeDrive(const Dataset& dataset, std::size_t d, const OdometryResult
   }
   const double start = std::max(drive.imu.front().time, imu_poses.front().time - 0.05);
   const double end = std::min(drive.imu.back().time, imu_poses.back().time + 0.05);
-  const KnotSpacing spacing = ChooseKnotSpacing(drive.imu, MedianPeriod(poses));
+  const KnotSpacing spacing = ChooseKnotSpacing(drive.imu, MedianPeriod(odometry));
   char line[160];
   std::snprintf(line, sizeof(line), "knots every %.0f ms (rotation) and %.0f ms (position)",
                 1e3 * spacing.rotation, 1e3 * spacing.position);
@@ -241,9 +232,9 @@ Initialization Initialize(const Rig& rig, const Dataset& dataset, const std::vec
         disagreement += 1e9;
         continue;
       }
-      of_lidar[d] = SolveGravityLeverArm(dataset.drives[d].imu, TimedPoses(odometry[d].lidars[l]),
-                                         a.R_imu_lidar, a.time_offset, a.gyroscope_bias,
-                                         LeverArmGuessOf(rig.lidars[l]), a.rotation_covariance);
+      of_lidar[d] =
+          SolveGravityLeverArm(dataset.drives[d].imu, odometry[d].lidars[l], a.R_imu_lidar, a.time_offset,
+                               a.gyroscope_bias, LeverArmGuessOf(rig.lidars[l]), a.rotation_covariance);
       disagreement += Disagreement(a, of_lidar[d]);
     }
     if (disagreement < best) {
@@ -289,7 +280,7 @@ Initialization Initialize(const Rig& rig, const Dataset& dataset, const std::vec
     }
     calibration.time_offset = alignment.time_offset;
     constexpr double kInterval = 1.0;
-    const auto motions = RelativeMotions(result.state.drives[0].trajectory, TimedPoses(odometry[0].lidars[l]),
+    const auto motions = RelativeMotions(result.state.drives[0].trajectory, odometry[0].lidars[l],
                                          alignment.time_offset, kInterval);
     const HandEyeResult hand_eye = SolveHandEye(motions, rig.lidars[l].guess, 10.0 * kInterval);
     calibration.T_imu_sensor = hand_eye.valid

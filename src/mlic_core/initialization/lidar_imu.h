@@ -14,7 +14,7 @@ namespace mlic {
 
 // Odometry of every LiDAR in one drive, and each LiDAR's alignment with the gyroscope.
 struct DriveOdometry {
-  std::vector<OdometryResult> lidars;
+  std::vector<std::vector<TimedPose>> lidars;  // RunOdometry
   std::vector<AngularRateAlignment> alignments;
 };
 

@@ -15,11 +15,9 @@ DriveState FitToPoses(const Drive& drive, const ImuSigma& imu_sigma, const std::
   one.drives[0].imu = drive.imu;
   JointProblem problem;
   problem.dataset = &one;
-  problem.imu_sigma = {imu_sigma};
-  problem.poses.emplace_back();
-  for (const TimedPose& pose : poses) {
-    problem.poses.back().push_back({pose.time, pose.pose, sigma_rotation, sigma_translation});
-  }
+  DriveTerms& terms = problem.drives.emplace_back();
+  terms.imu_sigma = imu_sigma;
+  terms.poses = {poses, sigma_rotation, sigma_translation};
   Check(SolveJointProblem(problem, 6, CancellationToken(), &fit).solved,
         "the fit of the trajectory to poses has no solution");
   return fit.drives.front();

@@ -115,10 +115,7 @@ TimeInterval LiveliestStretch(const std::vector<ImuSample>& imu, double length) 
 LidarRotation MeasureRotation(const LidarConfig& config, const LidarRecording& recording,
                               const std::vector<ImuSample>& imu, const CancellationToken& cancellation) {
   LidarRotation rotation{config.name, config.guess, {}};
-  std::vector<TimedPose> poses;
-  for (const OdometryPose& pose : RunOdometry(recording, nullptr, cancellation, [](double) {}).poses) {
-    poses.push_back({pose.time, pose.pose});
-  }
+  const std::vector<TimedPose> poses = RunOdometry(recording, nullptr, cancellation, [](double) {});
   rotation.alignment = AlignAngularRates(imu, poses, std::nullopt);
   return rotation;
 }

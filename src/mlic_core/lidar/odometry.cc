@@ -83,14 +83,11 @@ class Odometry {
   // twist: a first guess of the velocity in the next scan.
   void SetTwist(const Twist& twist) { state_.twist = twist; }
 
-  OdometryPose Register(const LidarScan& raw) {
+  TimedPose Register(const LidarScan& raw) {
     const PreparedScan scan = Prepare(raw);
-    OdometryPose pose;
-    pose.time = scan.middle;
     std::optional<ScanMotion> rotation;
     if (KnowsRotation(scan)) rotation.emplace(rotation_between_, scan.middle, scan.half_span);
     if (scans_ == 0) {
-      pose.inlier_share = scan.points.empty() ? 0.0 : 1.0;
       ScanMotion motion =
           rotation ? *rotation : ScanMotion(state_.twist, Eigen::Vector3d::Zero(), scan.half_span);
       motion.SetLinear(state_.twist.linear);
@@ -100,15 +97,12 @@ class Odometry {
       const double reach = 3.0 * (translation_error_.Value() + 0.5 * usual_range_ * rotation_error_.Value());
       const RegistrationResult result =
           RegisterScan(scan.points, scan.half_span, map_, prior, std::min(reach, kFarthestSearch), noise_);
-      pose.residual_rms = result.residual_rms;
-      pose.inlier_share = result.inlier_share;
       Learn(prior, result);
       if (IsNewView()) AddToMap(scan, MotionDuring(state_, prior, scan.half_span));
     }
-    pose.pose = state_.pose;
     last_middle_ = scan.middle;
     ++scans_;
-    return pose;
+    return {scan.middle, state_.pose};
   }
 
  private:
@@ -205,7 +199,7 @@ Twist FirstTwist(const LidarRecording& recording, double usual_range,
                  const RotationBetween& rotation_between) {
   if (recording.scans.size() < kStartScans) return {};
   Odometry trial(usual_range, rotation_between);
-  std::vector<OdometryPose> poses;
+  std::vector<TimedPose> poses;
   for (std::size_t i = 0; i < kStartScans; ++i) poses.push_back(trial.Register(recording.scans[i]));
   const auto velocity = [&](std::size_t i) {
     return VelocityBetween(poses[i].pose, poses[i + 1].pose,
@@ -217,20 +211,20 @@ Twist FirstTwist(const LidarRecording& recording, double usual_range,
 
 }  // namespace
 
-OdometryResult RunOdometry(const LidarRecording& recording, const RotationBetween& rotation_between,
-                           const CancellationToken& cancellation,
-                           const std::function<void(double fraction)>& on_progress) {
-  OdometryResult result;
-  result.poses.reserve(recording.scans.size());
+std::vector<TimedPose> RunOdometry(const LidarRecording& recording, const RotationBetween& rotation_between,
+                                   const CancellationToken& cancellation,
+                                   const std::function<void(double fraction)>& on_progress) {
+  std::vector<TimedPose> poses;
+  poses.reserve(recording.scans.size());
   const double usual_range = UsualRange(recording);
   Odometry odometry(usual_range, rotation_between);
   odometry.SetTwist(FirstTwist(recording, usual_range, rotation_between));
   for (std::size_t i = 0; i < recording.scans.size(); ++i) {
     cancellation.ThrowIfCancelled();
-    result.poses.push_back(odometry.Register(recording.scans[i]));
+    poses.push_back(odometry.Register(recording.scans[i]));
     if (on_progress) on_progress(static_cast<double>(i + 1) / static_cast<double>(recording.scans.size()));
   }
-  return result;
+  return poses;
 }
 
 }  // namespace mlic

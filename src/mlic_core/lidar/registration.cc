@@ -38,7 +38,6 @@ struct NormalEquations {
   Vector6d gradient[2];  // times s^0, s^1
   double weighted_squares = 0.0;
   double weights = 0.0;
-  std::size_t matched = 0;
 
   NormalEquations() {
     for (Matrix6d& m : hessian) m.setZero();
@@ -99,7 +98,6 @@ NormalEquations MatchPoints(const std::vector<TimedPoint>& points, std::size_t s
       if (std::abs(residual) > 3.0 * width) continue;
       const double kernel = GemanMcClure(residual * residual, squared_width);
       equations.Add(in_lidar, rotation.transpose() * surface->normal, residual, s, kernel / variance);
-      if (std::abs(residual) <= width) ++equations.matched;
       equations.weighted_squares += kernel * residual * residual;
       equations.weights += kernel;
     } else {
@@ -108,7 +106,6 @@ NormalEquations MatchPoints(const std::vector<TimedPoint>& points, std::size_t s
         equations.Add(in_lidar, rotation.row(axis).transpose(), difference[axis], s,
                       kernel / (3.0 * variance));
       }
-      ++equations.matched;
     }
   }
   return equations;
@@ -201,11 +198,6 @@ RegistrationResult RegisterScan(const std::vector<TimedPoint>& points, double ha
     const Vector12d step = hessian.ldlt().solve(right_side);
     if (!step.allFinite()) break;
     Update(step, &result.state);
-    result.iterations = iteration + 1;
-
-    const std::size_t used = (points.size() + stride - 1) / stride;
-    result.inlier_share =
-        used == 0 ? 0.0 : static_cast<double>(equations.matched) / static_cast<double>(used);
     result.residual_rms =
         equations.weights > 0.0 ? std::sqrt(equations.weighted_squares / equations.weights) : 0.0;
     const double scale = stride > 1 ? 10.0 : 1.0;

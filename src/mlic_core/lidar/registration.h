@@ -55,8 +55,6 @@ MeanVelocity VelocityBetween(const RigidTransform& from, const RigidTransform& t
 struct RegistrationResult {
   MotionState state;
   double residual_rms = 0.0;  // of the matched points on planes, m
-  double inlier_share = 0.0;  // matched points of all
-  int iterations = 0;
 };
 
 // Registers the points of one scan to the map: Gauss-Newton over pose and velocity of the scan (12
@@ -64,7 +62,7 @@ struct RegistrationResult {
 // planes, or from the middles of voxels that are not flat, with the Geman-McClure kernel; its width shrinks
 // from `search_width` to three times `noise`, the points' usual distance from their planes (m).
 //
-// half_span: the largest time of a point. Returns the prediction with inlier_share 0 when nothing matches.
+// half_span: the largest time of a point. Returns the prediction when nothing matches.
 RegistrationResult RegisterScan(const std::vector<TimedPoint>& points, double half_span,
                                 const VoxelHashMap& map, const MotionPrior& prior, double search_width,
                                 double noise);

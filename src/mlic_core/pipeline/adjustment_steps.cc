@@ -31,19 +31,18 @@ Adjustment StartAdjustment(const Rig& rig, const Dataset& dataset, Initializatio
   adjustment.contradicted_guesses.assign(rig.lidars.size(), false);
   adjustment.state = std::move(start.state);
   adjustment.initial.lidars = adjustment.state.lidars;
-  adjustment.given_imu_sigma = start.imu_sigma;
   adjustment.plane_noise.resize(rig.lidars.size());
   adjustment.rounds.points_per_scan = kFewPoints;
   JointProblem& problem = adjustment.problem;
   problem.dataset = &dataset;
-  problem.imu_sigma = std::move(start.imu_sigma);
+  for (const ImuSigma& sigma : start.imu_sigma) problem.drives.emplace_back().imu_sigma = sigma;
+  adjustment.given_imu_sigma = std::move(start.imu_sigma);
   // The accelerometer's scale, where it is estimated, and gravity look alike.
   const bool gravity_moves = !rig.imu.gravity && rig.imu.intrinsics == ImuIntrinsicsModel::kBias;
   problem.imu.gravity_sigma = gravity_moves ? kGravitySigma : 0.0;
   adjustment.state.gravity = rig.imu.gravity.value_or(kStandardGravity);
   for (const LidarConfig& lidar : rig.lidars) {
-    problem.guesses.push_back(lidar.fixed ? std::nullopt : lidar.guess);
-    problem.lidar_fixed.push_back(lidar.fixed);
+    problem.lidars.push_back({lidar.fixed ? std::nullopt : lidar.guess, lidar.fixed});
   }
   return adjustment;
 }
@@ -63,11 +62,10 @@ void AddCameras(const Rig& rig, const CameraInitialization& cameras, const std::
   }
   adjusted.landmark_options.noise_of_each = true;
   adjusted.landmark_options.largest_error = kLargestOwnError;
-  problem.camera_fixed = cameras.held;
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
     const CameraConfig& config = rig.cameras[c];
     const bool still = config.fixed || !cameras.found[c];
-    problem.camera_guesses.push_back(config.fixed ? std::nullopt : config.guess);
+    problem.cameras.push_back({config.fixed ? std::nullopt : config.guess, cameras.held[c]});
     adjusted.always_fixed.push_back({still, still, still, !cameras.found[c], {}});
     adjusted.always_fixed.back().intrinsics.assign(state.cameras[c].intrinsics.parameters.size(),
                                                    !cameras.found[c]);
@@ -81,12 +79,12 @@ void AssociateWithPlanes(const AdjustmentContext& context, const std::vector<boo
   options.root_voxel = RootVoxelSize(dataset.drives[0]);
   options.points_per_scan = points_per_scan;
   options.lidars = lidars;
-  std::vector<PlaneAssociation>& planes = adjustment->problem.planes;
-  planes.clear();
+  std::vector<DriveTerms>& drives = adjustment->problem.drives;
+  for (DriveTerms& drive : drives) drive.planes = {};  // the old ones' memory is needed
   for (std::size_t d = 0; d < dataset.drives.size(); ++d) {
     context.monitor.cancellation.ThrowIfCancelled();
-    planes.push_back(
-        AssociatePlanes(dataset.drives[d], adjustment->state, d, adjustment->plane_noise, options));
+    drives[d].planes =
+        AssociatePlanes(dataset.drives[d], adjustment->state, d, adjustment->plane_noise, options);
   }
 }
 
@@ -98,14 +96,7 @@ SolveSummary SolveAdjustment(const CancellationToken& cancellation, Adjustment* 
         "the joint adjustment's equations have no solution in numbers; please report this with the log");
   }
   // Residuals to planes where the solve did not leave them would look like noise.
-  for (std::size_t d = 0; d < problem.planes.size(); ++d) {
-    problem.planes[d].planes = std::move(summary.planes[d]);
-  }
-  for (std::size_t d = 0; d < problem.landmarks.size(); ++d) {
-    problem.landmarks[d].points = std::move(summary.points[d]);
-  }
-  summary.planes.clear();
-  summary.points.clear();
+  PlaceLandmarks(std::move(summary.landmarks), &problem);
   return summary;
 }
 

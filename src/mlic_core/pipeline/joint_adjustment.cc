@@ -53,7 +53,7 @@ void BeginRounds(Landmarks landmarks, Adjustment* adjustment) {
 
 void MatchMap(const AdjustmentContext& context, Adjustment* adjustment) {
   const AdjustedCameras& cameras = adjustment->cameras;
-  std::vector<LandmarkSet>& landmarks = adjustment->problem.landmarks;
+  std::vector<DriveTerms>& drives = adjustment->problem.drives;
   MapMatchingOptions options;
   options.noise_scale = adjustment->map.noise;
   const MatchedCameras matched{cameras.tracks, cameras.sigmas, cameras.found};
@@ -68,25 +68,27 @@ void MatchMap(const AdjustmentContext& context, Adjustment* adjustment) {
     context.monitor.line(text);
   }
   adjustment->map.held_out.clear();
-  for (std::size_t d = 0; d < landmarks.size(); ++d) {
+  for (std::size_t d = 0; d < drives.size(); ++d) {
     adjustment->map.held_out.push_back(TakeHeldOutMatches(&matches.landmarks[d]));
-    Append(matches.landmarks[d], &landmarks[d]);
+    Append(matches.landmarks[d], &drives[d].landmarks);
   }
 }
 
 void AssociateWithLandmarks(const AdjustmentContext& context, Adjustment* adjustment) {
   const AdjustedCameras& cameras = adjustment->cameras;
-  adjustment->problem.landmarks =
-      TriangulateLandmarks(cameras.tracks, adjustment->state, cameras.landmark_options);
+  for (std::size_t d = 0; d < cameras.tracks.size(); ++d) {
+    adjustment->problem.drives[d].landmarks =
+        TriangulateLandmarks(cameras.tracks[d], adjustment->state, d, cameras.landmark_options);
+  }
   if (adjustment->rounds.landmarks == Landmarks::kTracksAndMap) MatchMap(context, adjustment);
 }
 
 void MeasureLandmarks(Adjustment* adjustment) {
-  const std::vector<LandmarkSet>& landmarks = adjustment->problem.landmarks;
+  const std::vector<DriveTerms>& drives = adjustment->problem.drives;
   LandmarkOptions& options = adjustment->cameras.landmark_options;
-  options.noise = MeasureLandmarkNoise(landmarks, adjustment->state, options);
+  options.noise = MeasureLandmarkNoise(drives, adjustment->state, options);
   if (adjustment->rounds.landmarks != Landmarks::kTracksAndMap) return;
-  const std::vector<double> noise = MeasureMatchNoise(landmarks, adjustment->state);
+  const std::vector<double> noise = MeasureMatchNoise(drives, adjustment->state);
   for (std::size_t c = 0; c < noise.size(); ++c) {
     adjustment->map.noise[c] = std::max(kLeastMatchNoise, adjustment->map.noise[c] * noise[c]);
   }
@@ -98,18 +100,19 @@ void FixUnobservableIntrinsics(const Dataset& dataset, Adjustment* adjustment) {
   const CalibrationState& state = adjustment->state;
   const Layout layout(state, problem.estimate_imu_matrices);
   if (adjustment->last_solve.information.rows() != layout.calibration) return;
-  for (FixedCameraParameters& fixed : problem.camera_fixed) fixed.square_pixels = false;  // decided anew
+  for (CameraTerms& camera : problem.cameras) camera.fixed.square_pixels = false;  // decided anew
   Eigen::MatrixXd prior;
   Eigen::VectorXd gradient;
   CalibrationPrior(problem, state, layout, &prior, &gradient);
-  problem.camera_fixed = HoldUndeterminedIntrinsics(
+  const std::vector<FixedCameraParameters> held = HoldUndeterminedIntrinsics(
       ScaledInformation(*adjustment, dataset) + prior, state, layout, adjustment->cameras.always_fixed,
-      PatternSensitivity(problem.landmarks, state.cameras.size()));
+      PatternSensitivity(problem.drives, state.cameras.size()));
+  for (std::size_t c = 0; c < held.size(); ++c) problem.cameras[c].fixed = held[c];
 }
 
 void MeasureImuSigmas(const Dataset& dataset, Adjustment* adjustment) {
   for (std::size_t d = 0; d < dataset.drives.size(); ++d) {
-    adjustment->problem.imu_sigma[d] =
+    adjustment->problem.drives[d].imu_sigma =
         MeasureImuSigma(EvaluateImuResiduals(dataset, adjustment->state, d),
                         adjustment->state.drives[d].trajectory, adjustment->given_imu_sigma[d]);
   }
@@ -121,7 +124,7 @@ void DropContradictedGuesses(Adjustment* adjustment) {
   for (std::size_t s = 0; s < order.size(); ++s) {
     if (!adjustment->contradicted_guesses[s]) continue;
     const SensorId id = order.At(s);
-    (id.IsLidar() ? problem.guesses : problem.camera_guesses)[id.index].reset();
+    (id.IsLidar() ? problem.lidars[id.index].guess : problem.cameras[id.index].guess).reset();
   }
 }
 
@@ -135,7 +138,7 @@ bool FindContradictedGuesses(const AdjustmentContext& context, const Calibration
     const SensorId id = order.At(s);
     const bool takes_part =
         id.IsLidar() ? !adjustment->rejected_lidars[id.index] : adjustment->cameras.found[id.index];
-    const std::optional<ExtrinsicGuess> guess = GuessOf(id, adjustment->problem);
+    const std::optional<ExtrinsicGuess>& guess = GuessOf(id, adjustment->problem);
     if (!takes_part || !guess) continue;
     const RigidTransform& now = adjustment->state.Sensor(id).T_imu_sensor;
     ExtrinsicGuess last = *guess;
@@ -202,7 +205,7 @@ void AssociateAndSolve(const AdjustmentContext& context, bool many, Adjustment* 
   const bool landmarks = adjustment->rounds.landmarks != Landmarks::kNone && round < kLandmarkRounds;
   if (landmarks) AssociateWithLandmarks(context, adjustment);
   adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment);
-  adjustment->plane_noise = MeasurePlaneNoise(problem.planes, adjustment->state, adjustment->plane_noise);
+  adjustment->plane_noise = MeasurePlaneNoise(problem.drives, adjustment->state, adjustment->plane_noise);
   if (landmarks) MeasureLandmarks(adjustment);
   MeasureImuSigmas(context.dataset, adjustment);
 }
@@ -212,7 +215,7 @@ void AssociateAndSolve(const AdjustmentContext& context, bool many, Adjustment* 
 void WeakenImuBySlowErrors(const AdjustmentContext& context, Adjustment* adjustment) {
   bool weaker = false;
   for (std::size_t d = 0; d < context.dataset.drives.size(); ++d) {
-    ImuSigma& sigma = adjustment->problem.imu_sigma[d];
+    ImuSigma& sigma = adjustment->problem.drives[d].imu_sigma;
     const ImuMeanExcess excess =
         MeasureMeanExcess(EvaluateImuResiduals(context.dataset, adjustment->state, d), sigma);
     adjustment->scale.imu.push_back(excess);
@@ -237,7 +240,7 @@ std::string DescribeRound(const Adjustment& adjustment, double change) {
       text, sizeof(text),
       "round %d: %zu planes, %zu points, %zu observations of landmarks, cost %.0f, calibration moved by "
       "%.2f of its sigma",
-      adjustment.rounds.done + 1, adjustment.problem.planes[0].planes.size(),
+      adjustment.rounds.done + 1, adjustment.problem.drives[0].planes.planes.size(),
       adjustment.last_solve.observations, adjustment.last_solve.landmark_observations,
       adjustment.last_solve.last_cost, change);
   return text;
@@ -246,7 +249,7 @@ std::string DescribeRound(const Adjustment& adjustment, double change) {
 void MeasureScale(const Adjustment& adjustment, CovarianceScale* scale) {
   const JointProblem& problem = adjustment.problem;
   const CalibrationState& state = adjustment.state;
-  scale->correlation = CorrelationFactor(problem.planes, state);
+  scale->correlation = CorrelationFactor(problem.drives, state);
   scale->stamps = MeasureStampErrors(problem, state);
   for (std::size_t l = 0; l < state.lidars.size(); ++l) {
     scale->correlation = std::max(scale->correlation, scale->stamps[l].excess);
@@ -302,7 +305,7 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     rounds.last_change = change;
     // Not before: extrinsics on their way look like rings that err.
     const bool rings_moved =
-        many && change < 1.0 && CorrectRings(adjustment.problem.planes, &adjustment.state);
+        many && change < 1.0 && CorrectRings(adjustment.problem.drives, &adjustment.state);
     if (!adjustment.state.lidars.empty()) {
       adjustment.cameras.sigmas =
           SigmasAgainstLidar(Analyze(adjustment, context.dataset), adjustment.state, adjustment.base_lidar);

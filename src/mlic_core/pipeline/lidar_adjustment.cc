@@ -17,28 +17,28 @@ Adjustment AdjustEachLidar(Adjustment adjustment, const AdjustmentContext& conte
   }
   JointProblem& problem = adjustment.problem;
   std::vector<PlaneNoise>& noise = adjustment.plane_noise;
-  const std::vector<bool> fixed = problem.lidar_fixed;
+  const std::vector<LidarTerms> given = problem.lidars;
   for (std::size_t k = 0; k < lidars; ++k) {
     const std::size_t lidar = order[k];
     std::vector<bool> only(lidars, false);
     only[lidar] = true;
-    for (std::size_t l = 0; l < lidars; ++l) problem.lidar_fixed[l] = fixed[l] || l != lidar;
+    for (std::size_t l = 0; l < lidars; ++l) problem.lidars[l].fixed = given[l].fixed || l != lidar;
     problem.fix_trajectory = lidar != base;
     for (int round = 0; round < kRounds; ++round) {
       AssociateWithPlanes(context, only, kFewPoints, &adjustment);
       SolveAdjustment(context.monitor.cancellation, &adjustment);
-      noise = MeasurePlaneNoise(problem.planes, adjustment.state, noise);
+      noise = MeasurePlaneNoise(problem.drives, adjustment.state, noise);
       context.monitor.progress((static_cast<double>(k) + (round + 1.0) / kRounds) /
                                static_cast<double>(lidars));
     }
     char text[160];
     std::snprintf(text, sizeof(text), "%s: %zu planes, points off them by %.1f mm",
-                  context.rig.lidars[lidar].name.c_str(), problem.planes[0].planes.size(),
+                  context.rig.lidars[lidar].name.c_str(), problem.drives[0].planes.planes.size(),
                   1e3 * noise[lidar].Sigma(1.0));
     context.monitor.line(text);
     ShowAdjustment(context, "plane adjustment of each LiDAR", static_cast<int>(k), adjustment);
   }
-  problem.lidar_fixed = fixed;
+  problem.lidars = given;
   problem.fix_trajectory = false;
   // LiDARs still disagree by what their own adjustments could not see; the common map must bridge that.
   for (PlaneNoise& of_lidar : noise) of_lidar.floor = std::max(of_lidar.floor, 0.05);
@@ -52,7 +52,7 @@ void RejectLostLidars(const AdjustmentContext& context, Adjustment* adjustment) 
         !IsLostFromGuess(config, adjustment->state.lidars[l].T_imu_sensor)) {
       continue;
     }
-    adjustment->rejected_lidars[l] = adjustment->problem.lidar_fixed[l] = true;
+    adjustment->rejected_lidars[l] = adjustment->problem.lidars[l].fixed = true;
     context.monitor.line(config.name + ": rejected, its planes lead far from where it started");
   }
 }

@@ -18,17 +18,17 @@ double ImuSigmaOf(const ImuSigma& sigma, int component) {
 // Robust against shocks only: beyond 4 sigma.
 double ImuComponentCost(double whitened, double* weight) { return RobustCost(0.5 * whitened, weight) * 4.0; }
 
-PoseResidual ResidualOf(const PoseObservation& pose) {
-  return {pose.T_map_imu, pose.sigma_rotation, pose.sigma_translation};
+PoseResidual ResidualOf(const PoseObservations& observed, const TimedPose& pose) {
+  return {pose.pose, observed.sigma_rotation, observed.sigma_translation};
 }
 
 // Where in the calibration the rotation of a LiDAR stands that sees planes; none if no LiDAR does. Points of
 // cameras are as free to follow as the trajectory: with a camera's yaw fixed, a car's first steps end 30 cm
 // off (camera_imu_test), with the IMU's not.
 std::optional<int> LidarOfMap(const LinearizationPoint& at, std::size_t d) {
-  const JointProblem& problem = at.problem;
-  if (d >= problem.planes.size() || problem.planes[d].observations.empty()) return std::nullopt;
-  return Layout::Lidar(problem.planes[d].observations[0].lidar);
+  const std::vector<PlaneObservation>& observations = at.problem.drives[d].planes.observations;
+  if (observations.empty()) return std::nullopt;
+  return Layout::Lidar(observations[0].lidar);
 }
 
 // The loss of the whole pose, so that a lost scan has little say.
@@ -63,7 +63,7 @@ void AddImu(const LinearizationPoint& at, std::size_t d, std::size_t chunk, Accu
     const SplineBasis pb(trajectory.position.knots(), samples[k].time);
     Eigen::Matrix<double, 6, 1> r = ImuResidual::Evaluate(trajectory, rb, pb, imu, gravity, samples[k], &J);
     for (int i = 0; i < 6; ++i) {
-      const double sigma = ImuSigmaOf(at.problem.imu_sigma[d], i);
+      const double sigma = ImuSigmaOf(at.problem.drives[d].imu_sigma, i);
       double weight;
       sum->cost += ImuComponentCost(r[i] / sigma, &weight);
       const double scale = std::sqrt(weight) / sigma;
@@ -88,7 +88,7 @@ double ImuCost(const LinearizationPoint& at, std::size_t d, std::size_t chunk) {
         ImuResidual::Evaluate(trajectory, rb, pb, imu, at.state.Gravity(), samples[k], nullptr);
     double weight;
     for (int i = 0; i < 6; ++i) {
-      cost += ImuComponentCost(r[i] / ImuSigmaOf(at.problem.imu_sigma[d], i), &weight);
+      cost += ImuComponentCost(r[i] / ImuSigmaOf(at.problem.drives[d].imu_sigma, i), &weight);
     }
   }
   return cost;
@@ -96,12 +96,13 @@ double ImuCost(const LinearizationPoint& at, std::size_t d, std::size_t chunk) {
 
 void AddPoses(const LinearizationPoint& at, std::size_t d, Accumulator* sum) {
   const SplitSpline& trajectory = at.state.drives[d].trajectory;
-  for (const PoseObservation& pose : at.problem.poses[d]) {
+  const PoseObservations& observed = at.problem.drives[d].poses;
+  for (const TimedPose& pose : observed.T_map_imu) {
     if (!trajectory.Contains(pose.time)) continue;
     const SplineBasis rb(trajectory.rotation.knots(), pose.time);
     const SplineBasis pb(trajectory.position.knots(), pose.time);
     PoseResidual::Jacobian rows;
-    Eigen::Matrix<double, 6, 1> r = ResidualOf(pose).Evaluate(trajectory, rb, pb, &rows);
+    Eigen::Matrix<double, 6, 1> r = ResidualOf(observed, pose).Evaluate(trajectory, rb, pb, &rows);
     double weight;
     sum->cost += WholePoseCost(r, &weight);
     rows *= std::sqrt(weight);
@@ -113,11 +114,12 @@ void AddPoses(const LinearizationPoint& at, std::size_t d, Accumulator* sum) {
 double PoseCost(const LinearizationPoint& at, std::size_t d) {
   const SplitSpline& trajectory = at.state.drives[d].trajectory;
   double cost = 0.0, weight;
-  for (const PoseObservation& pose : at.problem.poses[d]) {
+  const PoseObservations& observed = at.problem.drives[d].poses;
+  for (const TimedPose& pose : observed.T_map_imu) {
     if (!trajectory.Contains(pose.time)) continue;
     const SplineBasis rb(trajectory.rotation.knots(), pose.time);
     const SplineBasis pb(trajectory.position.knots(), pose.time);
-    cost += WholePoseCost(ResidualOf(pose).Evaluate(trajectory, rb, pb), &weight);
+    cost += WholePoseCost(ResidualOf(observed, pose).Evaluate(trajectory, rb, pb), &weight);
   }
   return cost;
 }

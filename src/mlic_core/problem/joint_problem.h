@@ -30,18 +30,32 @@ struct ImuFreedom {
   double gravity_sigma = 0.0;  // m/s^2, of the prior about kStandardGravity; 0: gravity is held
 };
 
+// What one drive adds to the problem beside its IMU samples; empty where it has none of a kind.
+struct DriveTerms {
+  ImuSigma imu_sigma;  // of the samples; unused while the trajectory is held
+  PlaneAssociation planes;
+  LandmarkSet landmarks;
+  PoseObservations poses;
+};
+
+struct LidarTerms {
+  std::optional<ExtrinsicGuess> guess;  // the prior; none: nothing is given, or not any more
+  bool fixed = false;                   // neither pose nor offset moves
+};
+
+struct CameraTerms {
+  std::optional<ExtrinsicGuess> guess;  // as of a LiDAR
+  FixedCameraParameters fixed;
+};
+
 // Everything that the joint solve is made of. What is held constant is said by the flags and the mask.
 struct JointProblem {
   const Dataset* dataset = nullptr;
-  std::vector<ImuSigma> imu_sigma;                            // for each drive
-  std::vector<PlaneAssociation> planes;                       // for each drive; may be empty
-  std::vector<LandmarkSet> landmarks;                         // for each drive; may be empty
-  std::vector<std::vector<PoseObservation>> poses;            // for each drive; may be empty
-  std::vector<std::optional<ExtrinsicGuess>> guesses;         // for each LiDAR: priors
-  std::vector<bool> lidar_fixed;                              // neither pose nor offset moves
-  std::vector<std::optional<ExtrinsicGuess>> camera_guesses;  // for each camera: priors; may be empty
-  std::vector<FixedCameraParameters> camera_fixed;            // for each camera; empty: all move
-  bool fix_trajectory = false;                                // and the biases
+  // One for each drive, LiDAR and camera of the state.
+  std::vector<DriveTerms> drives;
+  std::vector<LidarTerms> lidars;
+  std::vector<CameraTerms> cameras;
+  bool fix_trajectory = false;  // and the biases
   bool estimate_imu_matrices = false;
   ImuFreedom imu;
   // Combinations of the sensors' poses and offsets (Layout, up to `poses`) that stay where the guesses have
@@ -49,10 +63,8 @@ struct JointProblem {
   std::vector<Eigen::VectorXd> held_translations;
 };
 
-// The prior of a sensor; none: nothing is given, or not any more.
-inline std::optional<ExtrinsicGuess> GuessOf(SensorId sensor, const JointProblem& problem) {
-  const auto& guesses = sensor.IsLidar() ? problem.guesses : problem.camera_guesses;
-  return sensor.index < guesses.size() ? guesses[sensor.index] : std::nullopt;
+inline const std::optional<ExtrinsicGuess>& GuessOf(SensorId sensor, const JointProblem& problem) {
+  return sensor.IsLidar() ? problem.lidars[sensor.index].guess : problem.cameras[sensor.index].guess;
 }
 
 }  // namespace mlic

@@ -20,22 +20,12 @@ constexpr double kAllowedIncrease = 1e-3;  // from: guard
 // the calibration stands still.
 constexpr double kNegligibleDecrease = 1e-4;
 
-// Where the landmarks are, to go back to.
-struct LandmarkGeometry {
-  std::vector<std::vector<MapPlane>> planes;
-  std::vector<std::vector<PointLandmark>> points;
-};
-
-LandmarkGeometry GeometryOf(const JointProblem& problem) {
-  LandmarkGeometry geometry;
-  for (const PlaneAssociation& association : problem.planes) geometry.planes.push_back(association.planes);
-  for (const LandmarkSet& set : problem.landmarks) geometry.points.push_back(set.points);
-  return geometry;
-}
-
-void RestoreGeometry(const LandmarkGeometry& geometry, JointProblem* problem) {
-  for (std::size_t d = 0; d < geometry.planes.size(); ++d) problem->planes[d].planes = geometry.planes[d];
-  for (std::size_t d = 0; d < geometry.points.size(); ++d) problem->landmarks[d].points = geometry.points[d];
+std::vector<LandmarkGeometry> GeometryOf(const JointProblem& problem) {
+  std::vector<LandmarkGeometry> landmarks;
+  for (const DriveTerms& drive : problem.drives) {
+    landmarks.push_back({drive.planes.planes, drive.landmarks.points});
+  }
+  return landmarks;
 }
 
 void FixCamera(const FixedCameraParameters& held, const Layout& layout, std::size_t camera,
@@ -56,9 +46,10 @@ void FixCamera(const FixedCameraParameters& held, const Layout& layout, std::siz
 
 std::vector<bool> FreeCalibration(const JointProblem& problem, const Layout& layout) {
   std::vector<bool> free_calibration(layout.calibration, true);
-  for (std::size_t i = 0; i < problem.lidar_fixed.size(); ++i) {
-    if (problem.lidar_fixed[i])
+  for (std::size_t i = 0; i < problem.lidars.size(); ++i) {
+    if (problem.lidars[i].fixed) {
       std::fill_n(free_calibration.begin() + Layout::Lidar(i), Layout::kOfSensor, false);
+    }
   }
   if (problem.imu.gravity_sigma == 0.0) free_calibration[layout.gravity] = false;
   if (problem.imu.alignment_held.isIdentity(0.0)) {
@@ -67,22 +58,26 @@ std::vector<bool> FreeCalibration(const JointProblem& problem, const Layout& lay
   if (problem.fix_trajectory) {
     std::fill(free_calibration.begin() + layout.gravity, free_calibration.end(), false);
   }
-  for (std::size_t c = 0; c < problem.camera_fixed.size(); ++c) {
-    FixCamera(problem.camera_fixed[c], layout, c, &free_calibration);
+  for (std::size_t c = 0; c < problem.cameras.size(); ++c) {
+    FixCamera(problem.cameras[c].fixed, layout, c, &free_calibration);
   }
   return free_calibration;
 }
 
 SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
                                const CancellationToken& cancellation, CalibrationState* state) {
+  Check(given.drives.size() == state->drives.size() && given.lidars.size() == state->lidars.size() &&
+            given.cameras.size() == state->cameras.size(),
+        "the joint problem and its state differ in their drives or sensors");
   std::vector<std::vector<std::size_t>> origins;
   JointProblem problem = WithShortCouplings(given, *state, &origins);  // the landmarks move with the solve
   const Layout layout(*state, problem.estimate_imu_matrices);
   const std::vector<bool> free_calibration = FreeCalibration(problem, layout);
   SolveSummary summary;
-  for (const PlaneAssociation& association : problem.planes)
-    summary.observations += association.observations.size();
-  for (const LandmarkSet& set : problem.landmarks) summary.landmark_observations += set.observations.size();
+  for (const DriveTerms& drive : problem.drives) {
+    summary.observations += drive.planes.observations.size();
+    summary.landmark_observations += drive.landmarks.observations.size();
+  }
   std::vector<LandmarkCoupling> couplings;
   const auto linearize = [&](const CalibrationState& at) {
     return Linearize({problem, at, layout}, &couplings);
@@ -108,7 +103,7 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
     // Damping holds the trajectory, which would look like information.
     if (damping == 0.0) summary.information = solution.information;
     CalibrationState moved = *state;
-    const LandmarkGeometry before = GeometryOf(problem);
+    std::vector<LandmarkGeometry> before = GeometryOf(problem);
     layout.Update(solution.delta, &moved);
     if (problem.fix_trajectory) moved.drives = state->drives;
     MoveLandmarks(couplings, solution.delta, &problem);
@@ -130,7 +125,7 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
     // False also where the cost is not a number.
     const bool accepted = cost + of_priors <= sum.cost * (1.0 + kAllowedIncrease) + 1e-9;
     if (!accepted) {
-      RestoreGeometry(before, &problem);
+      PlaceLandmarks(std::move(before), &problem);
       damping = std::max(1e-4, 10.0 * damping);
       if (!last) sum = linearize(*state);
       continue;
@@ -143,14 +138,21 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
     if (damping < 1e-6) damping = 0.0;
     sum = std::move(*next);
   }
-  for (PlaneAssociation& association : problem.planes)
-    summary.planes.push_back(std::move(association.planes));
-  for (std::size_t d = 0; d < given.landmarks.size(); ++d) {
-    summary.points.push_back(origins.empty()
-                                 ? std::move(problem.landmarks[d].points)
-                                 : MergePoints(given.landmarks[d].points, problem.landmarks[d], origins[d]));
+  for (std::size_t d = 0; d < problem.drives.size(); ++d) {
+    LandmarkSet& points = problem.drives[d].landmarks;
+    summary.landmarks.push_back({std::move(problem.drives[d].planes.planes),
+                                 origins.empty()
+                                     ? std::move(points.points)
+                                     : MergePoints(given.drives[d].landmarks.points, points, origins[d])});
   }
   return summary;
+}
+
+void PlaceLandmarks(std::vector<LandmarkGeometry> landmarks, JointProblem* problem) {
+  for (std::size_t d = 0; d < landmarks.size(); ++d) {
+    problem->drives[d].planes.planes = std::move(landmarks[d].planes);
+    problem->drives[d].landmarks.points = std::move(landmarks[d].points);
+  }
 }
 
 }  // namespace mlic

@@ -11,6 +11,12 @@
 
 namespace mlic {
 
+// Where one drive's landmarks are.
+struct LandmarkGeometry {
+  std::vector<MapPlane> planes;
+  std::vector<PointLandmark> points;
+};
+
 struct SolveSummary {
   bool solved = false;  // some iteration's equations had a solution; else the state is as it was given
   int iterations = 0;
@@ -20,9 +26,7 @@ struct SolveSummary {
   std::size_t landmark_observations = 0;
   double last_step = 0.0;       // largest step of the calibration in the last iteration: m, rad
   Eigen::MatrixXd information;  // of the calibration, from the data alone, at the last linearisation
-  // As the solve moved them, for each drive.
-  std::vector<std::vector<MapPlane>> planes;
-  std::vector<std::vector<PointLandmark>> points;
+  std::vector<LandmarkGeometry> landmarks;  // of each drive, as the solve moved them
 };
 
 // Gauss-Newton with Marquardt damping on steps that do not lower the cost: at most so many iterations, and no
@@ -31,6 +35,9 @@ struct SolveSummary {
 // start. The result does not depend on the number of threads but for the rounding of the dense factorisation.
 SolveSummary SolveJointProblem(const JointProblem& problem, int iterations,
                                const CancellationToken& cancellation, CalibrationState* state);
+
+// Puts the problem's landmarks to where a solve of it has moved them.
+void PlaceLandmarks(std::vector<LandmarkGeometry> landmarks, JointProblem* problem);
 
 // Which calibration parameters (Layout) the problem lets move.
 std::vector<bool> FreeCalibration(const JointProblem& problem, const Layout& layout);

@@ -114,7 +114,7 @@ LidarPointResidual ResidualOf(const LidarPointObservation& observation) {
 
 void AddLidarPoint(const LinearizationPoint& at, std::size_t d, std::size_t p, const Eigen::Matrix3d& J_chart,
                    CouplingSlots* slots, LandmarkCoupling* landmark, Accumulator* sum) {
-  const LandmarkSet& set = at.problem.landmarks[d];
+  const LandmarkSet& set = at.problem.drives[d].landmarks;
   const LidarPointObservation& observation = set.lidar_points[p];
   const SensorCalibration& lidar = at.state.lidars[observation.lidar];
   const SplitSpline& trajectory = at.state.drives[d].trajectory;
@@ -172,7 +172,7 @@ class ObservationRows {
  public:
   ObservationRows(const LinearizationPoint& at, std::size_t drive)
       : at_(at),
-        set_(at.problem.landmarks[drive]),
+        set_(at.problem.drives[drive].landmarks),
         trajectory_(at.state.drives[drive].trajectory),
         cameras_(Cameras(at.state)) {}
 
@@ -225,7 +225,7 @@ class ObservationRows {
 
 void AddLandmarks(const LinearizationPoint& at, std::size_t d, std::size_t begin, std::size_t end,
                   LandmarkCoupling* couplings, Accumulator* sum) {
-  const LandmarkSet& set = at.problem.landmarks[d];
+  const LandmarkSet& set = at.problem.drives[d].landmarks;
   const bool with_knots = !at.problem.fix_trajectory;
   ObservationRows observations(at, d);
   CouplingSlots slots(at.layout.knots);
@@ -255,7 +255,7 @@ void AddLandmarks(const LinearizationPoint& at, std::size_t d, std::size_t begin
 }
 
 std::vector<ReprojectionRows> RowsOfLandmark(const LinearizationPoint& at, std::size_t d, std::size_t p) {
-  const Eigen::Matrix3d J_chart = PointChartJacobian(at.problem.landmarks[d].points[p]).transpose();
+  const Eigen::Matrix3d J_chart = PointChartJacobian(at.problem.drives[d].landmarks.points[p]).transpose();
   std::vector<ReprojectionRows> observations;
   double cost = 0.0;
   const auto add = [&](const CameraObservation& observation, const Bases& bases, const Rows& rows) {
@@ -279,7 +279,7 @@ std::vector<ReprojectionRows> RowsOfLandmark(const LinearizationPoint& at, std::
 }
 
 double LandmarkCost(const LinearizationPoint& at, std::size_t d, std::size_t begin, std::size_t end) {
-  const LandmarkSet& set = at.problem.landmarks[d];
+  const LandmarkSet& set = at.problem.drives[d].landmarks;
   const SplitSpline& trajectory = at.state.drives[d].trajectory;
   const std::vector<Reprojection::Camera> cameras = Cameras(at.state);
   double cost = 0.0;

@@ -43,15 +43,15 @@ struct Part {
 std::vector<Part> PartsOf(const JointProblem& problem, std::size_t d) {
   std::vector<Part> parts(kLinearizationChunks);
   for (std::size_t c = 0; c < parts.size(); ++c) parts[c].chunk = c;
-  if (d < problem.planes.size() && !problem.planes[d].planes.empty()) {
-    const std::vector<std::size_t> cut = CutByObservations(problem.planes[d].begin);
+  if (!problem.drives[d].planes.planes.empty()) {
+    const std::vector<std::size_t> cut = CutByObservations(problem.drives[d].planes.begin);
     for (Part& part : parts) {
       part.plane_begin = cut[part.chunk];
       part.plane_end = cut[part.chunk + 1];
     }
   }
-  if (d < problem.landmarks.size() && !problem.landmarks[d].points.empty()) {
-    const std::vector<std::size_t> cut = CutByObservations(problem.landmarks[d].begin);
+  if (!problem.drives[d].landmarks.points.empty()) {
+    const std::vector<std::size_t> cut = CutByObservations(problem.drives[d].landmarks.begin);
     for (Part& part : parts) {
       part.point_begin = cut[part.chunk];
       part.point_end = cut[part.chunk + 1];
@@ -66,14 +66,14 @@ TimeSpan SpanOf(const LinearizationPoint& at, std::size_t d, const Part& part) {
   const std::vector<ImuSample>& imu = at.problem.dataset->drives[d].imu;
   for (std::size_t k = imu_begin; k < imu_end; ++k) span.Include(imu[k].time);
   if (part.plane_begin < part.plane_end) {
-    const PlaneAssociation& planes = at.problem.planes[d];
+    const PlaneAssociation& planes = at.problem.drives[d].planes;
     for (std::size_t k = planes.begin[part.plane_begin]; k < planes.begin[part.plane_end]; ++k) {
       const PlaneObservation& o = planes.observations[k];
       span.Include(o.time + at.state.lidars[o.lidar].time_offset);
     }
   }
   if (part.point_begin < part.point_end) {
-    const LandmarkSet& points = at.problem.landmarks[d];
+    const LandmarkSet& points = at.problem.drives[d].landmarks;
     for (std::size_t k = points.begin[part.point_begin]; k < points.begin[part.point_end]; ++k) {
       const CameraCalibration& camera = at.state.cameras[points.observations[k].camera];
       const double time = points.observations[k].time + camera.sensor.time_offset;
@@ -117,8 +117,8 @@ Accumulator Linearize(const LinearizationPoint& at, std::vector<LandmarkCoupling
   const PlaneTerms plane_terms(at);
   landmarks->clear();
   for (std::size_t d = 0; d < at.state.drives.size(); ++d) {
-    const std::size_t planes = d < problem.planes.size() ? problem.planes[d].planes.size() : 0;
-    const std::size_t points = d < problem.landmarks.size() ? problem.landmarks[d].points.size() : 0;
+    const std::size_t planes = problem.drives[d].planes.planes.size();
+    const std::size_t points = problem.drives[d].landmarks.points.size();
     const std::size_t first = landmarks->size();
     landmarks->resize(first + planes + points);
     LandmarkCoupling* plane_couplings = landmarks->data() + first;
@@ -135,7 +135,7 @@ Accumulator Linearize(const LinearizationPoint& at, std::vector<LandmarkCoupling
     });
     for (const std::optional<Accumulator>& part : sums) sum += *part;
     if (problem.fix_trajectory) continue;
-    if (d < problem.poses.size()) AddPoses(at, d, &sum);
+    AddPoses(at, d, &sum);
     AddGauge(at, d, &sum);
   }
   return sum;
@@ -159,7 +159,7 @@ double Cost(const LinearizationPoint& at) {
       if (!problem.fix_trajectory) costs[c] += ImuCost(at, d, c);
     });
     for (const double one : costs) cost += one;
-    if (!problem.fix_trajectory && d < problem.poses.size()) cost += PoseCost(at, d);
+    if (!problem.fix_trajectory) cost += PoseCost(at, d);
   }
   return cost;
 }
@@ -167,16 +167,10 @@ double Cost(const LinearizationPoint& at) {
 void MoveLandmarks(const std::vector<LandmarkCoupling>& couplings, const Eigen::VectorXd& delta,
                    JointProblem* problem) {
   std::size_t at = 0;
-  const std::size_t drives = std::max(problem->planes.size(), problem->landmarks.size());
-  for (std::size_t d = 0; d < drives; ++d) {
-    if (d < problem->planes.size()) {
-      for (MapPlane& plane : problem->planes[d].planes)
-        MovePlane(LandmarkStep(couplings[at++], delta), &plane);
-    }
-    if (d < problem->landmarks.size()) {
-      for (PointLandmark& point : problem->landmarks[d].points) {
-        MovePoint(LandmarkStep(couplings[at++], delta), &point);
-      }
+  for (DriveTerms& drive : problem->drives) {
+    for (MapPlane& plane : drive.planes.planes) MovePlane(LandmarkStep(couplings[at++], delta), &plane);
+    for (PointLandmark& point : drive.landmarks.points) {
+      MovePoint(LandmarkStep(couplings[at++], delta), &point);
     }
   }
 }

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "mlic_core/geometry/rigid_transform.h"
+#include "mlic_core/geometry/timed_pose.h"
 #include "mlic_core/lidar/plane_map.h"
 
 namespace mlic {
@@ -65,12 +65,11 @@ struct LandmarkSet {
   bool IsOnMap(std::size_t point) const { return !lidar_points.empty() && lidar_points[point].lidar >= 0; }
 };
 
-// A pose of the IMU that the trajectory is drawn to while it is being initialised.
-struct PoseObservation {
-  double time;  // IMU clock
-  RigidTransform T_map_imu;
-  double sigma_rotation;     // rad
-  double sigma_translation;  // m
+// Poses of the IMU that the trajectory is drawn to while it is being initialised, all equally good.
+struct PoseObservations {
+  std::vector<TimedPose> T_map_imu;  // IMU clock
+  double sigma_rotation = 1.0;       // rad
+  double sigma_translation = 1.0;    // m
 };
 
 }  // namespace mlic

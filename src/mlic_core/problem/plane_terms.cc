@@ -69,7 +69,7 @@ PlaneTerms::PlaneTerms(const LinearizationPoint& at) : at_(at), extrinsics_(Extr
 
 void PlaneTerms::Add(std::size_t d, std::size_t begin, std::size_t end, LandmarkCoupling* couplings,
                      Accumulator* sum) const {
-  const PlaneAssociation& association = at_.problem.planes[d];
+  const PlaneAssociation& association = at_.problem.drives[d].planes;
   const SplitSpline& trajectory = at_.state.drives[d].trajectory;
   CouplingSlots slots(at_.layout.knots);
   RowBuffer buffer;
@@ -101,7 +101,7 @@ void PlaneTerms::Add(std::size_t d, std::size_t begin, std::size_t end, Landmark
 }
 
 double PlaneTerms::Cost(std::size_t d, std::size_t begin, std::size_t end) const {
-  const PlaneAssociation& association = at_.problem.planes[d];
+  const PlaneAssociation& association = at_.problem.drives[d].planes;
   const SplitSpline& trajectory = at_.state.drives[d].trajectory;
   double cost = 0.0;
   for (std::size_t p = begin; p < end; ++p) {

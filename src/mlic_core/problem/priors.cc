@@ -73,16 +73,16 @@ void CalibrationPrior(const JointProblem& problem, const CalibrationState& state
   *information = Eigen::MatrixXd::Zero(layout.calibration, layout.calibration);
   *gradient = Eigen::VectorXd::Zero(layout.calibration);
   for (std::size_t i = 0; i < state.lidars.size(); ++i) {
-    if (!problem.guesses[i]) continue;
-    AddGuess(*problem.guesses[i], state.lidars[i].T_imu_sensor, Layout::Lidar(i), information, gradient);
+    const std::optional<ExtrinsicGuess>& guess = problem.lidars[i].guess;
+    if (guess) AddGuess(*guess, state.lidars[i].T_imu_sensor, Layout::Lidar(i), information, gradient);
   }
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
-    if (c < problem.camera_guesses.size() && problem.camera_guesses[c]) {
-      AddGuess(*problem.camera_guesses[c], state.cameras[c].sensor.T_imu_sensor, layout.Camera(c),
-               information, gradient);
+    const CameraTerms& terms = problem.cameras[c];
+    if (terms.guess) {
+      AddGuess(*terms.guess, state.cameras[c].sensor.T_imu_sensor, layout.Camera(c), information, gradient);
     }
     AddDistortion(state.cameras[c].intrinsics, layout.Intrinsics(c), information, gradient);
-    if (c < problem.camera_fixed.size() && problem.camera_fixed[c].square_pixels) {
+    if (terms.fixed.square_pixels) {
       AddSquarePixels(state.cameras[c].intrinsics, layout.Intrinsics(c), information, gradient);
     }
     if (layout.Readout(c) < 0) continue;
@@ -128,7 +128,7 @@ void AddHeldTranslations(const JointProblem& problem, const CalibrationState& st
   for (const Eigen::VectorXd& row : problem.held_translations) {
     double off = 0.0;  // m
     for (std::size_t s = 0; s < order.size(); ++s) {
-      const std::optional<ExtrinsicGuess> guess = GuessOf(order.At(s), problem);
+      const std::optional<ExtrinsicGuess>& guess = GuessOf(order.At(s), problem);
       if (!guess) continue;
       off += row.segment<3>(Layout::Sensor(s) + 3)
                  .dot(state.Sensor(order.At(s)).T_imu_sensor.translation - guess->T_imu_sensor.translation);

@@ -100,9 +100,10 @@ JointProblem WithShortCouplings(const JointProblem& given, const CalibrationStat
                                 std::vector<std::vector<std::size_t>>* origins) {
   JointProblem problem = given;
   if (problem.fix_trajectory) return problem;
-  origins->resize(problem.landmarks.size());
-  for (std::size_t d = 0; d < problem.landmarks.size(); ++d) {
-    problem.landmarks[d] = SplitPoints(given.landmarks[d], state, kLongestPointCoupling, &(*origins)[d]);
+  origins->resize(problem.drives.size());
+  for (std::size_t d = 0; d < problem.drives.size(); ++d) {
+    problem.drives[d].landmarks =
+        SplitPoints(given.drives[d].landmarks, state, kLongestPointCoupling, &(*origins)[d]);
   }
   return problem;
 }

@@ -67,6 +67,7 @@ struct PairResult {
   PoseSigma sigma;
 };
 
+// Absolute, as files and topics have it; TimedPose is one within a drive.
 struct StampedPose {
   TimeNs time = 0;
   RigidTransform pose;

@@ -110,10 +110,10 @@ std::vector<CameraView> ChooseViews(const Rig& rig, const Drive& drive, const Ca
 }
 
 std::vector<CameraKeyframes> UsedKeyframes(const Rig& rig, const Dataset& dataset,
-                                           const std::vector<LandmarkSet>& landmarks) {
+                                           const std::vector<DriveTerms>& drives) {
   std::vector<std::set<TimeNs>> stamps(rig.cameras.size());
-  for (std::size_t d = 0; d < landmarks.size(); ++d) {
-    for (const LandmarkObservation& o : landmarks[d].observations) {
+  for (std::size_t d = 0; d < drives.size(); ++d) {
+    for (const LandmarkObservation& o : drives[d].landmarks.observations) {
       stamps[o.camera].insert(TimeFrom(dataset.drives[d].epoch, o.time));
     }
   }

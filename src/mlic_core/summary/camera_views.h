@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "mlic_core/problem/observations.h"
+#include "mlic_core/problem/joint_problem.h"
 #include "mlic_core/problem/state.h"
 #include "mlic_core/result/observer.h"
 #include "mlic_core/result/result.h"
@@ -23,6 +23,6 @@ std::vector<CameraView> ChooseViews(const Rig& rig, const Drive& drive, const Ca
 
 // The images that the landmarks of all drives were seen in.
 std::vector<CameraKeyframes> UsedKeyframes(const Rig& rig, const Dataset& dataset,
-                                           const std::vector<LandmarkSet>& landmarks);
+                                           const std::vector<DriveTerms>& drives);
 
 }  // namespace mlic

@@ -139,7 +139,7 @@ QualityCheck CheckStamps(const std::string& name, const StampErrors& errors) {
 // Sums over the map's points.
 void AddPlanes(const Judged& judged, const std::vector<bool>& taking_part,
                std::vector<QualityCheck>* checks) {
-  const PlaneAssociation& map = judged.adjustment.problem.planes[0];
+  const PlaneAssociation& map = judged.adjustment.problem.drives[0].planes;
   QualityCheck count;
   count.name = "planes";
   count.value = static_cast<double>(map.planes.size());
@@ -214,7 +214,8 @@ void AddCamera(const Judged& judged, std::size_t c, std::vector<QualityCheck>* c
   }
   if (judged.adjustment.rounds.landmarks != Landmarks::kTracksAndMap) return;
   std::size_t matches = 0;
-  for (const LandmarkSet& set : judged.adjustment.problem.landmarks) {
+  for (const DriveTerms& drive : judged.adjustment.problem.drives) {
+    const LandmarkSet& set = drive.landmarks;
     for (std::size_t p = 0; p < set.points.size(); ++p) {
       if (set.IsOnMap(p) && set.observations[set.begin[p]].camera == static_cast<int>(c)) ++matches;
     }

@@ -133,19 +133,17 @@ std::vector<ResidualSummary> SummarizeResiduals(const Rig& rig, const Dataset& d
                                                 const Adjustment& adjustment) {
   const CalibrationState& state = adjustment.state;
   const SplitSpline& trajectory = state.drives[0].trajectory;
-  const ImuSigma& imu = adjustment.problem.imu_sigma[0];
+  const DriveTerms& terms = adjustment.problem.drives[0];
+  const ImuSigma& imu = terms.imu_sigma;
   const double start = trajectory.Start(), end = trajectory.End();
   std::vector<ResidualCollector> collectors;
   for (std::size_t l = 0; l < rig.lidars.size(); ++l) {
     collectors.emplace_back(rig.lidars[l].name, "m", adjustment.plane_noise[l].Sigma(1.0), start, end);
   }
-  if (!adjustment.problem.planes.empty()) {
-    const PlaneAssociation& planes = adjustment.problem.planes[0];
-    const std::vector<float> distances = PlaneResiduals(planes, state, 0);
-    for (std::size_t k = 0; k < distances.size(); ++k) {
-      const PlaneObservation& o = planes.observations[k];
-      collectors[o.lidar].Add(o.time, distances[k], distances[k] / o.sigma);
-    }
+  const std::vector<float> distances = PlaneResiduals(terms.planes, state, 0);
+  for (std::size_t k = 0; k < distances.size(); ++k) {
+    const PlaneObservation& o = terms.planes.observations[k];
+    collectors[o.lidar].Add(o.time, distances[k], distances[k] / o.sigma);
   }
   ResidualCollector gyroscope("gyroscope", "rad/s", std::sqrt(imu.gyroscope.squaredNorm() / 3.0), start, end);
   ResidualCollector accelerometer("accelerometer", "m/s^2", std::sqrt(imu.accelerometer.squaredNorm() / 3.0),
@@ -160,10 +158,8 @@ std::vector<ResidualSummary> SummarizeResiduals(const Rig& rig, const Dataset& d
   }
   std::vector<ResidualSummary> summaries;
   for (ResidualCollector& collector : collectors) summaries.push_back(collector.Finish());
-  if (!adjustment.problem.landmarks.empty()) {
-    for (ResidualSummary& summary : SummarizeCameraResiduals(rig, state, adjustment.problem.landmarks[0])) {
-      summaries.push_back(std::move(summary));
-    }
+  for (ResidualSummary& summary : SummarizeCameraResiduals(rig, state, terms.landmarks)) {
+    summaries.push_back(std::move(summary));
   }
   summaries.push_back(gyroscope.Finish());
   summaries.push_back(accelerometer.Finish());

@@ -271,16 +271,14 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
         SampleTrajectory(dataset.drives[d], trajectory, MapOrigin(trajectory), 0.01));
   }
   result->map =
-      SampleMap(state, adjustment.problem.planes[0], MapOrigin(state.drives[0].trajectory), 2000000);
+      SampleMap(state, adjustment.problem.drives[0].planes, MapOrigin(state.drives[0].trajectory), 2000000);
   RenumberLidars(shown, &result->map);
   if (adjustment.rounds.landmarks == Landmarks::kTracksAndMap) {
-    result->projections =
-        ProjectOnPhotos(rig, dataset, adjustment.map.cameras_before, state, adjustment.problem.landmarks[0]);
+    result->projections = ProjectOnPhotos(rig, dataset, adjustment.map.cameras_before, state,
+                                          adjustment.problem.drives[0].landmarks);
   }
-  if (!adjustment.problem.landmarks.empty()) {
-    result->views = ChooseViews(rig, dataset.drives[0], state, adjustment.problem.landmarks[0]);
-    result->keyframes = UsedKeyframes(rig, dataset, adjustment.problem.landmarks);
-  }
+  result->views = ChooseViews(rig, dataset.drives[0], state, adjustment.problem.drives[0].landmarks);
+  result->keyframes = UsedKeyframes(rig, dataset, adjustment.problem.drives);
   result->peak_memory_megabytes = PeakMemoryMegabytes();
 }
 

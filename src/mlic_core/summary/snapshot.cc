@@ -57,9 +57,8 @@ std::vector<MapPoint> SampleMap(const CalibrationState& state, const PlaneAssoci
 CalibrationSnapshot MakeSnapshot(const std::string& stage, int iteration, const Rig& rig,
                                  const Dataset& dataset, const Adjustment& adjustment) {
   const CalibrationState& state = adjustment.state;
-  const PlaneAssociation& planes = adjustment.problem.planes[0];
-  const LandmarkSet landmarks =
-      adjustment.problem.landmarks.empty() ? LandmarkSet() : adjustment.problem.landmarks[0];
+  const PlaneAssociation& planes = adjustment.problem.drives[0].planes;
+  const LandmarkSet& landmarks = adjustment.problem.drives[0].landmarks;
   CalibrationSnapshot snapshot;
   snapshot.stage = stage;
   snapshot.iteration = iteration;

@@ -196,9 +196,8 @@ std::vector<std::vector<int>> Parts(const JointProblem& problem, const Calibrati
     parts.emplace_back();
     if (layout.Readout(c) >= 0) parts.back().push_back(layout.Readout(c));
     for (std::size_t i = 0; i < state.cameras[c].intrinsics.parameters.size(); ++i) {
-      const bool held = c < problem.camera_fixed.size() && i < problem.camera_fixed[c].intrinsics.size() &&
-                        problem.camera_fixed[c].intrinsics[i];
-      if (!held) parts.back().push_back(layout.Intrinsics(c) + static_cast<int>(i));
+      const std::vector<bool>& held = problem.cameras[c].fixed.intrinsics;
+      if (i >= held.size() || !held[i]) parts.back().push_back(layout.Intrinsics(c) + static_cast<int>(i));
     }
   }
   return parts;
@@ -209,14 +208,15 @@ std::vector<std::vector<int>> Parts(const JointProblem& problem, const Calibrati
 CameraInflation MeasureCameraInflation(const JointProblem& given, const CalibrationState& state,
                                        const LandmarkOptions& made_with, const Eigen::MatrixXd& covariance) {
   JointProblem problem = given;
-  std::vector<std::vector<std::vector<std::size_t>>> parts(problem.landmarks.size());
+  std::vector<std::vector<std::vector<std::size_t>>> parts(problem.drives.size());
   std::size_t count = 0;
-  for (std::size_t d = 0; d < problem.landmarks.size(); ++d) {
+  for (std::size_t d = 0; d < problem.drives.size(); ++d) {
+    const LandmarkSet& whole = given.drives[d].landmarks;
     std::vector<std::size_t> origins;
-    problem.landmarks[d] = SplitPoints(given.landmarks[d], state, kLongestPointCoupling, &origins);
-    parts[d].resize(given.landmarks[d].points.size());
+    problem.drives[d].landmarks = SplitPoints(whole, state, kLongestPointCoupling, &origins);
+    parts[d].resize(whole.points.size());
     for (std::size_t p = 0; p < origins.size(); ++p) {
-      if (problem.landmarks[d].IsOnMap(p)) continue;
+      if (problem.drives[d].landmarks.IsOnMap(p)) continue;
       parts[d][origins[p]].push_back(p);
       ++count;
     }

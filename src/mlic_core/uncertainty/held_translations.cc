@@ -20,7 +20,7 @@ std::vector<OpenSensor> OpenSensors(const JointProblem& problem, const SensorOrd
                                     const ObservabilityAnalysis& analysis) {
   std::vector<OpenSensor> open;
   for (std::size_t s = 0; s < order.size(); ++s) {
-    const std::optional<ExtrinsicGuess> guess = GuessOf(order.At(s), problem);
+    const std::optional<ExtrinsicGuess>& guess = GuessOf(order.At(s), problem);
     const auto& directions = analysis.sensors[s].directions;
     const bool shown = std::none_of(directions.begin(), directions.end(), [](const UnobservableDirection& d) {
       return d.quantity == UnobservableDirection::Quantity::kTranslation;

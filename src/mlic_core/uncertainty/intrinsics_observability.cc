@@ -186,10 +186,10 @@ Eigen::MatrixXd WithVarianceOfTangentialTerms(const Eigen::MatrixXd& information
   return result;
 }
 
-std::vector<double> PatternSensitivity(const std::vector<LandmarkSet>& landmarks, std::size_t cameras) {
+std::vector<double> PatternSensitivity(const std::vector<DriveTerms>& drives, std::size_t cameras) {
   std::vector<double> squares(cameras, 0.0);
-  for (const LandmarkSet& set : landmarks) {
-    for (const LandmarkObservation& o : set.observations) {
+  for (const DriveTerms& drive : drives) {
+    for (const LandmarkObservation& o : drive.landmarks.observations) {
       squares[o.camera] += o.shape.cast<double>().squaredNorm() / (o.sigma * o.sigma);
     }
   }

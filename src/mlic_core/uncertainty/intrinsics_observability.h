@@ -16,7 +16,7 @@ std::vector<double> ImageDisplacements(const CameraIntrinsics& intrinsics);
 // by one pixel in some common pattern: for errors e and weights W of the observations, J the parameter's row
 // of the solution, |J W e| <= sqrt(e^T W e) sigma (Cauchy-Schwarz). Grows with the number of observations as
 // sigma shrinks.
-std::vector<double> PatternSensitivity(const std::vector<LandmarkSet>& landmarks, std::size_t cameras);
+std::vector<double> PatternSensitivity(const std::vector<DriveTerms>& drives, std::size_t cameras);
 
 // Decides which intrinsics the data determine. information: of the calibration (Layout) with what belongs to
 // it of the priors; the scatter of the residuals is taken out already. A parameter is held when one sigma of

@@ -158,20 +158,16 @@ SensorInformation MakeInformation(const JointProblem& problem, const Calibration
   Eigen::MatrixXd guess = Eigen::MatrixXd::Zero(prior.rows(), prior.cols());
   guess.topLeftCorner(poses, poses) = prior.topLeftCorner(poses, poses);
   SensorInformation given;
-  for (std::size_t l = 0; l < state.lidars.size(); ++l) {
-    given.sensors.push_back({l < problem.guesses.size() ? problem.guesses[l] : std::nullopt,
-                             l < problem.lidar_fixed.size() && problem.lidar_fixed[l]});
+  for (const LidarTerms& lidar : problem.lidars) given.sensors.push_back({lidar.guess, lidar.fixed});
+  std::vector<FixedCameraParameters> held;
+  for (const CameraTerms& camera : problem.cameras) {
+    held.push_back(camera.fixed);
+    given.sensors.push_back(
+        {camera.guess, camera.fixed.rotation && camera.fixed.translation && camera.fixed.time_offset});
   }
-  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
-    const bool has_fixed = c < problem.camera_fixed.size();
-    const FixedCameraParameters fixed = has_fixed ? problem.camera_fixed[c] : FixedCameraParameters();
-    given.sensors.push_back({c < problem.camera_guesses.size() ? problem.camera_guesses[c] : std::nullopt,
-                             fixed.rotation && fixed.translation && fixed.time_offset});
-  }
-  const Eigen::MatrixXd known =
-      InformationWithFixed(information, state, layout, problem.camera_fixed) + (prior - guess);
+  const Eigen::MatrixXd known = InformationWithFixed(information, state, layout, held) + (prior - guess);
   given.held = problem.held_translations;
-  given.data = WithVarianceOfTangentialTerms(information, state, layout, problem.camera_fixed, known);
+  given.data = WithVarianceOfTangentialTerms(information, state, layout, held, known);
   given.solved = known;
   given.guess = guess;
   given.limits = CalibrationLimits(state, layout);
@@ -203,7 +199,7 @@ ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const Cali
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
     ObservabilityAnalysis::Intrinsics camera;
     const std::size_t count = state.cameras[c].intrinsics.parameters.size();
-    if (c < problem.camera_fixed.size()) camera.held = problem.camera_fixed[c].intrinsics;
+    camera.held = problem.cameras[c].fixed.intrinsics;
     camera.held.resize(count, false);
     for (std::size_t i = 0; i < count; ++i) {
       const int at = layout.Intrinsics(c) + static_cast<int>(i) - poses;

@@ -58,7 +58,7 @@ void Scatter::Add(const Scatter& other) {
 // The rows of a plane's points by the calibration, control points left free: a column for each.
 Eigen::MatrixXd WithFreeKnots(const LinearizationPoint& at, const Eigen::MatrixXd& knot_response,
                               std::size_t drive, const PlaneRows& rows) {
-  const PlaneAssociation& association = at.problem.planes[drive];
+  const PlaneAssociation& association = at.problem.drives[drive].planes;
   const SplitSpline& trajectory = at.state.drives[drive].trajectory;
   Eigen::MatrixXd reduced = Eigen::MatrixXd::Zero(knot_response.rows(), rows.jacobian.cols());
   for (Eigen::Index i = 0; i < rows.jacobian.cols(); ++i) {
@@ -79,7 +79,7 @@ Eigen::MatrixXd WithFreeKnots(const LinearizationPoint& at, const Eigen::MatrixX
 // reduced: the columns of `rows` by the calibration, all else followed.
 void AddRings(const LinearizationPoint& at, std::size_t drive, std::size_t plane, const PlaneRows& rows,
               const Eigen::MatrixXd& reduced, Scatter* scatter) {
-  const PlaneAssociation& association = at.problem.planes[drive];
+  const PlaneAssociation& association = at.problem.drives[drive].planes;
   for (Eigen::Index i = 0; i < reduced.cols(); ++i) {
     const PlaneObservation& o = association.observations[rows.observations[i]];
     RingResponse& response = scatter->rings[o.lidar];
@@ -96,7 +96,7 @@ void AddRings(const LinearizationPoint& at, std::size_t drive, std::size_t plane
 
 void AddPlane(const LinearizationPoint& at, const Eigen::MatrixXd& knot_response, std::size_t drive,
               std::size_t plane, Scatter* scatter) {
-  const PlaneAssociation& association = at.problem.planes[drive];
+  const PlaneAssociation& association = at.problem.drives[drive].planes;
   const PlaneRows rows = RowsOfPlane(association, at.state, drive, plane);
   if (rows.observations.empty()) return;
   const Eigen::MatrixXd by_plane = rows.jacobian.bottomRows<3>();
@@ -182,8 +182,8 @@ Eigen::MatrixXd ScatterOfPoints(const JointProblem& given, const CalibrationStat
   const std::optional<Eigen::MatrixXd> knot_response = KnotResponse(sum, couplings);
   if (!knot_response) return none;
   std::vector<Scatter> parts(kLinearizationChunks, Scatter(layout.calibration, state));
-  for (std::size_t d = 0; d < problem.planes.size(); ++d) {
-    ParallelChunks(problem.planes[d].planes.size(), parts.size(),
+  for (std::size_t d = 0; d < problem.drives.size(); ++d) {
+    ParallelChunks(problem.drives[d].planes.planes.size(), parts.size(),
                    [&](std::size_t chunk, std::size_t begin, std::size_t end) {
                      for (std::size_t p = begin; p < end; ++p) {
                        AddPlane(at, *knot_response, d, p, &parts[chunk]);

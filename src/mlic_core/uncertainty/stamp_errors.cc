@@ -48,7 +48,7 @@ double ScanTime(const LidarRecording& lidar, double point_time) {
 
 void AddPlanes(const JointProblem& problem, const CalibrationState& state, std::size_t d,
                std::vector<ScanSums>* sums) {
-  const PlaneAssociation& planes = problem.planes[d];
+  const PlaneAssociation& planes = problem.drives[d].planes;
   const std::vector<float> at = PlaneResiduals(planes, state, d);
   const std::vector<float> before = PlaneResiduals(planes, Shifted(state, -kStep), d);
   const std::vector<float> after = PlaneResiduals(planes, Shifted(state, kStep), d);
@@ -61,7 +61,7 @@ void AddPlanes(const JointProblem& problem, const CalibrationState& state, std::
 
 void AddLandmarks(const JointProblem& problem, const CalibrationState& state, std::size_t d,
                   std::vector<ScanSums>* sums) {
-  const LandmarkSet& landmarks = problem.landmarks[d];
+  const LandmarkSet& landmarks = problem.drives[d].landmarks;
   const std::vector<Eigen::Vector2d> at = LandmarkResiduals(landmarks, state, d);
   const std::vector<Eigen::Vector2d> before = LandmarkResiduals(landmarks, Shifted(state, -kStep), d);
   const std::vector<Eigen::Vector2d> after = LandmarkResiduals(landmarks, Shifted(state, kStep), d);
@@ -129,8 +129,8 @@ std::vector<StampErrors> MeasureStampErrors(const JointProblem& problem, const C
   std::vector<std::vector<ScanSums>> of_sensors(sensors);
   for (std::size_t d = 0; d < state.drives.size(); ++d) {
     std::vector<ScanSums> sums(sensors);
-    if (d < problem.planes.size()) AddPlanes(problem, state, d, &sums);
-    if (d < problem.landmarks.size()) AddLandmarks(problem, state, d, &sums);
+    AddPlanes(problem, state, d, &sums);
+    AddLandmarks(problem, state, d, &sums);
     for (std::size_t s = 0; s < sensors; ++s) of_sensors[s].push_back(std::move(sums[s]));
   }
   std::vector<StampErrors> errors;

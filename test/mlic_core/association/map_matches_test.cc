@@ -66,10 +66,10 @@ Case MakeCase() {
     set.observations.push_back({0, 0.5f, stamp, pixel, shape});
     set.begin.push_back(set.observations.size());
   }
-  c.problem.landmarks.push_back(set);
-  c.problem.lidar_fixed = {false};
-  c.problem.guesses = {std::nullopt};
-  c.problem.camera_guesses = {std::nullopt};
+  c.problem.drives.resize(1);
+  c.problem.drives[0].landmarks = set;
+  c.problem.lidars.resize(1);
+  c.problem.cameras.resize(1);
   c.problem.fix_trajectory = true;
   return c;
 }
@@ -89,7 +89,7 @@ void Disturb(SensorCalibration* sensor) {
 
 TEST(MapMatches, TieTheCameraToTheLidar) {
   Case c = MakeCase();
-  c.problem.lidar_fixed = {true};
+  c.problem.lidars[0].fixed = true;
   CalibrationState state = c.truth;
   Disturb(&state.cameras[0].sensor);
   state.cameras[0].intrinsics.parameters[0] += 3.0;
@@ -103,7 +103,7 @@ TEST(MapMatches, TieTheCameraToTheLidar) {
 
 TEST(MapMatches, TieTheLidarToTheCamera) {
   Case c = MakeCase();
-  c.problem.camera_fixed = {{true, true, true, true, std::vector<bool>(9, true)}};
+  c.problem.cameras[0].fixed = {true, true, true, true, std::vector<bool>(9, true)};
   CalibrationState state = c.truth;
   Disturb(&state.lidars[0]);
   SolveJointProblem(c.problem, 12, CancellationToken(), &state);
@@ -117,12 +117,12 @@ TEST(MapMatches, AppendedPointsKeepTheirObservations) {
   tracks.points.resize(1);
   tracks.observations.resize(2);
   LandmarkSet all = tracks;
-  Append(c.problem.landmarks[0], &all);
+  Append(c.problem.drives[0].landmarks, &all);
   ASSERT_EQ(all.points.size(), 601u);
   EXPECT_FALSE(all.IsOnMap(0));
   EXPECT_TRUE(all.IsOnMap(600));
   EXPECT_EQ(all.begin[601], 602u);
-  EXPECT_EQ(all.observations[601].pixel, c.problem.landmarks[0].observations[599].pixel);
+  EXPECT_EQ(all.observations[601].pixel, c.problem.drives[0].landmarks.observations[599].pixel);
 }
 
 // Photos full of matches. shared: of the error's variance, what the matches of one part of a photo have in
@@ -159,7 +159,9 @@ LandmarkSet PhotosOfMatches(double shared) {
 }
 
 double NoiseOfMatches(double shared) {
-  return MeasureMatchNoise({PhotosOfMatches(shared)}, MakeCase().truth)[0];
+  std::vector<DriveTerms> drives(1);
+  drives[0].landmarks = PhotosOfMatches(shared);
+  return MeasureMatchNoise(drives, MakeCase().truth)[0];
 }
 
 TEST(MapMatches, AboutATenthIsHeldOutByWholePartsOfPhotos) {
@@ -185,25 +187,26 @@ TEST(MapMatches, AboutATenthIsHeldOutByWholePartsOfPhotos) {
 
 TEST(MapMatches, HeldOutMatchesFollowTheLidarAndTellTheCamerasError) {
   const Case c = MakeCase();
-  const std::vector<HeldOutMatches> truth = EvaluateHeldOutMatches(c.problem.landmarks, c.truth);
+  const std::vector<LandmarkSet> held_out{c.problem.drives[0].landmarks};
+  const std::vector<HeldOutMatches> truth = EvaluateHeldOutMatches(held_out, c.truth);
   ASSERT_EQ(truth.size(), 1u);
-  EXPECT_EQ(truth[0].count, c.problem.landmarks[0].points.size());
+  EXPECT_EQ(truth[0].count, held_out[0].points.size());
   EXPECT_LT(truth[0].rms, 1e-5);
   // The places follow the LiDAR: when both move together on the vehicle, little but what it turned between
   // scan and photo is left.
   CalibrationState moved = c.truth;
   moved.lidars[0].T_imu_sensor.translation += Eigen::Vector3d(0.01, 0.0, 0.0);
-  const double lidar_alone = EvaluateHeldOutMatches(c.problem.landmarks, moved)[0].median;
+  const double lidar_alone = EvaluateHeldOutMatches(held_out, moved)[0].median;
   moved.cameras[0].sensor.T_imu_sensor.translation += Eigen::Vector3d(0.01, 0.0, 0.0);
-  EXPECT_LT(EvaluateHeldOutMatches(c.problem.landmarks, moved)[0].median, 0.7 * lidar_alone);
+  EXPECT_LT(EvaluateHeldOutMatches(held_out, moved)[0].median, 0.7 * lidar_alone);
   // A centre that is off by 3 px shows as 3 px.
   moved = c.truth;
   moved.cameras[0].intrinsics.parameters[2] += 3.0;
-  const HeldOutMatches off = EvaluateHeldOutMatches(c.problem.landmarks, moved)[0];
+  const HeldOutMatches off = EvaluateHeldOutMatches(held_out, moved)[0];
   EXPECT_NEAR(off.median, 3.0, 1e-3);
   EXPECT_NEAR(off.rms, 3.0, 1e-3);
   moved.cameras.emplace_back(c.truth.cameras[0]);
-  EXPECT_EQ(EvaluateHeldOutMatches(c.problem.landmarks, moved)[1].count, 0u);
+  EXPECT_EQ(EvaluateHeldOutMatches(held_out, moved)[1].count, 0u);
 }
 
 TEST(MapMatches, MatchesThatErrTogetherCountForLess) {

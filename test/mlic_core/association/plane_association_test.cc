@@ -55,14 +55,13 @@ class SharedErrors {
     JointProblem problem;
     const Dataset dataset{std::vector<Drive>(1)};
     problem.dataset = &dataset;
-    problem.imu_sigma.resize(1);
-    problem.guesses.resize(1);
-    problem.lidar_fixed = {true};
+    problem.drives.resize(1);
+    problem.drives[0].planes = planes_;
+    problem.lidars = {{std::nullopt, true}};
     problem.fix_trajectory = true;
-    problem.planes = {planes_};
     SolveSummary summary = SolveJointProblem(problem, 3, CancellationToken(), &state_);
-    planes_.planes = std::move(summary.planes[0]);
-    return CorrelationFactor({planes_}, state_);
+    PlaceLandmarks(std::move(summary.landmarks), &problem);
+    return CorrelationFactor(problem.drives, state_);
   }
 
   // Of the variance of a mean over all points.

@@ -56,6 +56,12 @@ double Median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
+LandmarkNoise NoiseOf(LandmarkSet landmarks, const Case& c, const LandmarkOptions& made_with) {
+  std::vector<DriveTerms> drives(1);
+  drives[0].landmarks = std::move(landmarks);
+  return MeasureLandmarkNoise(drives, c.state, made_with)[0];
+}
+
 // The sigmas that landmarks of at least six observations are given, of what their tracks claim: of even and
 // of odd tracks, which are told apart by their pixels.
 std::pair<double, double> NoiseGiven(const Case& c, bool of_each) {
@@ -94,10 +100,7 @@ TEST(Landmarks, ClaimTheNoiseOfTheirTracksUnlessAsked) {
 TEST(Landmarks, ThatErrMoreDoNotMakeTheirCameraNoisier) {
   const Case c = MakeCase(2.0);
   LandmarkOptions options;
-  const auto noise = [&] {
-    const auto sets = TriangulateLandmarks(std::vector<TrackSet>{c.tracks}, c.state, options);
-    return MeasureLandmarkNoise(sets, c.state, options)[0];
-  };
+  const auto noise = [&] { return NoiseOf(TriangulateLandmarks(c.tracks, c.state, 0, options), c, options); };
   const LandmarkNoise alike = noise();
   EXPECT_GT(alike.spread, 1.15);
   EXPECT_GT(alike.spread * alike.dependence, 1.25);
@@ -123,7 +126,7 @@ TEST(Landmarks, CountForTwelveObservationsAtMost) {
   ASSERT_GT(std::min(of_few.size(), of_many.size()), 50u);
   EXPECT_NEAR(Median(of_few), 1.0, 0.1);
   EXPECT_NEAR(Median(of_many), 12.0, 1.0);
-  const LandmarkNoise noise = MeasureLandmarkNoise({set}, c.state, options)[0];
+  const LandmarkNoise noise = NoiseOf(set, c, options);
   EXPECT_NEAR(noise.spread, 1.0, 0.05);
   EXPECT_NEAR(noise.dependence, 1.0, 0.1);
 }
@@ -134,9 +137,9 @@ TEST(Landmarks, TheirNoiseDoesNotHangOnTheNoiseAssumed) {
   for (const LandmarkNoise assumed : {LandmarkNoise{1.0, 1.0}, {1.5, 1.0}, {1.2, 1.6}}) {
     LandmarkOptions options;
     options.noise = {assumed};
-    const auto sets = TriangulateLandmarks(std::vector<TrackSet>{c.tracks}, c.state, options);
-    EXPECT_NEAR(sets[0].observations[0].sigma, kClaimed * assumed.spread * assumed.dependence, 1e-6);
-    const LandmarkNoise noise = MeasureLandmarkNoise(sets, c.state, options)[0];
+    const LandmarkSet set = TriangulateLandmarks(c.tracks, c.state, 0, options);
+    EXPECT_NEAR(set.observations[0].sigma, kClaimed * assumed.spread * assumed.dependence, 1e-6);
+    const LandmarkNoise noise = NoiseOf(set, c, options);
     EXPECT_NEAR(noise.spread, 1.0, 0.05);
     EXPECT_NEAR(noise.dependence, 1.0, 0.1);
   }

@@ -35,7 +35,7 @@ RingCorrection ErrorOf(int ring) { return {ring % 3 == 0 ? 0.02f : -0.01f, ring 
 // Every sector of the hall's surfaces is a plane of its own.
 // `ErrorsAt` says whether the rings err at an azimuth in degrees, in each of the two turns.
 template <typename ErrorsAt>
-PlaneAssociation Scan(const CalibrationState& state, const ErrorsAt& errors_at) {
+DriveTerms Scan(const CalibrationState& state, const ErrorsAt& errors_at) {
   const Eigen::Matrix3d R = state.lidars[0].T_imu_sensor.rotation.toRotationMatrix();
   const std::vector<Plane> surfaces{{{0, 0, 1}, -2.0},   {{0, 0, -1}, -4.0}, {{1, 0, 0}, -10.0},
                                     {{-1, 0, 0}, -10.0}, {{0, 1, 0}, -10.0}, {{0, -1, 0}, -10.0}};
@@ -68,7 +68,8 @@ PlaneAssociation Scan(const CalibrationState& state, const ErrorsAt& errors_at) 
       tied[hit * kSectors + kSectors * (step % 1440) / 1440].push_back(o);
     }
   }
-  PlaneAssociation association;
+  DriveTerms drive;
+  PlaneAssociation& association = drive.planes;
   association.begin.push_back(0);
   for (std::size_t p = 0; p < tied.size(); ++p) {
     MapPlane plane;
@@ -78,7 +79,7 @@ PlaneAssociation Scan(const CalibrationState& state, const ErrorsAt& errors_at) 
     association.observations.insert(association.observations.end(), tied[p].begin(), tied[p].end());
     association.begin.push_back(association.observations.size());
   }
-  return association;
+  return drive;
 }
 
 const auto kAlways = [](int, int) { return true; };
@@ -101,8 +102,8 @@ TEST(RingCorrections, AreNoneForNoiseNorWithoutRings) {
   CalibrationState state = AtRest();
   EXPECT_FALSE(CorrectRings({Scan(state, kNever)}, &state));
   EXPECT_TRUE(state.rings[0].empty());
-  PlaneAssociation without = Scan(state, kAlways);
-  for (PlaneObservation& o : without.observations) o.ring = 0;
+  DriveTerms without = Scan(state, kAlways);
+  for (PlaneObservation& o : without.planes.observations) o.ring = 0;
   EXPECT_FALSE(CorrectRings({without}, &state));
   EXPECT_TRUE(state.rings[0].empty());
 }
@@ -119,8 +120,8 @@ TEST(RingCorrections, AreNoneWhereHalvesOfTheDriveOrOfTheViewDiffer) {
 // Millimetres count as well as centimetres do: what tells is that the halves agree.
 TEST(RingCorrections, AreFoundBelowTheNoise) {
   CalibrationState state = AtRest();
-  PlaneAssociation scan = Scan(state, kNever);
-  for (PlaneObservation& o : scan.observations) {
+  DriveTerms scan = Scan(state, kNever);
+  for (PlaneObservation& o : scan.planes.observations) {
     o.position = CorrectedPoint(o.position, {o.ring % 2 == 0 ? 1e-3f : -1e-3f, 0.0f});
   }
   ASSERT_TRUE(CorrectRings({scan}, &state));

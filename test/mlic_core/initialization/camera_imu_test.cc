@@ -180,8 +180,7 @@ TEST(VisualInitialization, FindsEverythingFromTheFieldOfView) {
 // Squared errors of all cameras' poses and offsets by their covariance; in the mean one.
 double NormalizedSquare(const Case& c, const Initialization& result, const CameraInitialization& cameras) {
   JointProblem problem;
-  problem.camera_guesses.resize(c.truth.size());
-  problem.camera_fixed = cameras.held;
+  for (const FixedCameraParameters& held : cameras.held) problem.cameras.push_back({std::nullopt, held});
   const ObservabilityAnalysis analysis = AnalyzeCalibration(problem, result.state, cameras.information);
   const int size = 7 * static_cast<int>(c.truth.size());
   Eigen::VectorXd error(size);

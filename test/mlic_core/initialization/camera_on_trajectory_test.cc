@@ -253,13 +253,13 @@ TEST(CameraInitialization, GivesTangentialTermsThatItHoldsAVariance) {
 }
 
 TEST(CameraInitialization, PatternSensitivityIsThatOfIndependentObservations) {
-  LandmarkSet set;
-  set.observations.resize(8);
-  for (std::size_t i = 0; i < 8; ++i) {
-    set.observations[i].camera = i < 6 ? 0 : 1;
-    set.observations[i].sigma = 0.5f;
+  std::vector<DriveTerms> drives(1);
+  for (int i = 0; i < 8; ++i) {
+    LandmarkObservation& o = drives[0].landmarks.observations.emplace_back();
+    o.camera = i < 6 ? 0 : 1;
+    o.sigma = 0.5f;
   }
-  const std::vector<double> sensitivity = PatternSensitivity({set}, 2);
+  const std::vector<double> sensitivity = PatternSensitivity(drives, 2);
   EXPECT_NEAR(sensitivity[0], std::sqrt(2.0 * 6 / 0.25), 1e-9);
   EXPECT_NEAR(sensitivity[1], std::sqrt(2.0 * 2 / 0.25), 1e-9);
 }

@@ -102,10 +102,11 @@ TEST(CeresReference, FindsTheSameMinimumOfImuAndLidars) {
   c.start.drives[0].trajectory = TrueSpline(*trajectory, kDuration, 0.03);
   AssociationOptions association;
   association.points_per_scan = 300;
-  c.problem.planes = {AssociatePlanes(input.dataset.drives[0], c.start, 0,
-                                      std::vector<PlaneNoise>(sensors.lidars.size()), association)};
-  c.problem.imu_sigma = {Sigma()};
-  for (const LidarConfig& lidar : input.rig.lidars) c.problem.guesses.push_back(lidar.guess);
+  DriveTerms& terms = c.problem.drives.emplace_back();
+  terms.imu_sigma = Sigma();
+  terms.planes = AssociatePlanes(input.dataset.drives[0], c.start, 0,
+                                 std::vector<PlaneNoise>(sensors.lidars.size()), association);
+  for (const LidarConfig& lidar : input.rig.lidars) c.problem.lidars.push_back({lidar.guess, false});
   c.problem.estimate_imu_matrices = true;
   Random random(7);
   for (SensorCalibration& lidar : c.start.lidars) Disturb(&random, &lidar);
@@ -187,18 +188,18 @@ TEST(CeresReference, FindsTheSameMinimumOfImuAndCameras) {
   const TrackSet tracks = MakeTracks(c.start.drives[0].trajectory, c.start.cameras, options);
   LandmarkOptions landmarks;
   landmarks.largest_error = 8.0;  // some outliers stay for the loss
-  c.problem.landmarks = TriangulateLandmarks({tracks}, c.start, landmarks);
+  DriveTerms& terms = c.problem.drives.emplace_back();
+  terms.imu_sigma = Sigma();
+  terms.landmarks = TriangulateLandmarks(tracks, c.start, 0, landmarks);
   Random random(11);
-  AddLidarPoints(c.start, &random, &c.problem.landmarks[0]);
+  AddLidarPoints(c.start, &random, &terms.landmarks);
   c.dataset.drives.emplace_back();
   c.dataset.drives[0].imu = NoisyImu(c.start.drives[0].trajectory, kDuration, &random);
-  c.problem.imu_sigma = {Sigma()};
-  c.problem.guesses = {std::nullopt};
-  c.problem.camera_guesses.resize(2);
-  c.problem.camera_fixed.resize(2);
+  c.problem.lidars.resize(1);
+  c.problem.cameras.resize(2);
   c.problem.imu = {Eigen::Matrix3d::Zero(), 0.03};
-  c.problem.camera_fixed[0].square_pixels = true;
-  c.problem.camera_fixed[1].intrinsics = {false, false, false, false, false, false, true, true};
+  c.problem.cameras[0].fixed.square_pixels = true;
+  c.problem.cameras[1].fixed.intrinsics = {false, false, false, false, false, false, true, true};
   Disturb(&random, &c.start.lidars[0]);
   for (CameraCalibration& camera : c.start.cameras) {
     Disturb(&random, &camera.sensor);

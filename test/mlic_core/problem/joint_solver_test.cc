@@ -29,12 +29,10 @@ class StandingLidar : public testing::Test {
     state_.lidars.resize(1);
     dataset_.drives.resize(1);
     problem_.dataset = &dataset_;
-    problem_.imu_sigma.resize(1);
-    problem_.guesses.resize(1);
-    problem_.lidar_fixed = {false};
+    problem_.drives.resize(1);
+    problem_.lidars.resize(1);
     problem_.fix_trajectory = true;
-    problem_.planes.resize(1);
-    PlaneAssociation& planes = problem_.planes[0];
+    PlaneAssociation& planes = problem_.drives[0].planes;
     planes.begin = {0};
     for (int axis = 0; axis < 3; ++axis) {
       MapPlane plane;
@@ -57,11 +55,11 @@ class StandingLidar : public testing::Test {
   }
   // One step leads to a guess whose coordinates in the map overflow: residuals there are infinity times zero.
   void GuessBeyondNumbers() {
-    for (PlaneObservation& o : problem_.planes[0].observations) o.sigma = 1e6f;
+    for (PlaneObservation& o : problem_.drives[0].planes.observations) o.sigma = 1e6f;
     ExtrinsicGuess guess;
     guess.T_imu_sensor.translation.setConstant(1.5e308);
     guess.sigma_translation.setOnes();
-    problem_.guesses[0] = guess;
+    problem_.lidars[0].guess = guess;
   }
 
   static constexpr float kSigma = 0.01f;
@@ -91,9 +89,9 @@ TEST_F(StandingLidar, AStepToWhereTheCostIsNotANumberIsTakenBack) {
 TEST_F(StandingLidar, WhatIsHeldStandsAtTheGuessThoughTheDataResist) {
   // A second LiDAR, which does not move, sees the same planes.
   state_.lidars.resize(2);
-  problem_.guesses.resize(2);
-  problem_.lidar_fixed = {false, true};
-  PlaneAssociation& planes = problem_.planes[0];
+  problem_.lidars.resize(2);
+  problem_.lidars[1].fixed = true;
+  PlaneAssociation& planes = problem_.drives[0].planes;
   const PlaneAssociation seen_once = planes;
   planes.observations.clear();
   planes.begin = {0};
@@ -109,7 +107,7 @@ TEST_F(StandingLidar, WhatIsHeldStandsAtTheGuessThoughTheDataResist) {
   ExtrinsicGuess guess;
   guess.T_imu_sensor.translation.z() = 0.3;
   guess.sigma_translation.setConstant(0.1);
-  problem_.guesses[0] = guess;
+  problem_.lidars[0].guess = guess;
   Eigen::VectorXd row = Eigen::VectorXd::Zero(2 * 7);
   row[5] = 1.0;
   problem_.held_translations = {row};
@@ -121,15 +119,20 @@ TEST_F(StandingLidar, WhatIsHeldStandsAtTheGuessThoughTheDataResist) {
 TEST_F(StandingLidar, EquationsWithoutSolutionAreSaid) {
   ExtrinsicGuess guess;
   guess.T_imu_sensor.translation.setConstant(kNotANumber);
-  problem_.guesses[0] = guess;
+  problem_.lidars[0].guess = guess;
   const SolveSummary summary = Solve(3);
   EXPECT_FALSE(summary.solved);
   EXPECT_EQ(summary.information.size(), 0);
   EXPECT_TRUE(IsFinite(state_));
 }
 
+TEST_F(StandingLidar, AProblemOfOtherSensorsThanTheStatesThrows) {
+  problem_.cameras.resize(1);
+  EXPECT_THROW(Solve(3), InternalError);
+}
+
 TEST_F(StandingLidar, AStartWhoseCostIsNotANumberThrows) {
-  problem_.planes[0].observations[4].position.x() = static_cast<float>(kNotANumber);
+  problem_.drives[0].planes.observations[4].position.x() = static_cast<float>(kNotANumber);
   EXPECT_THROW(Solve(3), InternalError);
 }
 

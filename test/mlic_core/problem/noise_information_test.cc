@@ -61,26 +61,26 @@ class Turntable : public testing::Test {
     const SplitSpline& trajectory = state_.drives[0].trajectory;
     dataset_.drives.resize(1);
     problem_.dataset = &dataset_;
-    problem_.imu_sigma = {{Eigen::Vector3d::Constant(kNoise.gyroscope * std::sqrt(kRate)),
-                           Eigen::Vector3d::Constant(kNoise.accelerometer * std::sqrt(kRate))}};
     problem_.imu.alignment_held.setZero();
-    problem_.poses.resize(1);
+    DriveTerms& terms = problem_.drives.emplace_back();
+    terms.poses = {{}, 1e-3, 0.01};
+    terms.imu_sigma = {Eigen::Vector3d::Constant(kNoise.gyroscope * std::sqrt(kRate)),
+                       Eigen::Vector3d::Constant(kNoise.accelerometer * std::sqrt(kRate))};
     for (int i = 0; i < static_cast<int>(kDuration * kRate); ++i) {
       const double t = (i + 0.5) / kRate;
       ImuSample sample{t, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
       const Eigen::Matrix<double, 6, 1> measured = ImuResidual::Evaluate(
           trajectory, SplineBasis(trajectory.rotation.knots(), t),
           SplineBasis(trajectory.position.knots(), t), state_.Imu(0), state_.Gravity(), sample, nullptr);
-      sample.angular_velocity =
-          measured.head<3>() + noise * problem_.imu_sigma[0].gyroscope.cwiseProduct(random());
+      sample.angular_velocity = measured.head<3>() + noise * terms.imu_sigma.gyroscope.cwiseProduct(random());
       sample.specific_force =
-          measured.tail<3>() + noise * problem_.imu_sigma[0].accelerometer.cwiseProduct(random());
+          measured.tail<3>() + noise * terms.imu_sigma.accelerometer.cwiseProduct(random());
       dataset_.drives[0].imu.push_back(sample);
       if (i % 20 != 0) continue;
       RigidTransform T = trajectory.Pose(t);
       T.rotation = T.rotation * ExpQuaternion(1e-3 * noise * random());
       T.translation += 0.01 * noise * random();
-      problem_.poses[0].push_back({t, T, 1e-3, 0.01});
+      terms.poses.T_map_imu.push_back({t, T});
     }
   }
 };

@@ -25,8 +25,8 @@ Eigen::Vector2d Step(const CalibrationState& state, double sigma, bool square = 
   Eigen::MatrixXd information;
   Eigen::VectorXd gradient;
   JointProblem problem;
-  problem.camera_fixed.resize(1);
-  problem.camera_fixed[0].square_pixels = square;
+  problem.cameras.resize(1);
+  problem.cameras[0].fixed.square_pixels = square;
   CalibrationPrior(problem, state, layout, &information, &gradient);
   const int at = layout.Intrinsics(0);
   const Eigen::Matrix2d data = Eigen::Matrix2d::Identity() / (sigma * sigma);

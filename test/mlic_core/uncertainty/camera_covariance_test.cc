@@ -93,19 +93,18 @@ Outcome Calibrate(const Case& c, bool noise_of_each) {
   ImuSigma sigma;
   sigma.gyroscope.setConstant(kGyroscope * std::sqrt(kImuRate));
   sigma.accelerometer.setConstant(kAccelerometer * std::sqrt(kImuRate));
-  problem.imu_sigma = {sigma};
-  problem.camera_guesses.resize(1);
-  problem.camera_fixed.resize(1);
+  problem.cameras.resize(1);
+  for (std::size_t d = 0; d < c.tracks.size(); ++d) problem.drives.emplace_back().imu_sigma = sigma;
   LandmarkOptions options;
   options.noise_of_each = noise_of_each;
   options.noise.resize(1);
   SolveSummary summary;
   for (int round = 0; round < (noise_of_each ? 6 : 2); ++round) {
-    problem.landmarks = TriangulateLandmarks(c.tracks, state, options);
-    summary = SolveJointProblem(problem, 4, CancellationToken(), &state);
-    for (std::size_t d = 0; d < problem.landmarks.size(); ++d) {
-      problem.landmarks[d].points = summary.points[d];
+    for (std::size_t d = 0; d < c.tracks.size(); ++d) {
+      problem.drives[d].landmarks = TriangulateLandmarks(c.tracks[d], state, d, options);
     }
+    summary = SolveJointProblem(problem, 4, CancellationToken(), &state);
+    PlaceLandmarks(std::move(summary.landmarks), &problem);
   }
   const ObservabilityAnalysis plain = AnalyzeCalibration(problem, state, summary.information);
   CameraInflation inflation = MeasureCameraInflation(problem, state, options, plain.solved_covariance);

@@ -24,8 +24,7 @@ class OneLidar : public testing::Test {
     state_.drives[0].trajectory = {
         So3Spline(knots, std::vector<Eigen::Quaterniond>(knots.count, Eigen::Quaterniond::Identity())),
         PositionSpline(knots, std::vector<Eigen::Vector3d>(knots.count, Eigen::Vector3d::Zero()))};
-    problem_.guesses.resize(1);
-    problem_.lidar_fixed = {false};
+    problem_.lidars.resize(1);
   }
   AlignmentReview Review(const Eigen::Vector3d& gyroscope, const Eigen::Vector3d& accelerometer,
                          bool tried = false) {

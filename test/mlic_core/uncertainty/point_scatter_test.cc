@@ -34,15 +34,14 @@ class TwoLidars : public testing::Test {
       dataset_.drives[0].imu.push_back({i / 50.0, Eigen::Vector3d::Zero(), -state_.Gravity()});
     }
     problem_.dataset = &dataset_;
-    problem_.imu_sigma = {{Eigen::Vector3d::Constant(1e-4), Eigen::Vector3d::Constant(3e-4)}};
-    problem_.guesses.resize(2);
-    problem_.lidar_fixed = {false, false};
-    problem_.planes.resize(1);
-    problem_.planes[0].begin = {0};
+    problem_.drives.resize(1);
+    problem_.drives[0].imu_sigma = {Eigen::Vector3d::Constant(1e-4), Eigen::Vector3d::Constant(3e-4)};
+    problem_.drives[0].planes.begin = {0};
+    problem_.lidars.resize(2);
   }
 
   void AddPlane(int axis, double correlation) {
-    PlaneAssociation& planes = problem_.planes[0];
+    PlaneAssociation& planes = problem_.drives[0].planes;
     MapPlane plane;
     plane.plane = {-Eigen::Vector3d::Unit(axis), -5.0};
     plane.center = 5.0 * Eigen::Vector3d::Unit(axis);
@@ -101,7 +100,7 @@ TEST_F(TwoLidars, MeanOfTheRingsStaysUnknown) {
   constexpr int kRings = 16;
   constexpr float kTypical = 0.01f;  // m
   for (int axis = 0; axis < 3; ++axis) AddPlane(axis, 0.0);
-  std::vector<PlaneObservation>& points = problem_.planes[0].observations;
+  std::vector<PlaneObservation>& points = problem_.drives[0].planes.observations;
   for (std::size_t k = 0; k < points.size(); ++k) points[k].ring = k % kRings;
   SolveJointProblem(problem_, 3, CancellationToken(), &state_);
   state_.rings.resize(2);

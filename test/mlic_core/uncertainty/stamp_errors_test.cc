@@ -32,9 +32,10 @@ class StampErrorsOfADrive : public ::testing::Test {
     const std::vector<PlaneNoise> noise(1);
     problem_ = new JointProblem();
     problem_->dataset = &input_->dataset;
-    problem_->planes = {AssociatePlanes(input_->dataset.drives[0], *state_, 0, noise, association)};
-    const std::vector<PlaneNoise> measured = MeasurePlaneNoise(problem_->planes, *state_, noise);
-    problem_->planes = {AssociatePlanes(input_->dataset.drives[0], *state_, 0, measured, association)};
+    PlaneAssociation& planes = problem_->drives.emplace_back().planes;
+    planes = AssociatePlanes(input_->dataset.drives[0], *state_, 0, noise, association);
+    const std::vector<PlaneNoise> measured = MeasurePlaneNoise(problem_->drives, *state_, noise);
+    planes = AssociatePlanes(input_->dataset.drives[0], *state_, 0, measured, association);
   }
   static void TearDownTestSuite() {
     delete problem_;
@@ -55,7 +56,7 @@ class StampErrorsOfADrive : public ::testing::Test {
       late.push_back(error(s, scans[s].time));
       scans[s].time += late.back();
     }
-    for (PlaneObservation& o : problem.planes[0].observations) {
+    for (PlaneObservation& o : problem.drives[0].planes.observations) {
       const auto next = std::upper_bound(true_times.begin(), true_times.end(), o.time + 1e-6);
       o.time += late[next - true_times.begin() - 1];
     }

@@ -4,8 +4,8 @@
 #include <Eigen/Geometry>
 #include <vector>
 
+#include "mlic_core/geometry/timed_pose.h"
 #include "mlic_core/io/checkpoint/byte_archive.h"
-#include "mlic_core/lidar/odometry.h"
 #include "mlic_core/result/result.h"
 #include "mlic_core/sensors/rig.h"
 
@@ -22,11 +22,10 @@ struct IsFlat<RigidTransform> : std::true_type {};
 template <>
 struct IsFlat<SensorCalibration> : std::true_type {};
 template <>
-struct IsFlat<OdometryPose> : std::true_type {};
+struct IsFlat<TimedPose> : std::true_type {};
 template <>
 struct IsFlat<PoseSigma> : std::true_type {};
 
-inline auto Members(OdometryResult& odometry) { return std::tie(odometry.poses); }
 inline auto Members(CameraIntrinsics& intrinsics) {
   return std::tie(intrinsics.model, intrinsics.width, intrinsics.height, intrinsics.parameters);
 }

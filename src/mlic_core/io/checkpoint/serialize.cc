@@ -61,13 +61,9 @@ auto Members(CalibrationResult& result) {
 }
 
 std::vector<char> ToBytes(const Dataset& dataset) { return WrittenBytes(dataset); }
-std::vector<char> ToBytes(const std::vector<OdometryResult>& odometry) { return WrittenBytes(odometry); }
 std::vector<char> ToBytes(const CalibrationResult& result) { return WrittenBytes(result); }
 
 bool FromBytes(const std::vector<char>& bytes, Dataset* dataset) { return ReadBytes(bytes, dataset); }
-bool FromBytes(const std::vector<char>& bytes, std::vector<OdometryResult>* odometry) {
-  return ReadBytes(bytes, odometry);
-}
 bool FromBytes(const std::vector<char>& bytes, CalibrationResult* result) { return ReadBytes(bytes, result); }
 
 }  // namespace mlic

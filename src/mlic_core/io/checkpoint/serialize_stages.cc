@@ -106,14 +106,17 @@ auto Members(LidarPointObservation& observation) {
 }
 
 auto Members(LandmarkSet& set) { return std::tie(set.points, set.observations, set.begin, set.lidar_points); }
+// Of the problem what rounds hand on: planes are found anew in each, and guesses are the rig file's.
+auto Members(DriveTerms& drive) { return std::tie(drive.imu_sigma, drive.landmarks); }
+auto Members(CameraTerms& camera) { return std::tie(camera.fixed); }
 auto Members(Adjustment& adjustment) {
   return std::tie(
-      adjustment.state, adjustment.contradicted_guesses, adjustment.plane_noise, adjustment.problem.imu_sigma,
-      adjustment.problem.camera_fixed, adjustment.problem.landmarks,
-      adjustment.cameras.landmark_options.noise, adjustment.cameras.sigmas, adjustment.map.cameras_before,
-      adjustment.map.noise, adjustment.map.held_out, adjustment.rounds.landmarks, adjustment.rounds.done,
-      adjustment.rounds.points_per_scan, adjustment.rounds.alignment_tried, adjustment.rounds.noise_measured,
-      adjustment.alignment_covariance, adjustment.noise_information, adjustment.problem.imu.alignment_held,
+      adjustment.state, adjustment.contradicted_guesses, adjustment.plane_noise, adjustment.problem.drives,
+      adjustment.problem.cameras, adjustment.cameras.landmark_options.noise, adjustment.cameras.sigmas,
+      adjustment.map.cameras_before, adjustment.map.noise, adjustment.map.held_out,
+      adjustment.rounds.landmarks, adjustment.rounds.done, adjustment.rounds.points_per_scan,
+      adjustment.rounds.alignment_tried, adjustment.rounds.noise_measured, adjustment.alignment_covariance,
+      adjustment.noise_information, adjustment.problem.imu.alignment_held,
       adjustment.problem.imu.gravity_sigma, adjustment.lines);
 }
 
