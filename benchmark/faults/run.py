@@ -111,7 +111,7 @@ def measure(calibrator, sound, fault, commit, folder, threads):
     usable = verdict in ('trusted', 'partial')
     expected = (0, 4) if not fault.refusable else (0, 1, 2, 4)
     good = used.exit in expected and told and not innocent and not (usable and z > BEYOND)
-    line = next((row for row in reversed(text.splitlines()) if row.startswith(('TRUSTED', 'PARTIAL', 'REFUSED', 'calibrate:'))),
+    line = next((row for row in reversed(text.splitlines()) if row.startswith(('TRUSTED', 'PARTIAL', 'REFUSED', 'FAILED', 'BAD INPUT', 'calibrate:'))),
                 '')
     return {'drive': fault.drive, 'fault': fault.name, 'commit': commit, 'good': 'yes' if good else 'no',
             'verdict': verdict, 'exit': used.exit, 'lost': ' '.join(lost), 'worst_z': f'{z:.1f}' if usable else '',
