@@ -193,7 +193,8 @@ void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start,
     cancellation.ThrowIfCancelled();
     const bool planned = round < kPlanned;
     options.least_sigma = planned ? kRounds[round].least_sigma : 0.0;
-    options.least_parallax_deg = planned ? kRounds[round].least_parallax_deg : 0.5;
+    options.least_parallax_deg =
+        planned ? kRounds[round].least_parallax_deg : LandmarkOptions().least_parallax_deg;
     for (std::size_t d = 0; d < tracks.size(); ++d) {
       problem.drives[d].landmarks = TriangulateLandmarks(tracks[d], *state, d, options);
     }
