@@ -17,6 +17,8 @@ struct PoseSegment {
   int Count() const { return end - begin; }
 };
 
+// from: measured, trials, LiDAR, open 1, 2, 4 and 7: halved and doubled, together with the intervals of the
+// correlation, results change by at most 0.92 sigma (yaw of a car), else by 0.41.
 constexpr double kSegmentLength = 2.0;  // s
 
 // Cuts poses (in order of time) into disjoint segments of at most kSegmentLength and at least 6 poses,

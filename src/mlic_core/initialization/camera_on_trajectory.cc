@@ -22,7 +22,8 @@ constexpr std::size_t kFewestObservations = 200;  // from: definition, docs/meth
 // length and unknown distortion not many more than this.
 constexpr double kLeastShare = 0.15;
 
-// px, of a match that agrees with a lens of the unified model, or with a given one.
+// px, of a match that agrees with a lens of the unified model, or with a given one. from: measured, halved
+// and doubled (camera_rotation.cc).
 constexpr double kRoughLensError = 8.0, kLensError = 3.0;
 
 // What one round of triangulation and solve does.
