@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "mlic_core/camera/two_view/triangulation.h"
+
 namespace mlic {
 
 // The noise of one camera's observations, of what the tracks claim (the calibration's own errors come on top
@@ -17,7 +19,7 @@ struct LandmarkOptions {
   std::vector<LandmarkNoise> noise;  // of each camera; empty: as the tracks claim
   double least_sigma = 0.0;          // px; no observation counts for better; from: structural
   double largest_error = 4.0;        // sigmas; from: derivation, 1 of 3000 observations lies beyond
-  double least_parallax_deg = 0.5;
+  double least_parallax_deg = TriangulationOptions().least_parallax_deg;
   // Each landmark's noise is its own: corners at steps of depth, reflections and moving shadows look unlike
   // themselves from elsewhere, and their observations agree less than those of a mark on a road. Only once
   // the calibration is nearly right: before, landmarks that say much about it disagree the most.

@@ -11,10 +11,12 @@ namespace mlic {
 namespace {
 
 // from: guard, time and memory.
-constexpr std::size_t kLooks = 24;         // at one patch that take part in the fit
-constexpr std::size_t kPatches = 40000;    // that take part in the fit; from: guard, time and memory
-constexpr int kMostRings = 256;            // from: guard, time and memory
-constexpr float kDarkest = 0.004f;         // of the LiDAR's bright returns: what is darker is lost in noise
+constexpr std::size_t kLooks = 24;       // at one patch that take part in the fit
+constexpr std::size_t kPatches = 40000;  // that take part in the fit; from: guard, time and memory
+constexpr int kMostRings = 256;          // from: guard, time and memory
+constexpr float kDarkest = 0.004f;       // of the LiDAR's bright returns: what is darker is lost in noise
+// from: derivation, surfaces of all directions show as much as their cosine: half of what is seen has less
+// than sqrt(1/2).
 constexpr float kUnknownIncidence = 0.7f;  // where there is no plane
 // from: guard.
 constexpr std::size_t kFewestShared = 30;  // patches that tell one LiDAR's contrast from another's

@@ -12,7 +12,9 @@ namespace {
 
 constexpr int kChannels = StructureImage::kChannels;  // from: structural
 
-// Edge strength is compared with that of this much wider a neighbourhood.
+// Edge strength is compared with that of this much wider a neighbourhood. from: measured, eight views of
+// matcher_test: halved, 512 matches with errors of 0.44 px (rms) for 528 of 0.43 px; doubled as
+// kLeastSharpness (structure_matcher.cc).
 constexpr double kSurroundings = 6.0;
 
 // Coefficients count by these factors: orientation tells more than strength.

@@ -18,7 +18,6 @@ namespace mlic {
 namespace {
 
 constexpr double kLargestOffset = 1.05;  // s; from: definition, offsets up to 1 s and a little
-constexpr double kSegmentLength = 2.0;   // s
 constexpr double kSmallestSigma = 2e-6;  // rad: below it robust weights would follow rounding; from: guard
 // from: guard, of the Jacobian alone.
 constexpr double kRateHalfWidth = 0.05;  // s: the offset's Jacobian takes mean rates, which are less noisy
@@ -88,7 +87,7 @@ class Problem {
 
   System Linearize(const State& state, bool redescending) const {
     const GyroIntegration gyro(imu_, state.bias);
-    const std::vector<PoseSegment> segments = CutSegments(poses_, gyro, state.time_offset, kSegmentLength);
+    const std::vector<PoseSegment> segments = CutSegments(poses_, gyro, state.time_offset);
     std::vector<PoseResidual> residuals;
     for (const PoseSegment& segment : segments) AddResiduals(gyro, state, segment, &residuals);
     std::vector<double> norms;

@@ -13,7 +13,8 @@ namespace mlic {
 namespace {
 
 // from: guard, a peak is refined afterwards.
-constexpr double kGridStep = 0.01;            // s, well below the width of a peak
+constexpr double kGridStep = 0.01;  // s, well below the width of a peak
+// from: measured, together with kSegmentLength (pose_segments.h).
 constexpr double kIntervalLength = 0.2;       // s: longer ones are less noisy, shorter ones sharper
 constexpr std::size_t kFewestIntervals = 20;  // from: guard
 

@@ -15,8 +15,7 @@
 namespace mlic {
 namespace {
 
-constexpr double kGravity = 9.81;       // m/s^2; from: definition
-constexpr double kSegmentLength = 2.0;  // s
+constexpr double kGravity = 9.81;  // m/s^2; from: definition
 // from: guard, far below noise.
 constexpr double kSmallestSigma = 1e-6;  // m: below it robust weights would follow rounding
 constexpr double kSmallestTilt = 1e-7;   // rad; from: guard, far below noise
@@ -86,7 +85,7 @@ std::vector<Segment> MakeSegments(const SpecificForceIntegration& integration,
   std::vector<Segment> segments;
   std::vector<double> deviations;
   const GyroIntegration& gyro = integration.gyro();
-  for (const PoseSegment& cut : CutSegments(poses, gyro, time_offset, kSegmentLength)) {
+  for (const PoseSegment& cut : CutSegments(poses, gyro, time_offset)) {
     const TimedPose& middle = poses[cut.Center()];
     const double center = middle.time + time_offset;
     Segment segment;

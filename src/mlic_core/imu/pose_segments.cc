@@ -5,14 +5,14 @@
 namespace mlic {
 
 std::vector<PoseSegment> CutSegments(const std::vector<TimedPose>& poses, const GyroIntegration& gyro,
-                                     double time_offset, double length) {
+                                     double time_offset) {
   constexpr int kFewestPoses = 6;  // from: guard
   std::vector<PoseSegment> segments;
   const int count = static_cast<int>(poses.size());
   for (int begin = 0; begin < count;) {
     const double start = poses[begin].time + time_offset;
     int end = begin;
-    while (end < count && poses[end].time + time_offset - start <= length &&
+    while (end < count && poses[end].time + time_offset - start <= kSegmentLength &&
            gyro.Covers(start, poses[end].time + time_offset)) {
       ++end;
     }

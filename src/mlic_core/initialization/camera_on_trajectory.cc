@@ -22,7 +22,8 @@ constexpr std::size_t kFewestObservations = 200;  // from: definition, docs/meth
 // length and unknown distortion not many more than this.
 constexpr double kLeastShare = 0.15;
 
-// px, of a match that agrees with a lens of the unified model, or with a given one.
+// px, of a match that agrees with a lens of the unified model, or with a given one. from: measured, halved
+// and doubled (camera_rotation.cc).
 constexpr double kRoughLensError = 8.0, kLensError = 3.0;
 
 // What one round of triangulation and solve does.
@@ -193,7 +194,8 @@ void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start,
     cancellation.ThrowIfCancelled();
     const bool planned = round < kPlanned;
     options.least_sigma = planned ? kRounds[round].least_sigma : 0.0;
-    options.least_parallax_deg = planned ? kRounds[round].least_parallax_deg : 0.5;
+    options.least_parallax_deg =
+        planned ? kRounds[round].least_parallax_deg : LandmarkOptions().least_parallax_deg;
     for (std::size_t d = 0; d < tracks.size(); ++d) {
       problem.drives[d].landmarks = TriangulateLandmarks(tracks[d], *state, d, options);
     }

@@ -2,16 +2,17 @@
 
 #include <algorithm>
 
+#include "mlic_core/camera/tracks/feature_tracking.h"
+
 namespace mlic {
 namespace {
 
-constexpr double kLargestGap = 3.0;  // s, between keyframes
-
 void Collect(const TrackSet& tracks, std::size_t drive, int camera, std::vector<PixelMatches>* pairs) {
-  std::vector<int> pair_of(tracks.keyframes.size(), -1);  // of each keyframe with the next one
+  const double longest = FollowOptions().largest_interval;  // beyond it features are not followed
+  std::vector<int> pair_of(tracks.keyframes.size(), -1);    // of each keyframe with the next one
   for (std::size_t k = 0; k + 1 < tracks.keyframes.size(); ++k) {
     const Keyframe &a = tracks.keyframes[k], &b = tracks.keyframes[k + 1];
-    if (a.camera != camera || b.camera != camera || b.time - a.time > kLargestGap) continue;
+    if (a.camera != camera || b.camera != camera || b.time - a.time > longest) continue;
     pair_of[k] = static_cast<int>(pairs->size());
     pairs->push_back({drive, a.time, b.time, {}, {}});
   }

@@ -11,9 +11,11 @@
 namespace mlic {
 namespace {
 
-constexpr int kLevels = 3;                 // splits below the root
+constexpr int kLevels = 3;  // splits below the root
+// from: measured, trials, LiDAR, open 1, 2 and 7: halved and doubled, together with kFewestScans, results
+// change by at most 0.70 sigma (a car), sigmas from 0.94 to 1.14 times.
 constexpr std::size_t kFewestPoints = 20;  // of a plane
-constexpr int kFewestScans = 4;            // that see a plane
+constexpr int kFewestScans = 4;            // that see a plane; from: measured, with kFewestPoints
 constexpr double kGrazingCosine = 0.26;    // 75 deg; from: definition, docs/method.md section 6
 constexpr double kGateSigmas = 3.0;        // from: derivation, 0.3 % of normal errors lie beyond
 // A plane may scatter by this much of its points' noise, and its points count for less by as much: real

@@ -31,7 +31,6 @@ constexpr std::size_t kMostPoints = 6000;  // from: guard, time
 constexpr double kPointsOnPlanes = 500.0;  // from: measured, kitti_0005 and the car of 4 LiDARs
 constexpr int kLeastRounds = 5;
 constexpr int kMostRounds = 15;  // from: guard, time
-constexpr int kLeastRoundsWithCameras = 3;
 // Rounds that find landmarks and matches anew; later ones keep them, as which of them just agree and which
 // just do not would change for ever. from: measured, paper rig, seeds 1 to 3
 constexpr int kLandmarkRounds = 3;
@@ -291,7 +290,7 @@ const char* NameOf(Landmarks landmarks) {
 Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context,
                          const JointOptions& options) {
   const bool cameras = options.landmarks != Landmarks::kNone;
-  const int least_rounds = cameras ? kLeastRoundsWithCameras : kLeastRounds;
+  const int least_rounds = cameras ? kLandmarkRounds : kLeastRounds;
   JointRounds& rounds = adjustment.rounds;
   if (rounds.landmarks != options.landmarks) BeginRounds(options.landmarks, &adjustment);
   DropContradictedGuesses(&adjustment);

@@ -12,6 +12,7 @@
 #include "mlic_core/camera/tracks/refinement.h"
 #include "mlic_core/camera/tracks/static_mask.h"
 #include "mlic_core/camera/tracks/tracks.h"
+#include "mlic_core/camera/two_view/two_view.h"
 #include "mlic_core/common/progress.h"
 #include "mlic_core/sensors/camera_model.h"
 #include "mlic_core/sensors/images.h"
@@ -41,7 +42,7 @@ struct TrackingOptions {
   // cameras are nearer to each other than least_baseline (m), the direction is not used.
   double prediction_error = 0.06;
   double least_baseline = 0.5;
-  int fewest_matches = 15;  // of a pair that counts
+  int fewest_matches = TwoViewOptions().fewest_inliers;  // of a pair that counts
   TrackSelectionOptions selection;
   TrackRefinementOptions refinement;
 };

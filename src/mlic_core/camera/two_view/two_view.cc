@@ -24,9 +24,11 @@ constexpr int kFewestIterations = 50;  // from: guard
 constexpr int kMostRefinements = 10;   // from: guard
 
 // Of the matches that a rotation does not explain this share at most meets the epipolar constraint of the
-// luckiest translation by chance; and a few more prove nothing.
+// luckiest translation by chance.
 constexpr double kShareByChance = 0.1;
-constexpr int kFewestWithParallax = 5;
+// from: derivation, three angles and two of the direction of translation: a pose meets the matches that it
+// was solved from, whatever these are.
+constexpr int kMinimalSample = 5;
 
 class Matches {
  public:
@@ -260,7 +262,7 @@ std::optional<TwoViewGeometry> EstimateTwoView(const std::vector<Eigen::Vector3d
                                                const TwoViewOptions& options) {
   Check(bearings_a.size() == bearings_b.size(), "EstimateTwoView: bearings do not come in pairs");
   const Matches matches(bearings_a, bearings_b, options);
-  if (matches.size() < std::max(5, options.fewest_inliers)) return std::nullopt;
+  if (matches.size() < std::max(kMinimalSample, options.fewest_inliers)) return std::nullopt;
   TwoViewGeometry by_rotation, by_pose;
   by_rotation.inlier.assign(matches.size(), false);
   by_pose.inlier.assign(matches.size(), false);
@@ -276,8 +278,8 @@ std::optional<TwoViewGeometry> EstimateTwoView(const std::vector<Eigen::Vector3d
   }
   const int unexplained = matches.size() - by_rotation.inliers;
   const bool parallax_shown =
-      by_pose.inliers - by_rotation.inliers > options.least_share_with_parallax * by_pose.inliers +
-                                                  kShareByChance * unexplained + kFewestWithParallax;
+      by_pose.inliers - by_rotation.inliers >
+      options.least_share_with_parallax * by_pose.inliers + kShareByChance * unexplained + kMinimalSample;
   const TwoViewGeometry& chosen = parallax_shown ? by_pose : by_rotation;
   if (chosen.inliers < options.fewest_inliers) return std::nullopt;
   return chosen;

@@ -9,9 +9,10 @@
 namespace mlic {
 namespace {
 
-constexpr double kGravityKnots = 10.0;  // s
-constexpr double kDrift = 5e-4;         // rad/s, of the gyro frame: what the bias is still off by
-constexpr double kBiasSigma = 0.2;      // m/s^2, prior; from: guard, large for any IMU (priors.cc)
+constexpr double kGravityKnots = 10.0;  // s; from: measured, with kPart (camera_imu.cc)
+// from: measured, with kPart (camera_imu.cc).
+constexpr double kDrift = 5e-4;     // rad/s, of the gyro frame: what the bias is still off by
+constexpr double kBiasSigma = 0.2;  // m/s^2, prior; from: guard, large for any IMU (priors.cc)
 
 }  // namespace
 

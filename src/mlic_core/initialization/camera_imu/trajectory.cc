@@ -11,8 +11,8 @@ namespace {
 
 // from: guard, half of the finest knots.
 constexpr double kStep = 0.02;              // s, between the poses that the spline is drawn to
-constexpr double kRotationSigma = 2e-3;     // rad, of these poses
-constexpr double kTranslationSigma = 5e-3;  // m
+constexpr double kRotationSigma = 2e-3;     // rad, of these poses; from: measured, with kPart (camera_imu.cc)
+constexpr double kTranslationSigma = 5e-3;  // m; from: measured, with kPart (camera_imu.cc)
 
 // Turns the gyro frame upright at the time of each gravity, with as little turning between them as can be.
 std::vector<Eigen::Quaterniond> UprightTurns(const std::vector<Eigen::Vector3d>& gravity) {
@@ -27,8 +27,9 @@ std::vector<Eigen::Quaterniond> UprightTurns(const std::vector<Eigen::Vector3d>&
 
 std::vector<TimedPose> UprightPoses(const GyroIntegration& gyro, const DrivePositions& drive) {
   std::vector<Eigen::Quaterniond> turns = UprightTurns(drive.gravity);
-  constexpr double kMargin =
-      0.5;  // s, about the observations: beyond, positions are the accelerometer's alone
+  // About the observations: beyond, positions are the accelerometer's alone. from: measured, with kPart
+  // (camera_imu.cc).
+  constexpr double kMargin = 0.5;  // s
   const double start = std::max(gyro.Start(), drive.start - kMargin);
   const double end = std::min(gyro.End(), drive.end + kMargin);
   const Eigen::Vector3d x_axis = turns.front() * gyro.RotationTo(start) * Eigen::Vector3d::UnitX();
