@@ -214,5 +214,20 @@ TEST(ColmapFallback, WhereColmapFailsTheCameraIsRejectedAlone) {
   EXPECT_TRUE(CalibrateWithPrograms(programs.Path()).warnings.empty());
 }
 
+// It turns as the IMU does, but under no lens found do its points agree with the motion.
+TEST(ColmapFallback, WithoutColmapARigOfOneSuchCameraIsRefused) {
+  const TrackedDrive drive = MakeSingleDrive(2.0, 3000);
+  const TemporaryDirectory empty;
+  const OnlyProgramsIn only(empty.Path());
+  GivenTracks store(drive.tracks);
+  CalibrationObserver observer;
+  const CalibrationResult result = Calibrate(drive.rig, drive.dataset, CancellationToken(), observer, &store);
+  EXPECT_EQ(result.verdict, Verdict::kRefused);
+  ASSERT_FALSE(result.reasons.empty());
+  EXPECT_TRUE(Contains(result.reasons[0], "check model and field of view"));
+  ASSERT_EQ(result.rejected.size(), 1u);
+  EXPECT_TRUE(Contains(result.rejected[0].reason, "observations of points agree"));
+}
+
 }  // namespace
 }  // namespace mlic

@@ -203,6 +203,12 @@ Initialization InitializeFromCameras(const Rig& rig, const Dataset& dataset,
   }
   JudgeCameras(rig, &adjusted);
   result.notes.insert(result.notes.end(), adjusted.notes.begin(), adjusted.notes.end());
+  if (NoneOf(adjusted.found)) {
+    result.state.drives.clear();
+    result.problems.push_back(
+        "no camera's points agree with the IMU; check model and field of view of each camera, or give its "
+        "intrinsics");
+  }
   *cameras = std::move(adjusted);
   return result;
 }
