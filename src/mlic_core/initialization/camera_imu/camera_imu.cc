@@ -21,6 +21,10 @@ constexpr double kNoGuessSigma = 2.0;  // m, of a lever arm
 constexpr double kPart = 15.0;     // s, of a drive that is solved first
 constexpr double kPartStep = 5.0;  // s; from: guard, time
 
+bool NoneOf(const std::vector<bool>& found) {
+  return std::find(found.begin(), found.end(), true) == found.end();
+}
+
 void SetImuSigma(const Rig& rig, const Dataset& dataset, Initialization* result) {
   for (const Drive& drive : dataset.drives) {
     result->imu_sigma.push_back(SampleSigma(drive.imu, rig.imu.noise));
@@ -82,15 +86,15 @@ Initialization Solve(const Rig& rig, const Dataset& dataset, const std::vector<C
   SetImuSigma(rig, dataset, &result);
   const VisualRotations rotations = AlignWithGyroscope(rig, dataset, start, tracks, cancellation);
   result.notes = rotations.notes;
+  cameras->found = rotations.found;
   cameras->problems = rotations.problems;
-  if (std::none_of(rotations.found.begin(), rotations.found.end(), [](bool found) { return found; })) {
+  if (NoneOf(rotations.found)) {
     result.problems.push_back(
         "no camera's images turn as the IMU does: the drive turns too little to show time offset and "
         "rotation; "
         "record one with turns (by hand: about all axes)");
     return result;
   }
-  cameras->found = rotations.found;
   std::vector<KnotSpacing> spacing;
   for (const Drive& drive : dataset.drives) spacing.push_back(ChooseKnotSpacing(drive.imu));
   const KnownRotations known = Known(rig, dataset, start, tracks, result.imu_sigma, spacing, rotations);
@@ -201,6 +205,12 @@ Initialization InitializeFromCameras(const Rig& rig, const Dataset& dataset,
   }
   JudgeCameras(rig, &adjusted);
   result.notes.insert(result.notes.end(), adjusted.notes.begin(), adjusted.notes.end());
+  if (NoneOf(adjusted.found)) {
+    result.state.drives.clear();
+    result.problems.push_back(
+        "no camera's points agree with the IMU; check model and field of view of each camera, or give its "
+        "intrinsics");
+  }
   *cameras = std::move(adjusted);
   return result;
 }
