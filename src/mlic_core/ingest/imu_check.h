@@ -18,10 +18,10 @@ struct ImuCounts {
 };
 
 // Drops samples that are not finite, sorts by stamp, drops repeated stamps and what is not measured (frozen
-// and saturated readings, and those with a frozen axis; where nearly all are alike, as in a simulation without
-// noise, none counts as frozen), and checks the units: specific force in m/s^2 with gravity in it, angular velocity in rad/s.
-// Throws InputError, starting with the topic, when nothing finite is left or when a unit is wrong, saying
-// which one it looks like.
+// and saturated readings, and those with a frozen axis; where nearly all are alike, as in a simulation
+// without noise, none counts as frozen), and checks the units: specific force in m/s^2 with gravity in it,
+// angular velocity in rad/s. Throws InputError, starting with the topic, when nothing finite is left or when
+// a unit is wrong, saying which one it looks like.
 ImuCounts CleanImu(std::vector<StampedImu>& samples, const std::string& topic);
 
 }  // namespace mlic
