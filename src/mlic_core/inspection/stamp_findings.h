@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "mlic_core/common/time.h"
-#include "mlic_core/ingest/stamp_check.h"
 #include "mlic_core/ingest/clock_fit.h"
+#include "mlic_core/ingest/stamp_check.h"
 #include "mlic_core/inspection/finding.h"
 
 namespace mlic {
