@@ -150,25 +150,28 @@ def shifted_image(after, pixels):
     return edited(edit)
 
 
-def exchanging(kind, a, b):
+def exchanging(kind, a, b, frames):
+    """frames: the rig file says which frames the messages have."""
     def change(rig):
         first, second = rig[kind][a], rig[kind][b]
         first['topic'], second['topic'] = second['topic'], first['topic']
-        for key in ('frame_id',):
-            if key in first or key in second:
-                first[key], second[key] = second.get(key), first.get(key)
+        if not frames:
+            first.pop('frame_id', None), second.pop('frame_id', None)
     return change
 
 
 def inverse_guess(rig):
     pose = rig['lidars']['front']['T_imu_sensor']
-    x, y, z, w = pose['rotation']
-    r = [[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-         [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-         [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]]
-    t = pose['translation']
-    pose['translation'] = [-sum(r[k][i] * t[k] for k in range(3)) for i in range(3)]
-    pose['rotation'] = [-x, -y, -z, w]
+    roll, pitch, yaw = (math.radians(angle) for angle in pose['rpy_deg'])
+    (sr, cr), (sp, cp), (sy, cy) = ((math.sin(a), math.cos(a)) for a in (roll, pitch, yaw))
+    r = [[cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+         [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+         [-sp, cp * sr, cp * cr]]  # Rz Ry Rx, as URDF
+    t = pose['xyz']
+    pose['xyz'] = [-sum(r[k][i] * t[k] for k in range(3)) for i in range(3)]
+    pose['rpy_deg'] = [math.degrees(angle) for angle in (math.atan2(r[1][2], r[2][2]),
+                                                         math.asin(max(-1.0, min(1.0, -r[0][2]))),
+                                                         math.atan2(r[0][1], r[0][0]))]
 
 
 def wrong_view(factor):
@@ -218,8 +221,11 @@ FAULTS = [
     _lidars('lidar_jump_20_ms', (BACK,), jumping(9, 0.02), hurt=('back',), shifted=('back',), says='clock jump'),
     _lidars('lidar_jump_5_s', (BACK,), jumping(9, 5.0), hurt=('back',), shifted=('back',), says='clock jump'),
     _lidars('lidar_drift_500_ppm', (BACK,), drifting(500), hurt=('back',), shifted=('back',)),
-    _lidars('lidars_exchanged', rig=exchanging('lidars', 'front', 'back'), hurt=('front', 'back'), refusable=True),
-    _lidars('guess_inverted', rig=inverse_guess, hurt=('front',), refusable=True),
+    _lidars('lidars_exchanged', rig=exchanging('lidars', 'front', 'back', frames=False), hurt=('front', 'back'),
+            refusable=True, says='topics of front and back look exchanged'),
+    _lidars('lidars_exchanged_frames', rig=exchanging('lidars', 'front', 'back', frames=True), hurt=('front', 'back'),
+            refusable=True, says='topics of front and back look exchanged'),
+    _lidars('guess_inverted', rig=inverse_guess, says='front: '),
     _lidars('bag_cut_off', bytes=cut_off, refusable=True, says='reindex'),
     _stereo('none'),
     _stereo('camera_lost_10', CAMERAS, losing(0.1)),
@@ -231,7 +237,8 @@ FAULTS = [
     _stereo('camera_blurred', (RIGHT,), blurred(25), hurt=('cam_right',)),
     _stereo('camera_loose_1_deg', (RIGHT,), shifted_image(7, 7), hurt=('cam_right',)),
     _stereo('camera_view_30_percent', rig=wrong_view(1.3), hurt=('cam_left',)),
-    _stereo('cameras_exchanged', rig=exchanging('cameras', 'cam_left', 'cam_right'), hurt=('cam_left', 'cam_right')),
+    _stereo('cameras_exchanged_frames', rig=exchanging('cameras', 'cam_left', 'cam_right', frames=True),
+            hurt=('cam_left', 'cam_right'), refusable=True, says='topics of cam_left and cam_right look exchanged'),
 ]
 
 

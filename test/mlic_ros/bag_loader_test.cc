@@ -273,6 +273,28 @@ TEST_F(BagLoader, TopicsGoWithOrWithoutTheirSlash) {
   EXPECT_EQ(drive.lidars[0].scans.size(), 30u);
 }
 
+TEST_F(BagLoader, ExchangedTopicsShowInTheFrames) {
+  std::string frame;
+  recipe_.write_more = [&](rosbag::Bag& bag) {
+    for (int i = 0; i < 30; ++i) {
+      const TimeNs start = kBagStart + TimeNs{i} * 100'000'000;
+      sensor_msgs::PointCloud2 cloud = MakeTestCloud(recipe_, start);
+      frame = cloud.header.frame_id;
+      cloud.header.frame_id = "back";
+      bag.write("/back", RosTimeAt(start), cloud);
+    }
+  };
+  WriteTestBag(recipe_);
+  rig_.lidars.push_back(rig_.lidars[0]);
+  rig_.lidars[1].name = "back_lidar";
+  rig_.lidars[1].topic = "/back";
+  rig_.lidars[0].frame_id = frame;
+  rig_.lidars[1].frame_id = "back";
+  EXPECT_EQ(Load({recipe_.path}).drives[0].lidars.size(), 2u);
+  std::swap(rig_.lidars[0].topic, rig_.lidars[1].topic);
+  ExpectError({recipe_.path}, {"in the frame back", "topics of lidar and back_lidar look exchanged"});
+}
+
 TEST_F(BagLoader, LateMessagesAreNoClockJump) {
   recipe_.with_lidar = false;
   recipe_.write_more = [](rosbag::Bag& bag) {

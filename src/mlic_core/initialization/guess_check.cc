@@ -47,6 +47,12 @@ bool ContradictsGuess(const ExtrinsicGuess& guess, const RigidTransform& T_imu_s
   return FromGuess(guess, T_imu_sensor).sigmas > kFarFromGuess;
 }
 
+bool AreExchanged(const ExtrinsicGuess& guess_a, const RigidTransform& T_imu_a, const ExtrinsicGuess& guess_b,
+                  const RigidTransform& T_imu_b) {
+  return ContradictsGuess(guess_a, T_imu_a) && ContradictsGuess(guess_b, T_imu_b) &&
+         !ContradictsGuess(guess_a, T_imu_b) && !ContradictsGuess(guess_b, T_imu_a);
+}
+
 std::string DescribeDistance(const ExtrinsicGuess& guess, const RigidTransform& T_imu_sensor) {
   const Distance distance = FromGuess(guess, T_imu_sensor);
   char text[200];

@@ -24,6 +24,11 @@ double SigmasFromGuess(const ExtrinsicGuess& guess, const RigidTransform& T_imu_
 // result to itself, fewer right guesses are taken for wrong than the four sigmas say.
 bool ContradictsGuess(const ExtrinsicGuess& guess, const RigidTransform& T_imu_sensor);
 
+// Two sensors' guesses and what was found: each contradicts its own guess and agrees with the other's, as
+// where their topics are exchanged.
+bool AreExchanged(const ExtrinsicGuess& guess_a, const RigidTransform& T_imu_a, const ExtrinsicGuess& guess_b,
+                  const RigidTransform& T_imu_b);
+
 constexpr double kFarFromGuess = 4.0;  // sigmas; from: derivation, 6 of 100000 normal errors lie beyond
 
 // How far the result is from the guess, for people.

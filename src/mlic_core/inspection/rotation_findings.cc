@@ -64,8 +64,7 @@ const LidarRotation* FindExchanged(const std::vector<LidarRotation>& lidars, con
 // What to make of a LiDAR that does not turn as its guess says.
 std::string RemedyFor(const std::vector<LidarRotation>& lidars, const LidarRotation& lidar) {
   if (const LidarRotation* other = FindExchanged(lidars, lidar)) {
-    return "the topics of " + lidar.name + " and " + other->name +
-           " look exchanged: exchange them in the rig file";
+    return LookExchanged(lidar.name, other->name);
   }
   ExtrinsicGuess inverse = *lidar.guess;
   inverse.T_imu_sensor.rotation = inverse.T_imu_sensor.rotation.conjugate();
@@ -139,15 +138,12 @@ Findings RotationFindings(const std::vector<LidarRotation>& lidars) {
 
 Findings FrameFindings(const std::vector<SensorFrame>& sensors) {
   Findings findings;
-  for (std::size_t i = 0; i < sensors.size(); ++i) {
-    const SensorFrame& a = sensors[i];
-    if (a.expected.empty() || a.expected == a.found) continue;
-    for (const SensorFrame& b : sensors) {
-      if (a.expected != b.found || b.expected == b.found) continue;
-      findings.push_back(
-          {Grade::kFail, a.name, "frame", "its messages are in the frame " + a.found,
-           "the rig file's " + a.expected,
-           "the topics of " + a.name + " and " + b.name + " look exchanged: exchange them in the rig file"});
+  for (const auto& [first, second] : ExchangedFrames(sensors)) {
+    const SensorFrame &a = sensors[first], &b = sensors[second];
+    for (const SensorFrame* sensor : {&a, &b}) {
+      findings.push_back({Grade::kFail, sensor->name, "frame",
+                          "its messages are in the frame " + sensor->found,
+                          "the rig file's " + sensor->expected, LookExchanged(a.name, b.name)});
     }
   }
   return findings;

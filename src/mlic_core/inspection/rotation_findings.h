@@ -10,6 +10,7 @@
 #include "mlic_core/inspection/finding.h"
 #include "mlic_core/sensors/measurements.h"
 #include "mlic_core/sensors/rig.h"
+#include "mlic_core/sensors/sensor_frames.h"
 
 namespace mlic {
 
@@ -30,13 +31,6 @@ LidarRotation MeasureRotation(const LidarConfig& config, const LidarRecording& r
 // Whether each LiDAR turns as the IMU does, and as its guess says; where it does not, whether it turns as
 // another one's guess says (their topics look exchanged) or as the inverse of its own.
 Findings RotationFindings(const std::vector<LidarRotation>& lidars);
-
-// The frame that the rig file expects of a sensor, empty where it leaves that open, and the messages' own.
-struct SensorFrame {
-  std::string name;
-  std::string expected;
-  std::string found;
-};
 
 // Sensors whose messages carry each other's frames: their topics look exchanged.
 Findings FrameFindings(const std::vector<SensorFrame>& sensors);

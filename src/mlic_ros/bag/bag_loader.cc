@@ -7,6 +7,7 @@
 #include "mlic_core/common/error.h"
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/ingest/drive_builder.h"
+#include "mlic_core/sensors/sensor_frames.h"
 #include "mlic_ros/bag/bag_set.h"
 #include "mlic_ros/bag/cloud_decoder.h"
 #include "mlic_ros/bag/image_messages.h"
@@ -173,6 +174,17 @@ std::vector<ImageFormat> FindImageFormats(const Rig& rig, const BagSet& bags,
   return formats;
 }
 
+// Throws InputError where two sensors' messages carry each other's frames.
+void CheckFrames(const Rig& rig, const LoadReport& report) {
+  const std::vector<SensorFrame> frames = FramesOf(rig, report.lidar_frame_ids, report.camera_frame_ids);
+  for (const auto& [first, second] : ExchangedFrames(frames)) {
+    const SensorFrame &a = frames[first], &b = frames[second];
+    throw InputError(a.name + ": its messages are in the frame " + a.found +
+                     ", which the rig file gives to " + b.name + ", and the other way round; " +
+                     LookExchanged(a.name, b.name));
+  }
+}
+
 std::vector<cv::Mat> LoadMasks(const Rig& rig, const std::vector<ImageFormat>& formats,
                                const std::filesystem::path& directory) {
   std::vector<cv::Mat> masks(rig.cameras.size());
@@ -213,6 +225,7 @@ Dataset LoadDataset(const Rig& rig_file, const std::vector<std::filesystem::path
   }
   NoteFormats(formats, report);
   const std::vector<ImageFormat> image_formats = FindImageFormats(rig, bags, interval, cancellation, report);
+  CheckFrames(rig, report);
   const std::vector<cv::Mat> masks = LoadMasks(rig, image_formats, options.rig_directory);
 
   Collector collector(drives, rig.imu.topic, formats, rig.cameras.size());

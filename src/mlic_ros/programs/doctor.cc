@@ -100,14 +100,7 @@ void ReportMotion(const std::vector<ImuSample>& imu, Findings* findings) {
 // The liveliest seconds of the drive, read again and followed by each LiDAR's odometry.
 void ReportAgreement(const BagSet& bags, const Rig& rig, const RecordingSurvey& survey,
                      const UsableImuSamples& imu, const CancellationToken& cancellation, Findings* findings) {
-  std::vector<SensorFrame> frames;
-  for (std::size_t i = 0; i < rig.lidars.size(); ++i) {
-    frames.push_back({rig.lidars[i].name, rig.lidars[i].frame_id, survey.lidar_frames[i]});
-  }
-  for (std::size_t i = 0; i < rig.cameras.size(); ++i) {
-    frames.push_back({rig.cameras[i].name, rig.cameras[i].frame_id, survey.camera_frames[i]});
-  }
-  Findings agreement = FrameFindings(frames);
+  Findings agreement = FrameFindings(FramesOf(rig, survey.lidar_frames, survey.camera_frames));
   if (imu.samples.size() >= 4 && !rig.lidars.empty()) {
     const TimeInterval stretch = LiveliestStretch(imu.samples, kStretch);
     // The recorder's clock may be another: messages are found by how far they are after the IMU's first.
