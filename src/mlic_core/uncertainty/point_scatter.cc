@@ -89,7 +89,7 @@ void AddRings(const LinearizationPoint& at, std::size_t drive, std::size_t plane
                                              at.state.drives[drive].trajectory);
     response.range.col(o.ring) += row[0] * reduced.col(i);
     response.elevation.col(o.ring) += row[1] * reduced.col(i);
-    response.elevations[o.ring] += std::asin(o.position.z() / o.position.norm());
+    response.elevations[o.ring] += ElevationOf(o.position);
     response.points[o.ring] += 1.0;
   }
 }
@@ -117,35 +117,34 @@ void AddPlane(const LinearizationPoint& at, const Eigen::MatrixXd& knot_response
   AddRings(at, drive, plane, rows, reduced, scatter);
 }
 
-// Of the errors that corrections leave in: the rings' trend as far as rings that err like these have one, and
-// all that the others may err by.
+// Of the errors that corrections leave in: the trend of the elevations as far as rings that err like these
+// have one, and all that rings without a correction may err by. The trend of the ranges is estimated
+// (range_errors.h).
 Eigen::MatrixXd LeftOfRings(const RingResponse& response, const RingCorrections& corrections) {
-  std::vector<Eigen::Index> corrected;
-  Eigen::MatrixXd left = Eigen::MatrixXd::Zero(response.range.rows(), response.range.rows());
   const RingCorrection typical = TypicalCorrection(corrections);
-  const auto add = [&](const Eigen::MatrixXd& range, const Eigen::MatrixXd& elevation) {
-    left.noalias() += typical.range * typical.range * range * range.transpose();
-    left.noalias() += typical.elevation * typical.elevation * elevation * elevation.transpose();
+  Eigen::MatrixXd left = Eigen::MatrixXd::Zero(response.range.rows(), response.range.rows());
+  const auto add = [&](double sigma, const Eigen::MatrixXd& columns) {
+    left.noalias() += sigma * sigma * columns * columns.transpose();
   };
+  std::vector<Eigen::Index> corrected;
   for (Eigen::Index r = 0; r < response.points.size(); ++r) {
     if (response.points[r] == 0.0) continue;
     if (corrections[r].range != 0.0f || corrections[r].elevation != 0.0f) {
       corrected.push_back(r);
     } else {
-      add(response.range.col(r), response.elevation.col(r));
+      add(typical.range, response.range.col(r));
+      add(typical.elevation, response.elevation.col(r));
     }
   }
   const auto count = static_cast<Eigen::Index>(corrected.size());
   Eigen::VectorXd elevations(count);
-  Eigen::MatrixXd range(left.rows(), count), elevation(left.rows(), count);
+  Eigen::MatrixXd elevation(left.rows(), count);
   for (Eigen::Index i = 0; i < count; ++i) {
     const Eigen::Index r = corrected[i];
     elevations[i] = response.elevations[r] / response.points[r];
-    range.col(i) = response.range.col(r);
     elevation.col(i) = response.elevation.col(r);
   }
-  const Eigen::MatrixX2d trend = RingTrend(elevations);
-  add(range * trend, elevation * trend);
+  add(typical.elevation, elevation * RingTrend(elevations));
   return left;
 }
 

@@ -1,0 +1,183 @@
+#include "mlic_core/uncertainty/range_errors.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "mlic_core/association/ring_corrections.h"
+#include "mlic_core/problem/joint_solver.h"
+#include "mlic_core/problem/layout.h"
+#include "mlic_core/problem/linearizer.h"
+#include "mlic_core/problem/plane_terms.h"
+#include "mlic_core/problem/priors.h"
+#include "mlic_core/problem/time_windows.h"
+#include "mlic_core/solver/normal_equations.h"
+
+namespace mlic {
+namespace {
+
+// Of the priors on offset (m) and slope (m/rad): keep what nothing shows where it is. from: guard, LiDARs err
+// by up to 0.03 m
+constexpr double kPriorSigma = 0.1;
+constexpr double kFarFromZero = 4.0;  // sigmas; from: derivation, 6 of 100000 normal errors lie beyond
+constexpr double kMoves = 0.1;        // of a sigma; from: guard, rounds end where less moves
+
+// Makes room for so many parameters after the calibration's.
+void Widen(Eigen::Index more, Accumulator* sum, std::vector<LandmarkCoupling>* couplings) {
+  const Eigen::Index old = sum->corner.rows(), wide = old + more;
+  const auto widen_rows = [&](auto* matrix) {
+    matrix->conservativeResize(wide, matrix->cols());
+    matrix->bottomRows(more).setZero();
+  };
+  widen_rows(&sum->border);
+  widen_rows(&sum->gradient_calibration);
+  sum->corner.conservativeResize(wide, wide);
+  sum->corner.bottomRows(more).setZero();
+  sum->corner.rightCols(more).setZero();
+  for (LandmarkCoupling& coupling : *couplings) widen_rows(&coupling.calibration);
+}
+
+// Where the offset of a LiDAR stands among the widened calibration; the slope comes next.
+Eigen::Index OffsetOf(const Layout& layout, std::int32_t lidar) { return layout.calibration + 2 * lidar; }
+
+// A longer range makes a residual smaller: it is along the beam.
+void AddRangesOfPlane(const LinearizationPoint& at, std::size_t drive, std::size_t plane,
+                      LandmarkCoupling* coupling, Accumulator* sum) {
+  const PlaneAssociation& association = at.problem.drives[drive].planes;
+  const SplitSpline& trajectory = at.state.drives[drive].trajectory;
+  const PlaneRows rows = RowsOfPlane(association, at.state, drive, plane);
+  for (Eigen::Index i = 0; i < rows.residuals.size(); ++i) {
+    const PlaneObservation& o = association.observations[rows.observations[i]];
+    const double t = o.time + at.state.lidars[o.lidar].time_offset;
+    const Eigen::Vector2d own = -rows.units[i] / o.sigma * Eigen::Vector2d(1.0, ElevationOf(o.position));
+    const Eigen::Index begin = OffsetOf(at.layout, o.lidar);
+    const Eigen::Matrix<double, 2, PointToPlane::kColumns> row = own * rows.jacobian.col(i).transpose();
+    sum->corner.block<2, 2>(begin, begin) += own * own.transpose();
+    sum->gradient_calibration.segment<2>(begin) += own * rows.residuals[i];
+    const auto with_lidar = row.middleCols<Layout::kOfSensor>(PointToPlane::kExtrinsic);
+    sum->corner.block<2, Layout::kOfSensor>(begin, Layout::Lidar(o.lidar)) += with_lidar;
+    sum->corner.block<Layout::kOfSensor, 2>(Layout::Lidar(o.lidar), begin) += with_lidar.transpose();
+    const KnotColumns columns(at.layout, drive, SplineBasis(trajectory.rotation.knots(), t).first,
+                              SplineBasis(trajectory.position.knots(), t).first);
+    for (int k = 0; k < 8; ++k) {
+      sum->border.block<2, 3>(begin, sum->Local(columns[k])) += row.middleCols<3>(3 * k);
+    }
+    coupling->calibration.middleRows<2>(begin) += row.middleCols<3>(PointToPlane::kPlane);
+  }
+}
+
+void AddRanges(const LinearizationPoint& at, std::vector<LandmarkCoupling>* couplings, Accumulator* sum) {
+  Widen(2 * static_cast<Eigen::Index>(at.state.lidars.size()), sum, couplings);
+  LandmarkCoupling* of_drive = couplings->data();
+  for (std::size_t d = 0; d < at.problem.drives.size(); ++d) {
+    const DriveTerms& drive = at.problem.drives[d];
+    for (std::size_t p = 0; p < drive.planes.planes.size(); ++p)
+      AddRangesOfPlane(at, d, p, of_drive + p, sum);
+    of_drive += drive.planes.planes.size() + drive.landmarks.points.size();
+  }
+}
+
+struct Prior {
+  Eigen::MatrixXd information;
+  Eigen::VectorXd gradient;
+};
+
+Prior WidePrior(const LinearizationPoint& at) {
+  const Eigen::Index old = at.layout.calibration;
+  const Eigen::Index more = 2 * static_cast<Eigen::Index>(at.state.lidars.size());
+  Prior prior;
+  CalibrationPrior(at.problem, at.state, at.layout, &prior.information, &prior.gradient);
+  AddHeldTranslations(at.problem, at.state, &prior.information, &prior.gradient);
+  prior.information.conservativeResize(old + more, old + more);
+  prior.information.bottomRows(more).setZero();
+  prior.information.rightCols(more).setZero();
+  prior.information.diagonal().tail(more).setConstant(1.0 / (kPriorSigma * kPriorSigma));
+  prior.gradient.conservativeResize(old + more);
+  prior.gradient.tail(more).setZero();
+  return prior;
+}
+
+// The last `count` rows and columns of the inverse, zero where not free.
+Eigen::MatrixXd LastOfCovariance(Eigen::MatrixXd information, const std::vector<bool>& free,
+                                 Eigen::Index count) {
+  const Eigen::Index size = information.rows();
+  for (Eigen::Index i = 0; i < size; ++i) {
+    if (free[i]) continue;
+    information.row(i).setZero();
+    information.col(i).setZero();
+    information(i, i) = 1.0;
+  }
+  const Eigen::MatrixXd last = Eigen::MatrixXd::Identity(size, size).rightCols(count);
+  Eigen::MatrixXd covariance = information.ldlt().solve(last).bottomRows(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    if (!free[size - count + i]) covariance(i, i) = 0.0;
+  }
+  return covariance;
+}
+
+}  // namespace
+
+std::optional<RangeErrors> MeasureRangeErrors(const JointProblem& given, const CalibrationState& state,
+                                              const std::vector<FreeRanges>& free_ranges) {
+  const auto any = [](const FreeRanges& f) { return f.offset || f.slope; };
+  if (given.fix_trajectory || std::none_of(free_ranges.begin(), free_ranges.end(), any)) return std::nullopt;
+  std::vector<std::vector<std::size_t>> origins;
+  const JointProblem problem = WithShortCouplings(given, state, &origins);
+  const Layout layout(state, problem.estimate_imu_matrices);
+  const LinearizationPoint at{problem, state, layout};
+  std::vector<LandmarkCoupling> couplings;
+  Accumulator sum = Linearize(at, &couplings);
+  AddRanges(at, &couplings, &sum);
+  const Prior prior = WidePrior(at);
+  std::vector<bool> free = FreeCalibration(problem, layout);
+  for (const FreeRanges& f : free_ranges) free.insert(free.end(), {f.offset, f.slope});
+  const NormalSolution solution =
+      SolveNormalEquations(sum, couplings, prior.information, prior.gradient, free, 0.0, false);
+  if (!solution.solved) return std::nullopt;
+  const auto count = static_cast<Eigen::Index>(2 * free_ranges.size());
+  RangeErrors errors;
+  const Eigen::VectorXd steps = solution.delta.tail(count);
+  for (Eigen::Index i = 0; i < count; i += 2) errors.steps.push_back({steps[i], steps[i + 1]});
+  errors.covariance = LastOfCovariance(solution.information + prior.information, free, count);
+  errors.coupling = solution.information.topRightCorner(layout.calibration, count);
+  return errors;
+}
+
+std::vector<FreeRanges> CorrectedRanges(const CalibrationState& state) {
+  std::vector<FreeRanges> free(state.lidars.size());
+  for (std::size_t l = 0; l < free.size(); ++l) {
+    const bool rings = l < state.rings.size() && !state.rings[l].empty();
+    const bool offset = l < state.ranges.size() && state.ranges[l].offset != 0.0;
+    free[l] = {rings || offset, rings};
+  }
+  return free;
+}
+
+bool CorrectRanges(const JointProblem& problem, double correlation, CalibrationState* state) {
+  state->ranges.resize(state->lidars.size());
+  std::vector<FreeRanges> free = CorrectedRanges(*state), asked = free;
+  for (FreeRanges& f : asked) f.offset = true;
+  const auto sigma = [&](const RangeErrors& errors, std::size_t parameter) {
+    const auto p = static_cast<Eigen::Index>(parameter);
+    return std::sqrt(correlation * errors.covariance(p, p));
+  };
+  const std::optional<RangeErrors> all = MeasureRangeErrors(problem, *state, asked);
+  if (!all) return false;
+  for (std::size_t l = 0; l < free.size(); ++l) {
+    free[l].offset |= std::abs(all->steps[l].offset) > kFarFromZero * sigma(*all, 2 * l);
+  }
+  const std::optional<RangeErrors> found = MeasureRangeErrors(problem, *state, free);
+  if (!found) return false;
+  bool moved = false;
+  for (std::size_t l = 0; l < free.size(); ++l) {
+    const RangeCorrection& step = found->steps[l];
+    moved |= free[l].offset && std::abs(step.offset) > kMoves * sigma(*found, 2 * l);
+    moved |= free[l].slope && std::abs(step.slope) > kMoves * sigma(*found, 2 * l + 1);
+    state->ranges[l].offset += step.offset;
+    state->ranges[l].slope += step.slope;
+  }
+  return moved;
+}
+
+}  // namespace mlic
