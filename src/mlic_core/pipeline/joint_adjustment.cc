@@ -166,7 +166,7 @@ void MeasureNoise(const AdjustmentContext& context, Adjustment* adjustment) {
 bool ReviewRanges(Adjustment* adjustment) {
   const std::vector<FreeRanges> corrected = CorrectedRanges(adjustment->state);
   const bool none =
-      std::none_of(corrected.begin(), corrected.end(), [](const FreeRanges& f) { return f.offset; });
+      std::none_of(corrected.begin(), corrected.end(), [](const FreeRanges& f) { return f[0]; });
   if (none && adjustment->rounds.ranges_measured) return false;
   adjustment->rounds.ranges_measured = true;
   const double correlation = CorrelationFactor(adjustment->problem.drives, adjustment->state);
@@ -268,7 +268,8 @@ void MeasureScale(const Adjustment& adjustment, CovarianceScale* scale) {
     scale->correlation = std::max(scale->correlation, scale->stamps[l].excess);
   }
   scale->inflation.points = ScatterOfPoints(problem, state, scale->correlation);
-  if (const auto ranges = MeasureRangeErrors(problem, state, CorrectedRanges(state))) {
+  if (const auto ranges =
+          MeasureRangeErrors(problem, state, RangeModel::kOffsetAndSlope, CorrectedRanges(state))) {
     scale->inflation.points += ranges->coupling * ranges->covariance * ranges->coupling.transpose();
   }
   if (adjustment.rounds.landmarks == Landmarks::kNone) return;

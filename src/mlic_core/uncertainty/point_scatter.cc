@@ -117,10 +117,11 @@ void AddPlane(const LinearizationPoint& at, const Eigen::MatrixXd& knot_response
   AddRings(at, drive, plane, rows, reduced, scatter);
 }
 
-// Of the errors that corrections leave in: the trend of the elevations as far as rings that err like these
-// have one, and all that rings without a correction may err by. The trend of the ranges is estimated
+// Of the errors that corrections leave in: the trend as far as rings that err like these have one, and all
+// that rings without a correction may err by. ranges_found: the trend of the ranges is estimated
 // (range_errors.h).
-Eigen::MatrixXd LeftOfRings(const RingResponse& response, const RingCorrections& corrections) {
+Eigen::MatrixXd LeftOfRings(const RingResponse& response, const RingCorrections& corrections,
+                            bool ranges_found) {
   const RingCorrection typical = TypicalCorrection(corrections);
   Eigen::MatrixXd left = Eigen::MatrixXd::Zero(response.range.rows(), response.range.rows());
   const auto add = [&](double sigma, const Eigen::MatrixXd& columns) {
@@ -138,12 +139,14 @@ Eigen::MatrixXd LeftOfRings(const RingResponse& response, const RingCorrections&
   }
   const auto count = static_cast<Eigen::Index>(corrected.size());
   Eigen::VectorXd elevations(count);
-  Eigen::MatrixXd elevation(left.rows(), count);
+  Eigen::MatrixXd range(left.rows(), count), elevation(left.rows(), count);
   for (Eigen::Index i = 0; i < count; ++i) {
     const Eigen::Index r = corrected[i];
     elevations[i] = response.elevations[r] / response.points[r];
+    range.col(i) = response.range.col(r);
     elevation.col(i) = response.elevation.col(r);
   }
+  if (!ranges_found) add(typical.range, range * RingTrend(elevations));
   add(typical.elevation, elevation * RingTrend(elevations));
   return left;
 }
@@ -192,7 +195,9 @@ Eigen::MatrixXd ScatterOfPoints(const JointProblem& given, const CalibrationStat
   for (std::size_t c = 1; c < parts.size(); ++c) parts[0].Add(parts[c]);
   Eigen::MatrixXd scatter = Excess(parts[0], usual, CalibrationLimits(state, layout));
   for (std::size_t l = 0; l < state.rings.size(); ++l) {
-    if (!state.rings[l].empty()) scatter += LeftOfRings(parts[0].rings[l], state.rings[l]) / usual;
+    if (state.rings[l].empty()) continue;
+    const bool ranges_found = l < state.ranges.size() && state.ranges[l].offset != 0.0;
+    scatter += LeftOfRings(parts[0].rings[l], state.rings[l], ranges_found) / usual;
   }
   return scatter;
 }

@@ -17,8 +17,8 @@
 namespace mlic {
 namespace {
 
-// Of the priors on offset (m) and slope (m/rad): keep what nothing shows where it is. from: guard, LiDARs err
-// by up to 0.03 m
+// Of the priors on offsets (m) and slope (m/rad): keep what nothing shows where it is. from: guard, LiDARs
+// err by up to 0.03 m
 constexpr double kPriorSigma = 0.1;
 constexpr double kFarFromZero = 4.0;  // sigmas; from: derivation, 6 of 100000 normal errors lie beyond
 constexpr double kMoves = 0.1;        // of a sigma; from: guard, rounds end where less moves
@@ -38,11 +38,17 @@ void Widen(Eigen::Index more, Accumulator* sum, std::vector<LandmarkCoupling>* c
   for (LandmarkCoupling& coupling : *couplings) widen_rows(&coupling.calibration);
 }
 
-// Where the offset of a LiDAR stands among the widened calibration; the slope comes next.
-Eigen::Index OffsetOf(const Layout& layout, std::int32_t lidar) { return layout.calibration + 2 * lidar; }
+// By what a point's range grows with its LiDAR's two parameters.
+Eigen::Vector2d RangeRow(const PlaneObservation& o, RangeModel model) {
+  if (model == RangeModel::kOffsetAndSlope) return {1.0, ElevationOf(o.position)};
+  return o.cos_incidence * o.cos_incidence > 0.5f ? Eigen::Vector2d(1.0, 0.0) : Eigen::Vector2d(0.0, 1.0);
+}
+
+// Where the first parameter of a LiDAR stands among the widened calibration.
+Eigen::Index RangesOf(const Layout& layout, std::int32_t lidar) { return layout.calibration + 2 * lidar; }
 
 // A longer range makes a residual smaller: it is along the beam.
-void AddRangesOfPlane(const LinearizationPoint& at, std::size_t drive, std::size_t plane,
+void AddRangesOfPlane(const LinearizationPoint& at, RangeModel model, std::size_t drive, std::size_t plane,
                       LandmarkCoupling* coupling, Accumulator* sum) {
   const PlaneAssociation& association = at.problem.drives[drive].planes;
   const SplitSpline& trajectory = at.state.drives[drive].trajectory;
@@ -50,8 +56,8 @@ void AddRangesOfPlane(const LinearizationPoint& at, std::size_t drive, std::size
   for (Eigen::Index i = 0; i < rows.residuals.size(); ++i) {
     const PlaneObservation& o = association.observations[rows.observations[i]];
     const double t = o.time + at.state.lidars[o.lidar].time_offset;
-    const Eigen::Vector2d own = -rows.units[i] / o.sigma * Eigen::Vector2d(1.0, ElevationOf(o.position));
-    const Eigen::Index begin = OffsetOf(at.layout, o.lidar);
+    const Eigen::Vector2d own = -rows.units[i] / o.sigma * RangeRow(o, model);
+    const Eigen::Index begin = RangesOf(at.layout, o.lidar);
     const Eigen::Matrix<double, 2, PointToPlane::kColumns> row = own * rows.jacobian.col(i).transpose();
     sum->corner.block<2, 2>(begin, begin) += own * own.transpose();
     sum->gradient_calibration.segment<2>(begin) += own * rows.residuals[i];
@@ -67,13 +73,14 @@ void AddRangesOfPlane(const LinearizationPoint& at, std::size_t drive, std::size
   }
 }
 
-void AddRanges(const LinearizationPoint& at, std::vector<LandmarkCoupling>* couplings, Accumulator* sum) {
+void AddRanges(const LinearizationPoint& at, RangeModel model, std::vector<LandmarkCoupling>* couplings,
+               Accumulator* sum) {
   Widen(2 * static_cast<Eigen::Index>(at.state.lidars.size()), sum, couplings);
   LandmarkCoupling* of_drive = couplings->data();
   for (std::size_t d = 0; d < at.problem.drives.size(); ++d) {
     const DriveTerms& drive = at.problem.drives[d];
     for (std::size_t p = 0; p < drive.planes.planes.size(); ++p)
-      AddRangesOfPlane(at, d, p, of_drive + p, sum);
+      AddRangesOfPlane(at, model, d, p, of_drive + p, sum);
     of_drive += drive.planes.planes.size() + drive.landmarks.points.size();
   }
 }
@@ -116,11 +123,24 @@ Eigen::MatrixXd LastOfCovariance(Eigen::MatrixXd information, const std::vector<
   return covariance;
 }
 
+Eigen::Vector2d SigmasOf(const RangeErrors& errors, std::size_t lidar, double correlation) {
+  return (correlation * errors.covariance.diagonal().segment<2>(2 * static_cast<Eigen::Index>(lidar)))
+      .cwiseSqrt();
+}
+
+// errors: by incidence.
+bool IsConfirmed(const RangeErrors& errors, std::size_t lidar, double correlation) {
+  const Eigen::Vector2d& halves = errors.steps[lidar];
+  const Eigen::Vector2d sigmas = SigmasOf(errors, lidar, correlation);
+  return (halves.array().abs() > kFarFromZero * sigmas.array()).all() &&
+         std::abs(halves[0] - halves[1]) < halves.cwiseAbs().minCoeff();
+}
+
 }  // namespace
 
 std::optional<RangeErrors> MeasureRangeErrors(const JointProblem& given, const CalibrationState& state,
-                                              const std::vector<FreeRanges>& free_ranges) {
-  const auto any = [](const FreeRanges& f) { return f.offset || f.slope; };
+                                              RangeModel model, const std::vector<FreeRanges>& free_ranges) {
+  const auto any = [](const FreeRanges& f) { return f[0] || f[1]; };
   if (given.fix_trajectory || std::none_of(free_ranges.begin(), free_ranges.end(), any)) return std::nullopt;
   std::vector<std::vector<std::size_t>> origins;
   const JointProblem problem = WithShortCouplings(given, state, &origins);
@@ -128,17 +148,17 @@ std::optional<RangeErrors> MeasureRangeErrors(const JointProblem& given, const C
   const LinearizationPoint at{problem, state, layout};
   std::vector<LandmarkCoupling> couplings;
   Accumulator sum = Linearize(at, &couplings);
-  AddRanges(at, &couplings, &sum);
+  AddRanges(at, model, &couplings, &sum);
   const Prior prior = WidePrior(at);
   std::vector<bool> free = FreeCalibration(problem, layout);
-  for (const FreeRanges& f : free_ranges) free.insert(free.end(), {f.offset, f.slope});
+  for (const FreeRanges& f : free_ranges) free.insert(free.end(), f.begin(), f.end());
   const NormalSolution solution =
       SolveNormalEquations(sum, couplings, prior.information, prior.gradient, free, 0.0, false);
   if (!solution.solved) return std::nullopt;
   const auto count = static_cast<Eigen::Index>(2 * free_ranges.size());
   RangeErrors errors;
   const Eigen::VectorXd steps = solution.delta.tail(count);
-  for (Eigen::Index i = 0; i < count; i += 2) errors.steps.push_back({steps[i], steps[i + 1]});
+  for (Eigen::Index i = 0; i < count; i += 2) errors.steps.emplace_back(steps.segment<2>(i));
   errors.covariance = LastOfCovariance(solution.information + prior.information, free, count);
   errors.coupling = solution.information.topRightCorner(layout.calibration, count);
   return errors;
@@ -147,35 +167,32 @@ std::optional<RangeErrors> MeasureRangeErrors(const JointProblem& given, const C
 std::vector<FreeRanges> CorrectedRanges(const CalibrationState& state) {
   std::vector<FreeRanges> free(state.lidars.size());
   for (std::size_t l = 0; l < free.size(); ++l) {
-    const bool rings = l < state.rings.size() && !state.rings[l].empty();
     const bool offset = l < state.ranges.size() && state.ranges[l].offset != 0.0;
-    free[l] = {rings || offset, rings};
+    free[l] = {offset, offset && l < state.rings.size() && !state.rings[l].empty()};
   }
   return free;
 }
 
 bool CorrectRanges(const JointProblem& problem, double correlation, CalibrationState* state) {
   state->ranges.resize(state->lidars.size());
-  std::vector<FreeRanges> free = CorrectedRanges(*state), asked = free;
-  for (FreeRanges& f : asked) f.offset = true;
-  const auto sigma = [&](const RangeErrors& errors, std::size_t parameter) {
-    const auto p = static_cast<Eigen::Index>(parameter);
-    return std::sqrt(correlation * errors.covariance(p, p));
-  };
-  const std::optional<RangeErrors> all = MeasureRangeErrors(problem, *state, asked);
-  if (!all) return false;
+  std::vector<FreeRanges> free = CorrectedRanges(*state);
+  const std::optional<RangeErrors> halves =
+      MeasureRangeErrors(problem, *state, RangeModel::kByIncidence,
+                         std::vector<FreeRanges>(free.size(), FreeRanges{true, true}));
+  if (!halves) return false;
   for (std::size_t l = 0; l < free.size(); ++l) {
-    free[l].offset |= std::abs(all->steps[l].offset) > kFarFromZero * sigma(*all, 2 * l);
+    if (free[l][0] || !IsConfirmed(*halves, l, correlation)) continue;
+    free[l] = {true, l < state->rings.size() && !state->rings[l].empty()};
   }
-  const std::optional<RangeErrors> found = MeasureRangeErrors(problem, *state, free);
+  const std::optional<RangeErrors> found =
+      MeasureRangeErrors(problem, *state, RangeModel::kOffsetAndSlope, free);
   if (!found) return false;
   bool moved = false;
   for (std::size_t l = 0; l < free.size(); ++l) {
-    const RangeCorrection& step = found->steps[l];
-    moved |= free[l].offset && std::abs(step.offset) > kMoves * sigma(*found, 2 * l);
-    moved |= free[l].slope && std::abs(step.slope) > kMoves * sigma(*found, 2 * l + 1);
-    state->ranges[l].offset += step.offset;
-    state->ranges[l].slope += step.slope;
+    const Eigen::Vector2d sigmas = SigmasOf(*found, l, correlation);
+    for (int k = 0; k < 2; ++k) moved |= free[l][k] && std::abs(found->steps[l][k]) > kMoves * sigmas[k];
+    state->ranges[l].offset += found->steps[l][0];
+    state->ranges[l].slope += found->steps[l][1];
   }
   return moved;
 }

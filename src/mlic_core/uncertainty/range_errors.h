@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -13,29 +14,32 @@ namespace mlic {
 // view is narrow, and most LiDARs have less of it than the data show, so it is no parameter of every solve:
 // it is found beside one, everything else following.
 struct RangeErrors {
-  std::vector<RangeCorrection> steps;  // of each LiDAR, to add to the state's
-  // Of offset and slope of each LiDAR in turn, for white residuals of variance one; zero of those held.
+  std::vector<Eigen::Vector2d> steps;  // of each LiDAR, to add
+  // Of the two of each LiDAR in turn, for white residuals of variance one; zero of those held.
   Eigen::MatrixXd covariance;
   Eigen::MatrixXd coupling;  // calibration x these: the information that both share
 };
 
-// Which of them are found; the others stay.
-struct FreeRanges {
-  bool offset = false;
-  bool slope = false;
+// What the two parameters of a LiDAR are.
+enum class RangeModel {
+  kOffsetAndSlope,  // RangeCorrection: m, m/rad
+  kByIncidence,  // m: an offset of points on planes that they meet at less than 45 deg, and one of the rest
 };
+
+using FreeRanges = std::array<bool, 2>;  // which of the two are found; the others stay
 
 // At a solution of the problem; free: of each LiDAR. Nothing where the equations have no solution, the
 // trajectory is held or none is free. docs/method.md, section 4.
 std::optional<RangeErrors> MeasureRangeErrors(const JointProblem& problem, const CalibrationState& state,
-                                              const std::vector<FreeRanges>& free);
+                                              RangeModel model, const std::vector<FreeRanges>& free);
 
-// What is free of LiDARs whose ranges the state corrects, or those of single rings: their common errors look
-// like the LiDAR's place, and are found with it.
+// Offsets of LiDARs whose ranges the state corrects, and slopes where it corrects their rings too.
 std::vector<FreeRanges> CorrectedRanges(const CalibrationState& state);
 
-// Corrects the ranges of LiDARs whose offset differs from zero by four of its sigmas, or that were corrected
-// before. correlation: of the residuals (CorrelationFactor). True if it changed any by a tenth of a sigma.
+// Corrects the ranges of LiDARs whose offset is confirmed, now or before: points that meet planes steeply and
+// the rest, each for themselves, show more than four of its sigmas, and each predicts the other better than
+// no offset does. What depends on the incidence (rough ground, wide beams, returns of foliage) is no error of
+// ranges. correlation: of the residuals (CorrelationFactor). True if it changed any by a tenth of a sigma.
 bool CorrectRanges(const JointProblem& problem, double correlation, CalibrationState* state);
 
 }  // namespace mlic

@@ -16,7 +16,7 @@ constexpr int kSeconds = 10;
 constexpr int kPoints = 400;     // of a second, on each wall
 constexpr double kSigma = 0.01;  // m
 
-// A LiDAR at rest that sees three walls at right angles with a view of 50 deg towards each.
+// A LiDAR at rest that sees three walls at right angles with a view of 100 deg towards each.
 class WallsAround : public testing::Test {
  protected:
   WallsAround() {
@@ -39,7 +39,8 @@ class WallsAround : public testing::Test {
     problem_.drives[0].planes.begin = {0};
   }
 
-  void AddWalls(double range_error) {
+  // oblique_error: m, of points that meet a wall at more than 45 deg.
+  void AddWalls(double range_error, double oblique_error) {
     PlaneAssociation& planes = problem_.drives[0].planes;
     Random random(7);
     for (int axis = 0; axis < 3; ++axis) {
@@ -50,10 +51,11 @@ class WallsAround : public testing::Test {
       for (int k = 0; k < kSeconds * kPoints; ++k) {
         Eigen::Vector3d point;
         point[axis] = 5.0;
-        point[(axis + 1) % 3] = random.Uniform(-2.3, 2.3);
-        point[(axis + 2) % 3] = random.Uniform(-2.3, 2.3);
+        point[(axis + 1) % 3] = random.Uniform(-6.0, 6.0);
+        point[(axis + 2) % 3] = random.Uniform(-6.0, 6.0);
         const double cosine = 5.0 / point.norm();
-        point *= 1.0 + (range_error + kSigma * random.Normal()) / point.norm();
+        const double error = 2.0 * cosine * cosine > 1.0 ? range_error : oblique_error;
+        point *= 1.0 + (error + kSigma * random.Normal()) / point.norm();
         planes.observations.push_back({point.cast<float>(), static_cast<float>(kSigma),
                                        static_cast<float>(cosine), 0.0f, 0, 0,
                                        kSeconds * k / (1.0 * kSeconds * kPoints)});
@@ -70,12 +72,12 @@ class WallsAround : public testing::Test {
 
 TEST_F(WallsAround, OffsetIsFoundBesideThePlanesThatFollowIt) {
   constexpr double kError = 0.03;  // m, too long
-  AddWalls(kError);
-  const auto found = MeasureRangeErrors(problem_, state_, {{true, false}});
+  AddWalls(kError, kError);
+  const auto found = MeasureRangeErrors(problem_, state_, RangeModel::kOffsetAndSlope, {{true, false}});
   ASSERT_TRUE(found);
   const double sigma = std::sqrt(found->covariance(0, 0));
   EXPECT_LT(sigma, 0.1 * kError);  // with planes and place as they were, 0.0001 m
-  EXPECT_NEAR(found->steps[0].offset, -kError, 4.0 * sigma);
+  EXPECT_NEAR(found->steps[0][0], -kError, 4.0 * sigma);
   EXPECT_EQ(found->covariance(1, 1), 0.0);
   ASSERT_TRUE(CorrectRanges(problem_, 1.0, &state_));
   EXPECT_NEAR(state_.ranges[0].offset, -kError, 4.0 * sigma);
@@ -85,16 +87,23 @@ TEST_F(WallsAround, OffsetIsFoundBesideThePlanesThatFollowIt) {
 }
 
 TEST_F(WallsAround, RangesThatAreRightStay) {
-  AddWalls(0.0);
+  AddWalls(0.0, 0.0);
+  EXPECT_FALSE(CorrectRanges(problem_, 1.0, &state_));
+  EXPECT_EQ(state_.ranges[0].offset, 0.0);
+}
+
+// As of wide beams on rough ground.
+TEST_F(WallsAround, ErrorsOfObliquePointsAreNoneOfTheRanges) {
+  AddWalls(0.0, 0.03);
   EXPECT_FALSE(CorrectRanges(problem_, 1.0, &state_));
   EXPECT_EQ(state_.ranges[0].offset, 0.0);
 }
 
 TEST_F(WallsAround, NothingIsAskedOfHeldTrajectories) {
-  AddWalls(0.02);
-  EXPECT_FALSE(MeasureRangeErrors(problem_, state_, {{false, false}}));
+  AddWalls(0.02, 0.02);
+  EXPECT_FALSE(MeasureRangeErrors(problem_, state_, RangeModel::kOffsetAndSlope, {{false, false}}));
   problem_.fix_trajectory = true;
-  EXPECT_FALSE(MeasureRangeErrors(problem_, state_, {{true, false}}));
+  EXPECT_FALSE(MeasureRangeErrors(problem_, state_, RangeModel::kOffsetAndSlope, {{true, false}}));
 }
 
 }  // namespace
