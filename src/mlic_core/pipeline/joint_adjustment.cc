@@ -19,7 +19,6 @@
 #include "mlic_core/uncertainty/imu_alignment.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
 #include "mlic_core/uncertainty/point_scatter.h"
-#include "mlic_core/uncertainty/range_errors.h"
 
 namespace mlic {
 namespace {
@@ -46,7 +45,6 @@ void BeginRounds(Landmarks landmarks, Adjustment* adjustment) {
   adjustment->rounds.done = 0;
   adjustment->rounds.alignment_tried = false;
   adjustment->rounds.noise_measured = false;
-  adjustment->rounds.ranges_measured = false;
   if (landmarks != Landmarks::kTracksAndMap) return;
   adjustment->map.cameras_before = adjustment->state.cameras;
   adjustment->map.noise.assign(adjustment->state.cameras.size(), kLeastMatchNoise);
@@ -161,18 +159,6 @@ void MeasureNoise(const AdjustmentContext& context, Adjustment* adjustment) {
   adjustment->rounds.noise_measured = true;
 }
 
-// Whether LiDARs' ranges err together is asked once in the rounds, and again where they do. True if their
-// corrections have moved.
-bool ReviewRanges(Adjustment* adjustment) {
-  const std::vector<FreeRanges> corrected = CorrectedRanges(adjustment->state);
-  const bool none =
-      std::none_of(corrected.begin(), corrected.end(), [](const FreeRanges& f) { return f[0]; });
-  if (none && adjustment->rounds.ranges_measured) return false;
-  adjustment->rounds.ranges_measured = true;
-  const double correlation = CorrelationFactor(adjustment->problem.drives, adjustment->state);
-  return CorrectRanges(adjustment->problem, correlation, &adjustment->state);
-}
-
 // Decides which axes of the accelerometer's rotation to the gyroscope move in the next round; held ones are
 // the identity's. True if they are others than in this one.
 bool ReviewAxes(const AdjustmentContext& context, bool many, Adjustment* adjustment) {
@@ -268,10 +254,6 @@ void MeasureScale(const Adjustment& adjustment, CovarianceScale* scale) {
     scale->correlation = std::max(scale->correlation, scale->stamps[l].excess);
   }
   scale->inflation.points = ScatterOfPoints(problem, state, scale->correlation);
-  if (const auto ranges =
-          MeasureRangeErrors(problem, state, RangeModel::kOffsetAndSlope, CorrectedRanges(state))) {
-    scale->inflation.points += ranges->coupling * ranges->covariance * ranges->coupling.transpose();
-  }
   if (adjustment.rounds.landmarks == Landmarks::kNone) return;
   scale->inflation.cameras = MeasureCameraInflation(
       problem, state, adjustment.cameras.landmark_options,
@@ -327,7 +309,6 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
       adjustment.cameras.sigmas =
           SigmasAgainstLidar(Analyze(adjustment, context.dataset), adjustment.state, adjustment.base_lidar);
     }
-    const bool ranges_moved = many && change < 1.0 && ReviewRanges(&adjustment);
     if (many && !rounds.noise_measured) MeasureNoise(context, &adjustment);
     const bool axes_moved = ReviewAxes(context, many, &adjustment);
     context.monitor.line(DescribeRound(adjustment, change));
@@ -336,8 +317,8 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     const bool more = many && TakeMorePoints(context.dataset, &adjustment);
     const bool guess_dropped =
         round + 1 < kMostRounds && FindContradictedGuesses(context, before, &adjustment);
-    if (many && !more && !rings_moved && !ranges_moved && !axes_moved && !guess_dropped &&
-        change < options.until && round + 1 >= least_rounds) {
+    if (many && !more && !rings_moved && !axes_moved && !guess_dropped && change < options.until &&
+        round + 1 >= least_rounds) {
       break;
     }
     // The map has settled once the noise has: then all points take part.
@@ -377,7 +358,7 @@ void MeasureUncertainty(const AdjustmentContext& context, Adjustment* adjustment
                 std::sqrt(scale.correlation));
   line(text);
   for (std::size_t l = 0; l < state.rings.size(); ++l) {
-    const std::string found = DescribeCorrections(state, l);
+    const std::string found = DescribeCorrections(state.rings[l]);
     if (!found.empty()) line(context.rig.lidars[l].name + found);
   }
   for (const std::string& text : DescribeInflation(scale.inflation.cameras, context.rig, state)) line(text);

@@ -46,7 +46,6 @@ struct JointRounds {
   std::size_t points_per_scan = 0;  // that take part in the map
   bool alignment_tried = false;     // AlignmentReview::taken_back of an earlier round
   bool noise_measured = false;      // Adjustment::noise_information is of these rounds
-  bool ranges_measured = false;     // whether LiDARs' ranges err together (CorrectRanges)
   // By how many of its sigmas the last round moved the calibration where rounds were over before it was
   // settled, else 0: part of the sigmas.
   double unsettled = 0.0;

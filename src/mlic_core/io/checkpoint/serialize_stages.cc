@@ -16,8 +16,6 @@ template <>
 struct IsFlat<LandmarkNoise> : std::true_type {};
 template <>
 struct IsFlat<RingCorrection> : std::true_type {};
-template <>
-struct IsFlat<RangeCorrection> : std::true_type {};
 
 // Splines are their knots and control points; the rest follows from these.
 template <typename Spline>
@@ -74,7 +72,7 @@ auto Members(CameraCalibration& camera) {
   return std::tie(camera.sensor, camera.intrinsics, camera.rolling_shutter, camera.readout);
 }
 auto Members(CalibrationState& state) {
-  return std::tie(state.lidars, state.rings, state.ranges, state.cameras, state.gyroscope_matrix,
+  return std::tie(state.lidars, state.rings, state.cameras, state.gyroscope_matrix,
                   state.accelerometer_matrix, state.gravity, state.drives);
 }
 
@@ -117,8 +115,8 @@ auto Members(Adjustment& adjustment) {
       adjustment.problem.cameras, adjustment.cameras.landmark_options.noise, adjustment.cameras.sigmas,
       adjustment.map.cameras_before, adjustment.map.noise, adjustment.map.held_out,
       adjustment.rounds.landmarks, adjustment.rounds.done, adjustment.rounds.points_per_scan,
-      adjustment.rounds.alignment_tried, adjustment.rounds.noise_measured, adjustment.rounds.ranges_measured,
-      adjustment.alignment_covariance, adjustment.noise_information, adjustment.problem.imu.alignment_held,
+      adjustment.rounds.alignment_tried, adjustment.rounds.noise_measured, adjustment.alignment_covariance,
+      adjustment.noise_information, adjustment.problem.imu.alignment_held,
       adjustment.problem.imu.gravity_sigma, adjustment.lines);
 }
 
