@@ -91,7 +91,7 @@ def frozen_axis(message, seconds, draw):
 
 
 class Repeating:
-    """A driver that hangs: from `begin` on, its last data with new stamps."""
+    """A driver that hangs: from `begin` on, its last data with new stamps. For one drive."""
 
     def __init__(self, begin):
         self.begin, self.last = begin, None
@@ -217,7 +217,7 @@ FAULTS = [
     _lidars('lidar_rain_5', (FRONT,), with_ranges(lambda i, d: d.uniform(0.05, 0.9) if i % 20 == 3 else 1.0)),
     _lidars('lidar_dies', (BACK,), within(7, 99, dropped), hurt=('back',)),
     _lidars('lidar_starts_late', (BACK,), within(0, 8, dropped), hurt=('back',)),
-    _lidars('lidar_hangs', (BACK,), lambda: Repeating(8), hurt=('back',)),
+    _lidars('lidar_hangs', (BACK,), Repeating(8), hurt=('back',)),
     _lidars('lidar_jump_20_ms', (BACK,), jumping(9, 0.02), hurt=('back',), shifted=('back',), says='clock jump'),
     _lidars('lidar_jump_5_s', (BACK,), jumping(9, 5.0), hurt=('back',), shifted=('back',), says='clock jump'),
     _lidars('lidar_drift_500_ppm', (BACK,), drifting(500), hurt=('back',), shifted=('back',)),
@@ -231,7 +231,7 @@ FAULTS = [
     _stereo('camera_lost_10', CAMERAS, losing(0.1)),
     _stereo('camera_late_10', CAMERAS, delaying(0.1, 0.3)),
     _stereo('camera_dies', (RIGHT,), within(6, 99, dropped), hurt=('cam_right',)),
-    _stereo('camera_hangs', (RIGHT,), lambda: Repeating(7), hurt=('cam_right',)),
+    _stereo('camera_hangs', (RIGHT,), Repeating(7), hurt=('cam_right',)),
     _stereo('camera_dark', (RIGHT,), brightness(lambda v: 0.03 * v), hurt=('cam_right',)),
     _stereo('camera_overexposed', (RIGHT,), brightness(lambda v: 8 * v), hurt=('cam_right',)),
     _stereo('camera_blurred', (RIGHT,), blurred(25), hurt=('cam_right',)),
@@ -244,11 +244,6 @@ FAULTS = [
 
 def draw_of(fault):
     return random.Random(fault.name)
-
-
-def change_of(fault):
-    """The change with a memory of its own."""
-    return fault.change() if fault.name.endswith('_hangs') else fault.change
 
 
 def faulty(rig, fault):

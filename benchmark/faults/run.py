@@ -56,7 +56,7 @@ def simulate(simulator, name, folder):
 
 
 def write_bag(source, path, fault):
-    draw, change = faults.draw_of(fault), faults.change_of(fault)
+    draw = faults.draw_of(fault)
     with rosbag.Bag(source) as bag, rosbag.Bag(path, 'w') as copy:
         begin = bag.get_start_time()
         for topic, raw, time in bag.read_messages(raw=True):
@@ -65,7 +65,7 @@ def write_bag(source, path, fault):
                 continue
             message = raw[4]()
             message.deserialize(raw[1])
-            for changed, delay in change(message, time.to_sec() - begin, draw):
+            for changed, delay in fault.change(message, time.to_sec() - begin, draw):
                 copy.write(topic, changed, time + faults.genpy.Duration.from_sec(delay))
 
 
