@@ -294,6 +294,15 @@ void JudgeCameras(const Rig& rig, CameraInitialization* judged) {
       result.problems.push_back({rig.cameras[c].name, line});
       continue;
     }
+    if (result.noise[c].spread > kLargestSpread) {
+      result.found[c] = false;
+      std::snprintf(line, sizeof(line),
+                    "%s: its observations of points scatter by %.1f times the noise of its features, the limit "
+                    "is %.0f; check model, intrinsics or field of view, and shutter",
+                    rig.cameras[c].name.c_str(), result.noise[c].spread, kLargestSpread);
+      result.problems.push_back({rig.cameras[c].name, line});
+      continue;
+    }
     const SensorCalibration& sensor = result.cameras[c].sensor;
     std::snprintf(line, sizeof(line), "%s: %zu observations, %.2f of the expected noise, offset %.2f ms",
                   rig.cameras[c].name.c_str(), counts[c], result.noise[c].spread, 1e3 * sensor.time_offset);

@@ -89,7 +89,8 @@ void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start, const 
                    CameraAdjustment adjustment, const CancellationToken& cancellation,
                    CalibrationState* state, CameraInitialization* result);
 
-// Gives up cameras with too few observations; says so, or how good the others are.
+// Gives up cameras with too few observations or with ones that scatter too much; says so, or how good the
+// others are.
 void JudgeCameras(const Rig& rig, CameraInitialization* result);
 
 }  // namespace mlic

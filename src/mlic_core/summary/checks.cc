@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <optional>
 
+#include "mlic_core/association/landmark_noise.h"
 #include "mlic_core/initialization/guess_check.h"
 #include "mlic_core/sensors/sensor_frames.h"
 #include "mlic_core/summary/imu_verdict.h"
@@ -236,6 +237,17 @@ void AddCamera(const Judged& judged, std::size_t c, std::vector<QualityCheck>* c
     check.remedy = "record where structure fills the image, and turn so that it crosses all of it";
     checks->push_back(check);
   }
+  check.name = "reprojection_spread";
+  check.bound = Bound::kMost;
+  check.value = judged.adjustment.cameras.landmark_options.noise[c].spread;
+  check.limit = kLargestSpread;
+  check.unit = "of the noise of its features";
+  check.refuses = true;
+  check.failure = name + ": its landmarks do not project where it sees them";
+  check.remedy = "check its lens model, shutter and stamps";
+  checks->push_back(check);
+  check.refuses = false;
+  check.bound = Bound::kLeast;
   if (judged.adjustment.rounds.landmarks != Landmarks::kTracksAndMap) return;
   std::size_t matches = 0;
   for (const DriveTerms& drive : judged.adjustment.problem.drives) {

@@ -161,6 +161,23 @@ TEST(CameraInitialization, EstimatesTheReadoutOfRollingShutters) {
   EXPECT_LT(worst.degrees, 0.03);
 }
 
+// Its landmarks do not project where it sees them, whatever pose and lens: the start must not count as found.
+TEST(CameraInitialization, GivesUpARollingShutterThatIsGivenAsGlobal) {
+  SyntheticTracksOptions options;
+  options.noise = 0.5;
+  auto cameras = AllModels();
+  cameras.resize(2);
+  cameras[0].rolling_shutter = true;
+  cameras[0].readout = 0.03;
+  Case c = MakeCase(cameras, options);
+  c.rig.cameras[0].shutter = Shutter::kGlobal;
+  const CameraInitialization result = c.Run();
+  EXPECT_FALSE(result.found[0]);
+  EXPECT_TRUE(result.found[1]);
+  ASSERT_EQ(result.problems.size(), 1u);
+  EXPECT_NE(result.problems[0].reason.find("scatter"), std::string::npos) << result.problems[0].reason;
+}
+
 TEST(CameraInitialization, EveryFifthObservationMayBeWrong) {
   SyntheticTracksOptions options;
   options.noise = 0.5;
