@@ -28,8 +28,8 @@ inline double ManyObservationsScale(std::size_t observations) {
 }
 
 // A camera whose observations spread by more, of what the tracks claim, does not follow its lens model, its
-// shutter or its trajectory. from: measured, 0.3 to 1.5 on 40 right cameras (simulated and KITTI), 3.8 and 8.7
-// on two wrong ones
+// shutter or its trajectory. from: measured, 0.3 to 1.5 on 40 right cameras (simulated and KITTI), 3.8
+// and 8.7 on two wrong ones
 constexpr double kLargestSpread = 3.0;
 
 // By how much each camera's reprojection errors exceed the tracks' own sigmas (robust; spread at least

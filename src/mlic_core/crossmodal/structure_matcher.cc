@@ -11,9 +11,7 @@ namespace mlic {
 namespace {
 
 constexpr int kCoarsestRadius =
-    5;  // px of its level: the search starts at the level where the window is this
-// from: guard, the coarser level is good to a pixel of its own.
-constexpr int kFinerRadius = 4;   // px: search around the place that the coarser level gave
+    5;                            // px of its level: the search starts at the level where the window is this
 constexpr int kReturnRadius = 3;  // from: guard, largest_return_error decides
 // from: measured, eight views of matcher_test: halved or doubled, one match of 528 differs.
 constexpr double kPeakDistance = 3.0;  // px of its level: a second peak is farther off

@@ -296,10 +296,11 @@ void JudgeCameras(const Rig& rig, CameraInitialization* judged) {
     }
     if (result.noise[c].spread > kLargestSpread) {
       result.found[c] = false;
-      std::snprintf(line, sizeof(line),
-                    "%s: its observations of points scatter by %.1f times the noise of its features, the limit "
-                    "is %.0f; check model, intrinsics or field of view, and shutter",
-                    rig.cameras[c].name.c_str(), result.noise[c].spread, kLargestSpread);
+      std::snprintf(
+          line, sizeof(line),
+          "%s: its observations of points scatter by %.1f times the noise of its features, the limit "
+          "is %.0f; check model, intrinsics or field of view, and shutter",
+          rig.cameras[c].name.c_str(), result.noise[c].spread, kLargestSpread);
       result.problems.push_back({rig.cameras[c].name, line});
       continue;
     }
