@@ -69,6 +69,7 @@ class Programs(unittest.TestCase):
             self.assertEqual(len(lines), 3)
             self.assertFalse(os.path.exists(self.output))
         self.expect_error(self.run_program("inspect_bag", self.path("none.bag")), "none.bag", "no such file")
+        self.expect_error(self.run_program("compare", rig, self.path("none.yaml")), "compare: ", rig)
 
     def test_unknown_key_names_the_line(self):
         rig = self.write("rig.yaml", RIG + "  two: {topic: /x, range: 5}\n")
@@ -138,6 +139,12 @@ class Programs(unittest.TestCase):
         with open(self.path("out/log.txt")) as log:
             self.assertIn("round 1", log.read(), "the log of the run that did the work")
         self.assertEqual(os.stat(self.path("out/calibration.yaml")).st_mtime_ns, before)
+        found, truth = self.path("out/calibration.yaml"), DRIVE[1].replace("_rig.yaml", "_truth.yaml")
+        same = self.run_program("compare", found, found)
+        self.assertEqual(same.returncode, 0, same.stderr)
+        self.assertIn("AGREE: worst 0.0 sigma", same.stdout.splitlines()[-1])
+        self.expect_error(self.run_program("compare", truth, truth), "compare", "claim no sigmas")
+        self.assertIn("worst", self.run_program("compare", found, truth).stdout.splitlines()[-1])
         os.remove(self.path("out/calibration.yaml"))
         self.assertNotIn("reused", self.calibrate(DRIVE[1], DRIVE[0], "--duration", "14").stderr)
 

@@ -12,13 +12,6 @@ namespace {
 
 constexpr double kDegreesPerRadian = 180.0 / M_PI;
 
-const SensorResult* Find(const CalibrationResult& result, const std::string& name) {
-  for (const SensorResult& sensor : result.sensors) {
-    if (sensor.name == name) return &sensor;
-  }
-  return nullptr;
-}
-
 double Normalised(double error, double sigma) {
   return sigma > 0.0 ? error / sigma : std::numeric_limits<double>::quiet_NaN();
 }
@@ -118,6 +111,13 @@ std::string CsvLine(const char* kind, const PoseError& e) {
 
 }  // namespace
 
+const SensorResult* FindSensor(const CalibrationResult& result, const std::string& name) {
+  for (const SensorResult& sensor : result.sensors) {
+    if (sensor.name == name) return &sensor;
+  }
+  return nullptr;
+}
+
 double PoseError::RotationDegrees() const { return kDegreesPerRadian * rotation.norm(); }
 
 CalibrationResult InAxesOf(const CalibrationResult& result, const CalibrationResult& truth) {
@@ -146,7 +146,7 @@ TruthComparison CompareWithTruth(const CalibrationResult& result, const Calibrat
   const CalibrationResult truth = InAxesOf(result, given_truth);
   TruthComparison comparison;
   for (const SensorResult& sensor : result.sensors) {
-    const SensorResult* true_sensor = Find(truth, sensor.name);
+    const SensorResult* true_sensor = FindSensor(truth, sensor.name);
     if (true_sensor == nullptr) continue;
     PoseError error = ErrorOf(sensor.name, sensor.calibration.T_imu_sensor,
                               true_sensor->calibration.T_imu_sensor, sensor.sigma);
@@ -156,12 +156,12 @@ TruthComparison CompareWithTruth(const CalibrationResult& result, const Calibrat
     comparison.sensors.push_back(error);
   }
   for (const PairResult& pair : PairsOf(result)) {
-    const SensorResult *true_a = Find(truth, pair.a), *true_b = Find(truth, pair.b);
+    const SensorResult *true_a = FindSensor(truth, pair.a), *true_b = FindSensor(truth, pair.b);
     if (true_a == nullptr || true_b == nullptr) continue;
     const RigidTransform true_T_a_b =
         true_a->calibration.T_imu_sensor.Inverse() * true_b->calibration.T_imu_sensor;
     PoseError error = ErrorOf(pair.a + "/" + pair.b, pair.T_a_b, true_T_a_b, pair.sigma);
-    const SensorResult *a = Find(result, pair.a), *b = Find(result, pair.b);
+    const SensorResult *a = FindSensor(result, pair.a), *b = FindSensor(result, pair.b);
     if (a != nullptr && b != nullptr) {
       error.time_offset = (b->calibration.time_offset - true_b->calibration.time_offset) -
                           (a->calibration.time_offset - true_a->calibration.time_offset);
@@ -170,22 +170,21 @@ TruthComparison CompareWithTruth(const CalibrationResult& result, const Calibrat
     comparison.pairs.push_back(error);
   }
   for (const SensorResult& sensor : truth.sensors) {
-    if (Find(result, sensor.name) == nullptr) comparison.not_estimated.push_back(sensor.name);
+    if (FindSensor(result, sensor.name) == nullptr) comparison.not_estimated.push_back(sensor.name);
   }
   return comparison;
 }
 
-std::string TableOf(const TruthComparison& comparison) {
+std::string TableOf(const TruthComparison& comparison, const char* title) {
   char header[300];
-  std::snprintf(header, sizeof(header), "%-28s %9s %9s  %9s  %9s  %9s %10s %8s %8s %8s\n",
-                "error against truth", "rot deg", "x mm", "y mm", "z mm", "|t| mm", "offset ms", "rot/s",
-                "t/s", "offs/s");
+  std::snprintf(header, sizeof(header), "%-28s %9s %9s  %9s  %9s  %9s %10s %8s %8s %8s\n", title, "rot deg",
+                "x mm", "y mm", "z mm", "|t| mm", "offset ms", "rot/s", "t/s", "offs/s");
   std::string table = header;
   for (const PoseError& error : comparison.sensors) table += TableLine(error);
   for (const PoseError& error : comparison.pairs) table += TableLine(error);
   for (const std::string& name : comparison.not_estimated) table += name + ": not calibrated\n";
   return table +
-         "x/s: root mean square of error / claimed sigma; *: unobservable direction, decided by the guess\n";
+         "x/s: root mean square over claimed sigma; *: unobservable direction, decided by the guess\n";
 }
 
 std::string CsvOf(const TruthComparison& comparison) {

@@ -32,6 +32,9 @@ struct TruthComparison {
   std::vector<std::string> not_estimated;  // in the truth, not in the result
 };
 
+// The result's sensor of this name; null where it has none.
+const SensorResult* FindSensor(const CalibrationResult& result, const std::string& name);
+
 // The truth in the axes that the result's IMU has: where its accelerometer's rotation to the gyroscope was
 // estimated the gyroscope's, and about the axes where it was held those of the accelerometer. The true
 // rotation between the two is the truth's accelerometer_matrix. Poses turn with the axes; pairs, offsets and
@@ -43,8 +46,9 @@ CalibrationResult InAxesOf(const CalibrationResult& result, const CalibrationRes
 // none.
 TruthComparison CompareWithTruth(const CalibrationResult& result, const CalibrationResult& truth);
 
-// For people: degrees, millimetres, milliseconds; a * marks a translation that was not observable.
-std::string TableOf(const TruthComparison& comparison);
+// For people: degrees, millimetres, milliseconds; a * marks a translation that was not observable. title:
+// what the numbers are.
+std::string TableOf(const TruthComparison& comparison, const char* title = "error against truth");
 
 // One line for each sensor and pair, header first; metres, degrees, seconds.
 std::string CsvOf(const TruthComparison& comparison);
