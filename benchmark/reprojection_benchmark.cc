@@ -102,14 +102,14 @@ struct Setup {
           Reprojection::Of({random.Uniform(0.0, 1279.0), random.Uniform(0.0, 799.0)}, lens));
       in_camera.push_back(random.Uniform(2.0, 30.0) *
                           Eigen::Vector3d(random.Uniform(-0.7, 0.7), random.Uniform(-0.6, 0.6), 1.0));
-      points.push_back(trajectory.Pose(measurements[i].Time(stamps[i], 0.0, kReadout)) *
+      points.push_back(trajectory.Pose(measurements[i].Time(stamps[i], kReadout)) *
                        (camera.R_imu_camera * in_camera[i] + camera.p_imu_camera));
     }
   }
   Setup(const Setup&) = delete;
 
   bool Closed(int i, Eigen::Vector2d* residual, Reprojection::Jacobian* jacobian) const {
-    const double t = measurements[i].Time(stamps[i], 0.0, kReadout);
+    const double t = measurements[i].Time(stamps[i], kReadout);
     return measurements[i].Evaluate(trajectory, SplineBasis(trajectory.rotation.knots(), t),
                                     SplineBasis(trajectory.position.knots(), t), camera, points[i], residual,
                                     jacobian);
@@ -126,7 +126,7 @@ struct AutodiffCall {
   Eigen::Vector2d residual;
 
   AutodiffCall(const Setup& setup, int i) {
-    const double exposed = setup.measurements[i].Time(setup.stamps[i], 0.0, kReadout);
+    const double exposed = setup.measurements[i].Time(setup.stamps[i], kReadout);
     const UniformKnots& rotation_knots = setup.trajectory.rotation.knots();
     const UniformKnots& position_knots = setup.trajectory.position.knots();
     const int rotation = SplineBasis(rotation_knots, exposed).first;

@@ -88,9 +88,10 @@ double LargestInSigmas(const Eigen::VectorXd& difference, const Eigen::MatrixXd&
 }
 
 JointProblem WithPointsCut(JointProblem problem, const CalibrationState& state) {
-  for (DriveTerms& drive : problem.drives) {
+  for (std::size_t d = 0; d < problem.drives.size(); ++d) {
+    LandmarkSet& landmarks = problem.drives[d].landmarks;
     std::vector<std::size_t> origins;
-    drive.landmarks = SplitPoints(drive.landmarks, state, kLongestPointCoupling, &origins);
+    landmarks = SplitPoints(landmarks, state, d, kLongestPointCoupling, &origins);
   }
   return problem;
 }

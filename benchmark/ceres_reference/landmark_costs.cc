@@ -13,7 +13,7 @@ constexpr double kLostSigmas = 100.0;  // as in landmark_terms.cc
 
 double TimeOf(const LandmarkObservation& o, const Reprojection& factor, const CalibrationState& state) {
   const CameraCalibration& camera = state.cameras[o.camera];
-  return factor.Time(o.time, camera.sensor.time_offset, camera.readout);
+  return factor.Time(o.time + camera.sensor.time_offset, camera.readout);
 }
 
 void AddPose(SensorCalibration* sensor, BlockList* blocks) {

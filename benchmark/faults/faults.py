@@ -220,7 +220,7 @@ FAULTS = [
     _lidars('lidar_hangs', (BACK,), Repeating(8), hurt=('back',)),
     _lidars('lidar_jump_20_ms', (BACK,), jumping(9, 0.02), hurt=('back',), shifted=('back',), says='clock jump'),
     _lidars('lidar_jump_5_s', (BACK,), jumping(9, 5.0), hurt=('back',), shifted=('back',), says='clock jump'),
-    _lidars('lidar_drift_500_ppm', (BACK,), drifting(500), hurt=('back',), shifted=('back',)),
+    _lidars('lidar_drift_500_ppm', (BACK,), drifting(500), hurt=('back',), shifted=('back',), says='its clock drifts'),
     _lidars('lidars_exchanged', rig=exchanging('lidars', 'front', 'back', frames=False), hurt=('front', 'back'),
             refusable=True, says='topics of front and back look exchanged'),
     _lidars('lidars_exchanged_frames', rig=exchanging('lidars', 'front', 'back', frames=True), hurt=('front', 'back'),

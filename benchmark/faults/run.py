@@ -93,8 +93,8 @@ def lost_of(calibration, fault):
 
 
 def judged(rows, fault):
-    """Rows of the score, without the offsets that the fault changes."""
-    return [line for line in rows if not (fault.shifted and line['parameter'].endswith('_offset'))]
+    """Rows of the score, without the clocks that the fault changes."""
+    return [line for line in rows if not (fault.shifted and line['parameter'].endswith(('_offset', '_drift')))]
 
 
 def measure(calibrator, sound, fault, commit, folder, threads):

@@ -139,6 +139,7 @@ EFFECTS = {
     'imu_filtered': on_imu(low_pass={'gyroscope': 0.1, 'accelerometer': 0.1}),  # cut-off as a share of the rate
     'vibration': on_imu(vibration=[{'frequency': 73, 'specific_force': 3, 'angular_velocity': 0.02}]),
     'gravity': on_imu(gravity=9.79),
+    'clock_drift': on_lidars(clock_drift_ppm=50),
     'imu_stamps': on_imu(stamps={'jitter': 0.0005, 'doubled': 0.3}),
 }
 

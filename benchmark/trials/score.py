@@ -17,7 +17,7 @@ sys.path.append(str(pathlib.Path(__file__).resolve().parent.parent / 'accuracy')
 import row
 
 # Of a trial, then of one kind of parameter in it. error: worst of the drive (of a pose: length of the error vector) in
-# deg, m, s or px (focal length); sigma: the claimed one of the same; n: components; squares: sum of (error/sigma)^2;
+# deg, m, s, ppm or px (focal length); sigma: the claimed one of the same; n: components; squares: sum of (error/sigma)^2;
 # inside: how many lie within their 95 percent interval.
 TRIAL = ['kind', 'split', 'seed', 'effect', 'world', 'world_seed', 'rig', 'imu', 'motion', 'duration', 'guess', 'commit',
          'verdict', 'exit', 'lost', 'cpu_s']
@@ -124,6 +124,15 @@ def add_intrinsics(collected, found, truth):
         collected.add('camera_readout', [readouts[0] - readouts[1]], [found['readout_sigma']], [True])
 
 
+def refer_clocks(found, true):
+    """True offsets of clocks that drift, where the estimated ones hold."""
+    for name, sensor in found.items():
+        truth_of = true.get(name, {})
+        if 'clock_drift_ppm' in sensor and 'clock_drift_ppm' in truth_of:
+            apart = 1e-9 * (sensor['clock_reference_ns'] - truth_of['clock_reference_ns'])
+            truth_of['time_offset'] += 1e-6 * truth_of['clock_drift_ppm'] * apart
+
+
 def score(calibration, truth):
     """Rows of SCORE, verdict and number of lost sensors. calibration, truth: paths; the first may not exist."""
     true = yaml.safe_load(pathlib.Path(truth).read_text())
@@ -131,6 +140,7 @@ def score(calibration, truth):
         return [], 'none', len(true['sensors'])
     found = yaml.safe_load(pathlib.Path(calibration).read_text())
     in_axes_of(found.get('imu', {}), true)
+    refer_clocks(found['sensors'], true['sensors'])
     collected = Collected()
     sensors = {name: sensor for name, sensor in found['sensors'].items()
                if name in true['sensors'] and sensor.get('verdict') != 'rejected'}
@@ -141,6 +151,10 @@ def score(calibration, truth):
         for quantity, (errors, sigmas) in pose_errors(sensor, sensor['T_imu_sensor'], truth_of['T_imu_sensor'],
                                                       offsets).items():
             collected.add(f'{row.kind_of(name, types)}_{quantity}', errors, sigmas, observable(sensor, quantity))
+        if 'clock_drift_ppm' in sensor:
+            collected.add(f'{row.kind_of(name, types)}_drift',
+                          [sensor['clock_drift_ppm'] - truth_of.get('clock_drift_ppm', 0.0)],
+                          [sensor['clock_drift_sigma_ppm']], [True])
         add_intrinsics(collected, sensor, truth_of)
     for name, pair in found.get('pairs', {}).items():
         if name not in true['pairs'] or 'sigma' not in pair or not all(part in sensors for part in name.split('/')):

@@ -12,11 +12,14 @@ namespace {
 class RenderedImages : public ImageSource {
  public:
   RenderedImages(std::shared_ptr<const ImageStage> stage, std::size_t camera, double duration)
-      : stage_(std::move(stage)), camera_(camera), times_(ImageTimes(stage_->camera(camera), duration)) {}
+      : stage_(std::move(stage)),
+        camera_(camera),
+        times_(ImageTimes(stage_->camera(camera), duration)),
+        middle_(0.5 * duration) {}
 
   std::size_t Count() const override { return times_.size(); }
   double Time(std::size_t index) const override {
-    return times_.at(index) - stage_->camera(camera_).calibration.time_offset;
+    return stage_->camera(camera_).calibration.OnOwnClock(times_.at(index), middle_);
   }
   cv::Mat Load(std::size_t index) const override {
     const cv::Mat pixels = stage_->Render(camera_, index, times_.at(index));
@@ -30,6 +33,7 @@ class RenderedImages : public ImageSource {
   std::shared_ptr<const ImageStage> stage_;
   std::size_t camera_;
   std::vector<double> times_;
+  double middle_;  // s, of the drive
 };
 
 }  // namespace

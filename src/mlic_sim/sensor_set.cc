@@ -144,13 +144,36 @@ Sensor ReadPlacement(const std::string& name, const char* topic, const Section& 
   s.Need("T_imu_sensor");
   ReadTransform(s, "T_imu_sensor", sensor.calibration.T_imu_sensor);
   s.Read("time_offset", sensor.calibration.time_offset);
+  if (s.Has("clock_drift_ppm")) {
+    double ppm = 0.0;
+    s.Read("clock_drift_ppm", ppm);
+    if (std::abs(ppm) > 1e4) s.Fail(s.Need("clock_drift_ppm"), "at most 10000 ppm, which is 1 percent");
+    sensor.calibration.clock_drift = 1e-6 * ppm;
+  }
   return sensor;
 }
 
 SimulatedLidar ReadLidar(const std::string& name, const Section& s) {
-  s.OnlyKeys({"topic", "frame_id", "T_imu_sensor", "time_offset", "layout", "stamp", "phase", "rate",
-              "pattern", "min_range", "max_range", "range_noise", "beam_divergence_deg",
-              "range_at_10_percent", "random_dropouts", "ring_bias", "range_walk", "packet_loss", "rain"});
+  s.OnlyKeys({"topic",
+              "frame_id",
+              "T_imu_sensor",
+              "time_offset",
+              "layout",
+              "stamp",
+              "phase",
+              "rate",
+              "pattern",
+              "min_range",
+              "max_range",
+              "range_noise",
+              "beam_divergence_deg",
+              "range_at_10_percent",
+              "random_dropouts",
+              "ring_bias",
+              "range_walk",
+              "packet_loss",
+              "rain",
+              "clock_drift_ppm"});
   auto lidar = ReadPlacement<SimulatedLidar>(name, "/points", s);
   s.ReadName<PointLayout>("layout",
                           {{"velodyne", PointLayout::kVelodyne},
@@ -251,10 +274,10 @@ void ReadImage(const Section& s, SimulatedCamera& camera) {
 }
 
 SimulatedCamera ReadCamera(const std::string& name, const Section& s) {
-  s.OnlyKeys({"topic",      "frame_id",   "T_imu_sensor", "time_offset",  "rate",    "phase",
-              "model",      "image_size", "intrinsics",   "fov_deg",      "shutter", "readout",
-              "exposure",   "encoding",   "camera_info",  "jpeg_quality", "gain",    "exposure_drift",
-              "vignetting", "full_well",  "read_noise"});
+  s.OnlyKeys({"topic",      "frame_id",   "T_imu_sensor", "time_offset",    "rate",    "phase",
+              "model",      "image_size", "intrinsics",   "fov_deg",        "shutter", "readout",
+              "exposure",   "encoding",   "camera_info",  "jpeg_quality",   "gain",    "exposure_drift",
+              "vignetting", "full_well",  "read_noise",   "clock_drift_ppm"});
   auto camera = ReadPlacement<SimulatedCamera>(name, "/image_raw", s);
   s.ReadPositive("rate", camera.rate);
   s.Read("phase", camera.phase);

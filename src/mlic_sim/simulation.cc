@@ -141,7 +141,8 @@ class Simulator {
     SimulatedImage image;
     image.camera = job.sensor;
     image.received = TimeFrom(kSimulationEpoch, job.received) + kImageDelay;
-    image.stamp = TimeFrom(kSimulationEpoch, job.start - camera.calibration.time_offset);
+    image.stamp =
+        TimeFrom(kSimulationEpoch, camera.calibration.OnOwnClock(job.start, 0.5 * options_.duration));
     image.pixels = stage_->Render(job.sensor, static_cast<std::size_t>(job.index), job.start);
     return image;
   }
@@ -154,12 +155,15 @@ class Simulator {
     SimulatedScan scan;
     scan.lidar = job.sensor;
     scan.received = TimeFrom(kSimulationEpoch, job.received) + kScanDelay;
-    scan.start = TimeFrom(kSimulationEpoch, job.start - lidar.calibration.time_offset);
+    scan.start = TimeFrom(kSimulationEpoch, lidar.calibration.OnOwnClock(job.start, 0.5 * options_.duration));
     scan.stamp = lidar.stamp_at_end ? TimeFrom(scan.start, lidar.model.Period()) : scan.start;
     std::optional<Random> noise;
     if (options_.with_noise) noise = random_.Fork(1 + job.sensor).Fork(static_cast<std::uint64_t>(job.index));
     scan.points = CastScan(stage_->world(), stage_->trajectory(), lidar.calibration.T_imu_sensor, lidar.model,
                            repeating ? patterns_[job.sensor] : own, job.start, noise);
+    if (const std::optional<double> drift = lidar.calibration.clock_drift) {
+      for (SimulatedPoint& point : scan.points) point.time /= 1.0 + *drift;
+    }
     return scan;
   }
 

@@ -133,6 +133,26 @@ TEST(Simulate, ClockOffsetsShiftTheStampsOnly) {
   }
 }
 
+TEST(Simulate, ADriftingClockStretchesStampsAndPointTimes) {
+  SensorSet set = TwoLidars();
+  const SimulationOptions options = Short(Scenario::kHandheld);
+  const Drive plain = SimulateDrive(set, options);
+  const SensorCalibration constant = set.lidars[1].calibration;
+  SensorCalibration& drifting = set.lidars[1].calibration;
+  drifting.clock_drift = 1e-3;
+  const Drive drive = SimulateDrive(set, options);
+  const double middle = 0.5 * options.duration;
+  ASSERT_EQ(drive.lidars[1].scans.size(), plain.lidars[1].scans.size());
+  for (std::size_t k = 0; k < drive.lidars[1].scans.size(); ++k) {
+    const LidarScan &a = drive.lidars[1].scans[k], &b = plain.lidars[1].scans[k];
+    EXPECT_EQ(drive.lidars[0].scans[k].time, plain.lidars[0].scans[k].time);
+    const auto later = [](const LidarScan& scan) { return scan.time + scan.points.back().time; };
+    EXPECT_NEAR(drifting.OnImuClock(a.time, middle), constant.OnImuClock(b.time, middle), 1e-9);
+    EXPECT_NEAR(drifting.OnImuClock(later(a), middle), constant.OnImuClock(later(b), middle), 3e-8);
+    EXPECT_EQ(a.points[7].position, b.points[7].position);
+  }
+}
+
 TEST(Simulate, NoiseFreeDriveIsConsistentWithItsTruth) {
   const SensorSet set = TwoLidars();
   const SimulationOptions options = Short(Scenario::kHandheld, false);

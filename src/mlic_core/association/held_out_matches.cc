@@ -52,7 +52,7 @@ std::vector<HeldOutMatches> EvaluateHeldOutMatches(const std::vector<LandmarkSet
     for (std::size_t p = 0; p < moved.points.size(); ++p) {
       const LidarPointObservation& observation = moved.lidar_points[p];
       const SensorCalibration& lidar = state.lidars[observation.lidar];
-      const double t = observation.time + lidar.time_offset;
+      const double t = lidar.OnImuClock(observation.time, trajectory.Middle());
       if (!trajectory.Contains(t)) continue;
       moved.points[p].position = trajectory.Pose(t) * lidar.T_imu_sensor * observation.position;
     }

@@ -56,7 +56,7 @@ std::vector<Photo> ChoosePhotos(const TrackSet& tracks, const CalibrationState& 
   std::vector<ViewCandidate> candidates;
   for (const Keyframe& keyframe : tracks.keyframes) {
     if (keyframe.camera != camera) continue;
-    const double first = keyframe.time + calibration.sensor.time_offset;
+    const double first = calibration.sensor.OnImuClock(keyframe.time, trajectory.Middle());
     const double last = first + calibration.readout;
     if (!window.Contains(first) || !trajectory.Contains(first) || !trajectory.Contains(last)) {
       continue;
@@ -139,7 +139,7 @@ double KeepAgreeing(const CalibrationState& state, int camera, const MapMatching
   for (const Photo* photo : photos) {
     const SplitSpline& trajectory = state.drives[photo->drive].trajectory;
     for (const MapMatch& match : photo->matches) {
-      const double t = photo->time + calibration.sensor.time_offset +
+      const double t = calibration.sensor.OnImuClock(photo->time, trajectory.Middle()) +
                        match.pixel.y() / calibration.intrinsics.height * calibration.readout;
       const double inside = std::clamp(t, trajectory.Start(), trajectory.End());
       correspondences.push_back(
@@ -177,7 +177,8 @@ Eigen::Matrix2f Whitening(const Eigen::Matrix2d& covariance) {
 void AddPoints(const Photo& photo, const CalibrationState& state, const MapMatchingOptions& options,
                LandmarkSet* set) {
   const SplitSpline& trajectory = state.drives[photo.drive].trajectory;
-  const double camera_time = std::clamp(photo.time + state.cameras[photo.camera].sensor.time_offset,
+  const double middle = trajectory.Middle();
+  const double camera_time = std::clamp(state.cameras[photo.camera].sensor.OnImuClock(photo.time, middle),
                                         trajectory.Start(), trajectory.End());
   const Eigen::Vector3d eye =
       (trajectory.Pose(camera_time) * state.cameras[photo.camera].sensor.T_imu_sensor).translation;
@@ -185,7 +186,7 @@ void AddPoints(const Photo& photo, const CalibrationState& state, const MapMatch
     const MapMatch& match = photo.matches[i];
     const PointOrigin& origin = photo.origins[i];
     const SensorCalibration& lidar = state.lidars[origin.lidar];
-    const double t = origin.time + lidar.time_offset;
+    const double t = lidar.OnImuClock(origin.time, middle);
     if (!trajectory.Contains(t)) continue;
     LidarPointObservation lidar_point;
     lidar_point.lidar = origin.lidar;

@@ -23,10 +23,11 @@ void DrawScan(const LidarScan& scan, const SplitSpline& trajectory, const Calibr
   const SensorCalibration& calibration = state.lidars[lidar];
   const std::size_t stride = std::max<std::size_t>(1, (scan.points.size() + largest - 1) / largest);
   const Eigen::Matrix3d R_imu_lidar = calibration.T_imu_sensor.rotation.toRotationMatrix();
+  const double middle = trajectory.Middle();
   // Another phase of the stride in each scan, so that the same ring is not taken always.
   for (std::size_t i = static_cast<std::size_t>(scan_index) % stride; i < scan.points.size(); i += stride) {
     const LidarPoint& point = scan.points[i];
-    const double t = scan.time + point.time + calibration.time_offset;
+    const double t = calibration.OnImuClock(scan.time + point.time, middle);
     if (!trajectory.Contains(t)) continue;
     const So3Spline::Value rotation =
         trajectory.rotation.Evaluate(SplineBasis(trajectory.rotation.knots(), t));

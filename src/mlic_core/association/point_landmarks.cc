@@ -26,8 +26,8 @@ double PixelsPerRadian(const CameraIntrinsics& intrinsics, const Eigen::Vector3d
 // One bearing of a track, in the map; nothing where the trajectory or the camera model does not reach.
 std::optional<BearingObservation> BearingOf(const LandmarkObservation& o, const CameraCalibration& camera,
                                             const SplitSpline& trajectory) {
-  const double t =
-      o.time + camera.sensor.time_offset + o.pixel.y() / camera.intrinsics.height * camera.readout;
+  const double t = camera.sensor.OnImuClock(o.time, trajectory.Middle()) +
+                   o.pixel.y() / camera.intrinsics.height * camera.readout;
   Eigen::Vector3d bearing;
   if (!trajectory.Contains(t) || !Unproject(camera.intrinsics, o.pixel, &bearing)) return std::nullopt;
   const double scale = PixelsPerRadian(camera.intrinsics, bearing);

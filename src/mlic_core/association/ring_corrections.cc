@@ -76,13 +76,13 @@ void RingSums::AddPlane(std::size_t p, std::vector<Quarters>* sums) const {
   for (std::size_t k = association.begin[p]; k < association.begin[p + 1]; ++k) {
     const PlaneObservation& o = association.observations[k];
     const double whitened = residuals[k] / o.sigma;
-    const double t = o.time + state.lidars[o.lidar].time_offset;
+    const double t = state.lidars[o.lidar].OnImuClock(o.time, trajectory.Middle());
     if (o.ring >= kMostRings || std::abs(whitened) > 3.0 || !trajectory.Contains(t)) continue;
     const Eigen::Vector3d x = o.position.cast<double>();
     const Eigen::Vector2d row = RingJacobian(o, association.planes[p], state.lidars[o.lidar], trajectory);
     const Eigen::Vector3d& centre = centres[o.lidar];
     const bool right = centre.x() * x.y() < centre.y() * x.x();
-    const bool late = t > 0.5 * (trajectory.Start() + trajectory.End());
+    const bool late = t > trajectory.Middle();
     Rings& rings = (*sums)[o.lidar][2 * late + right];
     if (rings.size() <= o.ring) rings.resize(o.ring + 1);
     RingSum& sum = rings[o.ring];
@@ -186,8 +186,8 @@ bool Improve(const Quarters& quarters, RingCorrections* corrections) {
 Eigen::Vector2d RingJacobian(const PlaneObservation& o, const MapPlane& plane, const SensorCalibration& lidar,
                              const SplitSpline& trajectory) {
   const So3Spline& rotation = trajectory.rotation;
-  const Eigen::Matrix3d R_map_imu =
-      rotation.Evaluate(SplineBasis(rotation.knots(), o.time + lidar.time_offset)).rotation;
+  const double t = lidar.OnImuClock(o.time, trajectory.Middle());
+  const Eigen::Matrix3d R_map_imu = rotation.Evaluate(SplineBasis(rotation.knots(), t)).rotation;
   const Eigen::Vector3d normal =
       lidar.T_imu_sensor.rotation.conjugate() * (R_map_imu.transpose() * plane.plane.normal);
   return {-1.0, normal.dot(ElevationTangent(o.position.cast<double>())) / o.cos_incidence};

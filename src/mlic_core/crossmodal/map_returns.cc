@@ -57,7 +57,10 @@ std::vector<MapReturn> CollectReturns(const Drive& drive, const SplitSpline& tra
   for (std::size_t l = 0; l < drive.lidars.size(); ++l) {
     for (std::size_t s = 0; s < drive.lidars[l].scans.size(); ++s) {
       const LidarScan& scan = drive.lidars[l].scans[s];
-      if (scan.points.empty() || (window && !window->Contains(scan.time + lidars[l].time_offset))) continue;
+      if (scan.points.empty() ||
+          (window && !window->Contains(lidars[l].OnImuClock(scan.time, trajectory.Middle())))) {
+        continue;
+      }
       scans.emplace_back(l, s);
       total += scan.points.size();
     }
@@ -68,7 +71,7 @@ std::vector<MapReturn> CollectReturns(const Drive& drive, const SplitSpline& tra
   ParallelFor(scans.size(), [&](std::size_t k) {
     const auto [l, s] = scans[k];
     const LidarScan& scan = drive.lidars[l].scans[s];
-    const double clock = scan.time + lidars[l].time_offset;
+    const double clock = lidars[l].OnImuClock(scan.time, trajectory.Middle());
     const auto [first, last] =
         std::minmax_element(scan.points.begin(), scan.points.end(),
                             [](const LidarPoint& a, const LidarPoint& b) { return a.time < b.time; });

@@ -10,7 +10,7 @@ ViewPose FixedPose(const RigidTransform& T_map_camera) {
 
 ViewPose PoseOnTrajectory(const SplitSpline& trajectory, const SensorCalibration& camera, double image_time,
                           double readout, int height) {
-  const double start = image_time + camera.time_offset;
+  const double start = camera.OnImuClock(image_time, trajectory.Middle());
   const SplitSpline* spline = &trajectory;
   if (readout == 0.0) return FixedPose(trajectory.Pose(start) * camera.T_imu_sensor);
   return {[=](double row) { return spline->Pose(start + row / height * readout) * camera.T_imu_sensor; },

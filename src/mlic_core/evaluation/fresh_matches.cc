@@ -50,11 +50,13 @@ FreshCamera FindImages(const Drive& drive, std::size_t camera, const SensorResul
     if (of_camera.camera == sensor.name) used.insert(of_camera.stamps.begin(), of_camera.stamps.end());
   }
   const ImageSource& images = *fresh.recording->images;
+  if (trajectory.empty()) return fresh;
+  const double middle = SecondsSince(drive.epoch, MiddleOf(trajectory));
   for (std::size_t i = 0; i < images.Count(); ++i) {
     FreshImage image;
     image.index = i;
     image.stamp = TimeFrom(drive.epoch, images.Time(i));
-    image.time = images.Time(i) + sensor.calibration.time_offset;
+    image.time = sensor.calibration.OnImuClock(images.Time(i), middle);
     if (used.count(image.stamp) > 0) continue;
     if (PoseOfRow(sensor, trajectory, image.stamp, 0.5 * sensor.intrinsics->height, &image.T_map_camera)) {
       fresh.images.push_back(image);
@@ -151,8 +153,9 @@ const SensorResult* FindCamera(const CalibrationResult& calibration, const std::
 bool PoseOfRow(const SensorResult& camera, const std::vector<StampedPose>& trajectory, TimeNs stamp,
                double row, RigidTransform* T_map_camera) {
   const double readout = camera.rolling_shutter_readout.value_or(0.0);
-  const TimeNs time =
-      TimeFrom(stamp, camera.calibration.time_offset + row / camera.intrinsics->height * readout);
+  if (trajectory.empty()) return false;
+  const double offset = camera.calibration.OffsetAt(SecondsSince(MiddleOf(trajectory), stamp));
+  const TimeNs time = TimeFrom(stamp, offset + row / camera.intrinsics->height * readout);
   std::size_t hint = 0;
   RigidTransform T_map_imu;
   if (!InterpolatePose(trajectory, time, &hint, &T_map_imu)) return false;

@@ -9,6 +9,8 @@ std::vector<MapPoint> BuildMap(const Drive& drive, const std::vector<std::string
                                const std::vector<StampedPose>& trajectory,
                                const CalibrationResult& calibration, std::size_t stride) {
   std::vector<MapPoint> map;
+  if (trajectory.empty()) return map;
+  const double middle = SecondsSince(drive.epoch, MiddleOf(trajectory));
   for (std::size_t l = 0; l < drive.lidars.size() && l < names.size(); ++l) {
     const auto sensor = std::find_if(calibration.sensors.begin(), calibration.sensors.end(),
                                      [&](const SensorResult& s) { return s.name == names[l]; });
@@ -19,7 +21,7 @@ std::vector<MapPoint> BuildMap(const Drive& drive, const std::vector<std::string
       for (const LidarPoint& point : scan.points) {
         if (counter++ % std::max<std::size_t>(1, stride) != 0) continue;
         RigidTransform T_map_imu;
-        const double time = scan.time + static_cast<double>(point.time) + pose_and_clock.time_offset;
+        const double time = pose_and_clock.OnImuClock(scan.time + static_cast<double>(point.time), middle);
         if (!InterpolatePose(trajectory, TimeFrom(drive.epoch, time), &hint, &T_map_imu)) continue;
         MapPoint mapped;
         const Eigen::Vector3d in_imu = pose_and_clock.T_imu_sensor * point.position.cast<double>().eval();

@@ -11,4 +11,9 @@ namespace mlic {
 bool InterpolatePose(const std::vector<StampedPose>& trajectory, TimeNs time, std::size_t* next,
                      RigidTransform* pose);
 
+// Halfway from its first to its last pose, where time offsets hold; it must have poses.
+inline TimeNs MiddleOf(const std::vector<StampedPose>& trajectory) {
+  return trajectory.front().time + (trajectory.back().time - trajectory.front().time) / 2;
+}
+
 }  // namespace mlic

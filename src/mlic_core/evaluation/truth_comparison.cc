@@ -30,6 +30,17 @@ PoseError ErrorOf(const std::string& name, const RigidTransform& estimate, const
   return error;
 }
 
+// Of the truth, where the result's offset holds: clocks that drift have it at one time only.
+double TrueOffset(const SensorResult& truth, const SensorResult& result) {
+  if (!truth.calibration.clock_drift || !result.calibration.clock_drift) return truth.calibration.time_offset;
+  return truth.calibration.time_offset +
+         *truth.calibration.clock_drift * SecondsSince(truth.clock_reference, result.clock_reference);
+}
+
+double OffsetError(const SensorResult& result, const SensorResult& truth) {
+  return result.calibration.time_offset - TrueOffset(truth, result);
+}
+
 std::vector<PairResult> PairsOf(const CalibrationResult& result) {
   if (!result.pairs.empty()) return result.pairs;
   std::vector<PairResult> pairs;
@@ -150,7 +161,7 @@ TruthComparison CompareWithTruth(const CalibrationResult& result, const Calibrat
     if (true_sensor == nullptr) continue;
     PoseError error = ErrorOf(sensor.name, sensor.calibration.T_imu_sensor,
                               true_sensor->calibration.T_imu_sensor, sensor.sigma);
-    error.time_offset = sensor.calibration.time_offset - true_sensor->calibration.time_offset;
+    error.time_offset = OffsetError(sensor, *true_sensor);
     error.normalised_time_offset = Normalised(*error.time_offset, sensor.sigma.time_offset);
     error.translation_observable = sensor.translation_observable;
     comparison.sensors.push_back(error);
@@ -163,8 +174,7 @@ TruthComparison CompareWithTruth(const CalibrationResult& result, const Calibrat
     PoseError error = ErrorOf(pair.a + "/" + pair.b, pair.T_a_b, true_T_a_b, pair.sigma);
     const SensorResult *a = FindSensor(result, pair.a), *b = FindSensor(result, pair.b);
     if (a != nullptr && b != nullptr) {
-      error.time_offset = (b->calibration.time_offset - true_b->calibration.time_offset) -
-                          (a->calibration.time_offset - true_a->calibration.time_offset);
+      error.time_offset = OffsetError(*b, *true_b) - OffsetError(*a, *true_a);
       error.normalised_time_offset = Normalised(*error.time_offset, pair.sigma.time_offset);
     }
     comparison.pairs.push_back(error);

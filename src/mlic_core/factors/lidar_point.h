@@ -11,7 +11,7 @@ namespace mlic {
 // Constants of this file, from: structural, places of columns.
 
 // A point landmark P against its measurement x by a LiDAR, with Jacobians (docs/method.md, section 3.4):
-//   r = A (R_imu_lidar^T (R(t)^T (P - p(t)) - p_imu_lidar) - x),   t = t_point + time_offset
+//   r = A (R_imu_lidar^T (R(t)^T (P - p(t)) - p_imu_lidar) - x),   t = SensorCalibration::OnImuClock(t_point)
 // with the rows of A across the beam (two) and along it, each divided by its sigma: whitened. Columns: 4
 // rotation control points (right perturbations, 12), 4 position control points (12), extrinsic rotation (left
 // perturbation, 3), extrinsic translation (3), time offset (1), the point P in the map frame (3). One

@@ -9,7 +9,7 @@ namespace mlic {
 
 // The camera residual (docs/method.md, section 3.3), with its Jacobians in one pass:
 //   r = project(R_imu_camera^T (R(t)^T (P - p(t)) - p_imu_camera)) - uv,
-//   t = stamp + time_offset + (v / height) * readout
+//   t = SensorCalibration::OnImuClock(stamp) + (v / height) * readout
 // in pixels, not whitened. The row v of a rolling shutter is the measured one, so t hangs on no other
 // unknown. Columns: 4 rotation control points (right perturbations, 12), 4 position control points (12),
 // extrinsic rotation (left perturbation, 3), extrinsic translation (3), time offset (1), readout (1), the
@@ -39,10 +39,8 @@ struct Reprojection {
     return {pixel, pixel.y() / intrinsics.height};
   }
 
-  // When the pixel was exposed, on the IMU's clock; readout 0 for a global shutter.
-  double Time(double stamp, double time_offset, double readout) const {
-    return stamp + time_offset + row_share * readout;
-  }
+  // When the pixel was exposed, after row 0; readout 0 for a global shutter. Both on the IMU's clock.
+  double Time(double first_row, double readout) const { return first_row + row_share * readout; }
 
   // Bases at Time(...). False where the camera cannot see P: then nothing is written.
   bool Evaluate(const SplitSpline& trajectory, const SplineBasis& rotation_basis,

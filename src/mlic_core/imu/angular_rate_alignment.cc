@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mlic_core/common/order_statistics.h"
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/imu/angular_rate_correlation.h"
 #include "mlic_core/imu/excitation.h"
@@ -42,6 +43,14 @@ struct PoseResidual {
   Eigen::Matrix3d segment_jacobian;
 };
 
+// What one segment alone says of the offset: it is off by gradient / information, whose sigma is the root of
+// 1 / information.
+struct SegmentOffset {
+  double time;         // s, LiDAR clock
+  double gradient;     // 1/s
+  double information;  // 1/s^2
+};
+
 // The system of one Gauss-Newton step, whitened: minimise |step|' H |step| / 2 - b . step, order rotation,
 // offset, bias.
 struct System {
@@ -54,6 +63,7 @@ struct System {
   // What the gyroscope's noise looks like as information on the rotation, about any axis, 1/rad^2.
   double noise_information = 0.0;
   double noise_information_offset = 0.0;  // likewise on the offset, 1/s^2
+  std::vector<SegmentOffset> segments;    // information in units of a pose's
 };
 
 // Noise of the gyroscope turns the IMU about all axes, so that in the Jacobian even motion about one axis
@@ -106,6 +116,7 @@ class Problem {
       Eigen::Matrix3d H_ss = Eigen::Matrix3d::Identity() * 1e-12;
       Matrix37d H_sg = Matrix37d::Zero();
       Eigen::Vector3d b_s = Eigen::Vector3d::Zero();
+      SegmentOffset offset{poses_[segment.Center()].time, 0.0, 0.0};
       for (std::size_t i = next; i < next + count; ++i) {
         const PoseResidual& r = residuals[i];
         const double weight =
@@ -116,6 +127,8 @@ class Problem {
         b_s += weight * r.segment_jacobian.transpose() * r.value;
         system.H += weight * r.jacobian.transpose() * r.jacobian;
         system.b += weight * r.jacobian.transpose() * r.value;
+        offset.gradient += weight * r.jacobian.col(3).dot(r.value);
+        offset.information += weight * r.jacobian.col(3).squaredNorm();
         if (TukeyWeight(norms[i], system.sigma) <= 0.0) continue;
         squares += r.value.squaredNorm();
         inliers += 1.0;
@@ -124,6 +137,9 @@ class Problem {
       const Matrix37d eliminated = H_ss.ldlt().solve(H_sg);
       system.H -= H_sg.transpose() * eliminated;
       system.b -= eliminated.transpose() * b_s;
+      offset.gradient -= eliminated.col(3).dot(b_s);
+      offset.information -= eliminated.col(3).dot(H_sg.col(3));
+      if (offset.information > 0.0) system.segments.push_back(offset);
       next += count;
     }
     system.inlier_share = inliers / static_cast<double>(residuals.size());
@@ -219,6 +235,48 @@ Refined Refine(const Problem& problem, const State& start, const std::optional<R
   return refined;
 }
 
+// A line through the segments' offsets, their outliers left out.
+void FitDrift(const std::vector<SegmentOffset>& segments, double middle, AngularRateAlignment* result) {
+  constexpr std::size_t kFewest = 5;   // from: guard, a line and some scatter
+  constexpr double kFewestLeft = 3.5;  // that are no outliers; from: guard
+  constexpr int kIterations = 10;      // from: guard
+  if (segments.size() < kFewest) return;
+  Eigen::Vector2d line = Eigen::Vector2d::Zero();  // offset at the middle, drift
+  double sigma = std::numeric_limits<double>::infinity();
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    Eigen::Matrix2d H = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d b = Eigen::Vector2d::Zero();
+    double squares = 0.0, count = 0.0;
+    std::vector<double> sizes;
+    for (const SegmentOffset& segment : segments) {
+      const Eigen::Vector2d row(1.0, segment.time - middle);
+      const double off = segment.gradient / segment.information;
+      const double size = std::sqrt(segment.information) * std::abs(off - row.dot(line));
+      const double weight = iteration == 0 ? 1.0 : TukeyWeight(size, sigma);
+      H += weight * segment.information * row * row.transpose();
+      b += weight * segment.gradient * row;
+      squares += weight * size * size;
+      count += weight;
+      sizes.push_back(size);
+    }
+    const Eigen::LDLT<Eigen::Matrix2d> solver(H);
+    const double variance = solver.solve(Eigen::Vector2d::UnitY()).y();
+    if (count < kFewestLeft || !(variance > 0.0)) return;
+    if (iteration > 0) {
+      result->clock_drift = line.y();
+      result->clock_drift_sigma = std::sqrt(squares / (count - 2.0) * variance);
+    }
+    line = solver.solve(b);
+    for (std::size_t i = 0; i < segments.size(); ++i) {
+      const double off = segments[i].gradient / segments[i].information;
+      sizes[i] = std::sqrt(segments[i].information) *
+                 std::abs(off - line.x() - line.y() * (segments[i].time - middle));
+    }
+    constexpr double kOfMedian = 1.4826;  // from: derivation, sigma of a normal distribution
+    sigma = std::max(1e-12, kOfMedian * Median(std::move(sizes)));
+  }
+}
+
 void FillInformation(const Refined& refined, const std::optional<RotationGuess>& guess,
                      AngularRateAlignment* result) {
   System system = refined.system;
@@ -287,6 +345,7 @@ AngularRateAlignment AlignAngularRates(const std::vector<ImuSample>& imu, const 
   result.residual_rms = best->system.rms;
   result.inlier_share = best->system.inlier_share;
   FillInformation(*best, guess, &result);
+  FitDrift(best->system.segments, 0.5 * (ordered.front().time + ordered.back().time), &result);
   return result;
 }
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -41,6 +42,12 @@ struct AngularRateAlignment {
   int rotation_directions_shown = 0;
   double time_offset_sigma =
       0.0;  // s; about 10 where the motion shows no offset (rest, straight, constant turning)
+
+  // By how much the LiDAR's clock runs slow against the IMU's (s/s), as the offsets of single segments say:
+  // theirs is time_offset + clock_drift * (t_lidar - middle of the poses). Sigma from their scatter; infinite
+  // where they are too few. All else here knows no drift.
+  double clock_drift = 0.0;
+  double clock_drift_sigma = std::numeric_limits<double>::infinity();
 
   double residual_rms = 0.0;  // of inlier poses' orientations, per component, radians
   double inlier_share = 0.0;

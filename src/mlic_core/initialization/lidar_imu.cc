@@ -50,6 +50,41 @@ AngularRateAlignment Align(const Drive& drive, const std::vector<TimedPose>& odo
   return without;
 }
 
+// The drift is shown, and no time offset is right for all of the drive. A smaller one the joint rounds find.
+bool DriftsGrossly(const AngularRateAlignment& alignment, const std::vector<TimedPose>& odometry) {
+  constexpr double kSigmas = 5.0;  // from: guard, the joint rounds test it more strictly
+  constexpr double kGross = 1e-3;  // s, at both ends; from: guard, joint rounds converge from ten times that
+  const double half = 0.5 * (odometry.back().time - odometry.front().time);
+  return alignment.valid && std::abs(alignment.clock_drift) > kSigmas * alignment.clock_drift_sigma &&
+         std::abs(alignment.clock_drift) * half > kGross;
+}
+
+// The alignment of the poses once the drift of their clock is taken out of their times. A large one hides a
+// part of itself, so it is looked for again. Where the poses agree no better then, they and the clock stay as
+// they are.
+AngularRateAlignment AlignWithDrift(const Drive& drive, std::vector<TimedPose>* odometry,
+                                    std::optional<RotationGuess>* guess, ClockDrift* clock) {
+  constexpr int kRounds = 4;  // from: guard
+  const AngularRateAlignment constant = Align(drive, *odometry, guess);
+  if (!DriftsGrossly(constant, *odometry)) return constant;
+  AngularRateAlignment alignment = constant;
+  std::vector<TimedPose> poses = *odometry;
+  ClockDrift total = *clock;
+  for (int round = 0; round < kRounds && DriftsGrossly(alignment, poses); ++round) {
+    const ClockDrift step{alignment.clock_drift, total.middle};
+    for (TimedPose& pose : poses) pose.time = step.Without(pose.time);
+    total.drift += step.drift * (1.0 + total.drift);
+    alignment = Align(drive, poses, guess);
+  }
+  if (!IsUsable(alignment) ||
+      alignment.residual_rms * constant.inlier_share > constant.residual_rms * alignment.inlier_share) {
+    return constant;
+  }
+  *odometry = std::move(poses);
+  *clock = total;
+  return alignment;
+}
+
 // Whether it is the motion or the LiDARs, the gyroscope tells.
 std::string WhyNoneAgrees(const Dataset& dataset) {
   // from: structural, chooses the words of a message.
@@ -176,6 +211,15 @@ bool InitializeDrive(const Dataset& dataset, std::size_t d, const std::vector<Ti
   return true;
 }
 
+// From about the middle of the poses, where the alignment has the offset, to about that of the trajectory.
+void SetClock(const AngularRateAlignment& alignment, const ClockDrift& clock, const SplitSpline& trajectory,
+              SensorCalibration* calibration) {
+  calibration->time_offset = alignment.time_offset;
+  if (clock.drift == 0.0) return;
+  calibration->time_offset += clock.drift * (trajectory.Middle() - clock.middle);
+  calibration->clock_drift = clock.drift;
+}
+
 }  // namespace
 
 DriveOdometry RunDriveOdometry(const Rig& rig, const Drive& drive, const CancellationToken& cancellation,
@@ -184,6 +228,7 @@ DriveOdometry RunDriveOdometry(const Rig& rig, const Drive& drive, const Cancell
   DriveOdometry result;
   result.lidars.resize(count);
   result.alignments.resize(count);
+  result.clocks.resize(count);
   std::vector<std::atomic<double>> parts(count);
   ParallelFor(count, [&](std::size_t l) {
     const auto report = [&](double fraction, double from) {
@@ -195,7 +240,11 @@ DriveOdometry RunDriveOdometry(const Rig& rig, const Drive& drive, const Cancell
     result.lidars[l] = RunOdometry(drive.lidars[l], nullptr, cancellation, [&](double f) { report(f, 0.0); });
     auto guess = GuessOfRotation(rig.lidars[l]);
     AngularRateAlignment& alignment = result.alignments[l];
-    alignment = Align(drive, result.lidars[l], &guess);
+    ClockDrift& clock = result.clocks[l];
+    if (!result.lidars[l].empty()) {
+      clock.middle = 0.5 * (result.lidars[l].front().time + result.lidars[l].back().time);
+    }
+    alignment = AlignWithDrift(drive, &result.lidars[l], &guess, &clock);
     if (!IsUsable(alignment) || alignment.rotation_directions_shown < 2) return;
     const GyroIntegration gyro(drive.imu, alignment.gyroscope_bias);
     const Eigen::Quaterniond R_lidar_imu = alignment.R_imu_lidar.conjugate();
@@ -203,12 +252,14 @@ DriveOdometry RunDriveOdometry(const Rig& rig, const Drive& drive, const Cancell
     const double offset = alignment.time_offset;
     const RotationBetween rotation_between = [&](double from,
                                                  double to) -> std::optional<Eigen::Quaterniond> {
-      if (!gyro.Covers(from + offset, to + offset)) return std::nullopt;
-      return R_lidar_imu * gyro.RotationBetween(from + offset, to + offset) * R_imu_lidar;
+      const double begin = clock.Without(from) + offset, end = clock.Without(to) + offset;
+      if (!gyro.Covers(begin, end)) return std::nullopt;
+      return R_lidar_imu * gyro.RotationBetween(begin, end) * R_imu_lidar;
     };
     result.lidars[l] =
         RunOdometry(drive.lidars[l], rotation_between, cancellation, [&](double f) { report(f, 0.5); });
-    alignment = Align(drive, result.lidars[l], &guess);
+    for (TimedPose& pose : result.lidars[l]) pose.time = clock.Without(pose.time);
+    alignment = AlignWithDrift(drive, &result.lidars[l], &guess, &clock);
   });
   return result;
 }
@@ -266,7 +317,8 @@ Initialization Initialize(const Rig& rig, const Dataset& dataset, const std::vec
     SensorCalibration& calibration = result.state.lidars[l];
     const AngularRateAlignment& alignment = odometry[0].alignments[l];
     if (l == base) {
-      calibration = {T_imu_base, alignment.time_offset};
+      calibration.T_imu_sensor = T_imu_base;
+      SetClock(alignment, odometry[0].clocks[l], result.state.drives[0].trajectory, &calibration);
       continue;
     }
     if (!IsUsable(alignment)) {
@@ -278,7 +330,7 @@ Initialization Initialize(const Rig& rig, const Dataset& dataset, const std::vec
       result.unaligned[l] = true;
       continue;
     }
-    calibration.time_offset = alignment.time_offset;
+    SetClock(alignment, odometry[0].clocks[l], result.state.drives[0].trajectory, &calibration);
     constexpr double kInterval = 1.0;
     const auto motions = RelativeMotions(result.state.drives[0].trajectory, odometry[0].lidars[l],
                                          alignment.time_offset, kInterval);
@@ -292,6 +344,7 @@ Initialization Initialize(const Rig& rig, const Dataset& dataset, const std::vec
     if (!rig.lidars[l].fixed) continue;
     result.state.lidars[l].T_imu_sensor = rig.lidars[l].guess->T_imu_sensor;
     result.state.lidars[l].time_offset = rig.lidars[l].time_offset.value_or(0.0);
+    result.state.lidars[l].clock_drift.reset();
   }
   return result;
 }

@@ -12,10 +12,20 @@
 
 namespace mlic {
 
+// What a clock gains on the IMU's beyond a constant: drift * (t - middle). drift: s/s; middle: s since the
+// drive's epoch.
+struct ClockDrift {
+  double drift = 0.0;
+  double middle = 0.0;
+
+  double Without(double time) const { return time + drift * (time - middle); }
+};
+
 // Odometry of every LiDAR in one drive, and each LiDAR's alignment with the gyroscope.
 struct DriveOdometry {
-  std::vector<std::vector<TimedPose>> lidars;  // RunOdometry
+  std::vector<std::vector<TimedPose>> lidars;  // RunOdometry, the clock's drift taken out of the times
   std::vector<AngularRateAlignment> alignments;
+  std::vector<ClockDrift> clocks;  // 0 unless it is so large that it must be known from the start
 };
 
 // What the initialisation found; problems are reasons for refusal, in plain words.

@@ -7,6 +7,7 @@
 #include "mlic_core/common/error.h"
 #include "mlic_core/problem/joint_solver.h"
 #include "mlic_core/summary/snapshot.h"
+#include "mlic_core/uncertainty/point_scatter.h"
 
 namespace mlic {
 namespace {
@@ -98,6 +99,21 @@ SolveSummary SolveAdjustment(const CancellationToken& cancellation, Adjustment* 
   // Residuals to planes where the solve did not leave them would look like noise.
   PlaceLandmarks(std::move(summary.landmarks), &problem);
   return summary;
+}
+
+void MeasureScale(const Adjustment& adjustment, CovarianceScale* scale) {
+  const JointProblem& problem = adjustment.problem;
+  const CalibrationState& state = adjustment.state;
+  scale->correlation = CorrelationFactor(problem.drives, state);
+  scale->stamps = MeasureStampErrors(problem, state);
+  for (std::size_t l = 0; l < state.lidars.size(); ++l) {
+    scale->correlation = std::max(scale->correlation, scale->stamps[l].excess);
+  }
+  scale->inflation.points = ScatterOfPoints(problem, state, scale->correlation);
+  if (adjustment.rounds.landmarks == Landmarks::kNone) return;
+  scale->inflation.cameras = MeasureCameraInflation(
+      problem, state, adjustment.cameras.landmark_options,
+      AnalyzeCalibration(problem, state, adjustment.last_solve.information).solved_covariance);
 }
 
 void ShowAdjustment(const AdjustmentContext& context, const std::string& stage, int iteration,

@@ -45,6 +45,9 @@ void AssociateWithPlanes(const AdjustmentContext& context, const std::vector<boo
 // have no solution.
 SolveSummary SolveAdjustment(const CancellationToken& cancellation, Adjustment* adjustment);
 
+// By what the last solve's information is too good, but for the IMU's part.
+void MeasureScale(const Adjustment& adjustment, CovarianceScale* scale);
+
 // Shows the state to the observer.
 void ShowAdjustment(const AdjustmentContext& context, const std::string& stage, int iteration,
                     const Adjustment& adjustment);

@@ -155,7 +155,8 @@ std::vector<TrackSet> SharedTrackStage(const StageContext& context, SharedPass p
     const CameraPose pose = [&](int camera, double time) -> std::optional<RigidTransform> {
       const SensorCalibration& sensor = state.cameras[camera].sensor;
       // A keyframe a little outside the span is predicted from its end.
-      const double t = std::clamp(time + sensor.time_offset, trajectory.Start(), trajectory.End());
+      const double t =
+          std::clamp(sensor.OnImuClock(time, trajectory.Middle()), trajectory.Start(), trajectory.End());
       return trajectory.Pose(t) * sensor.T_imu_sensor;
     };
     const auto pairs = ChoosePairs(cameras, features.keyframes, pose, options);

@@ -12,6 +12,7 @@
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/initialization/guess_check.h"
+#include "mlic_core/pipeline/clock_review.h"
 #include "mlic_core/problem/imu_terms.h"
 #include "mlic_core/problem/noise_information.h"
 #include "mlic_core/problem/priors.h"
@@ -45,6 +46,7 @@ void BeginRounds(Landmarks landmarks, Adjustment* adjustment) {
   adjustment->rounds.done = 0;
   adjustment->rounds.alignment_tried = false;
   adjustment->rounds.noise_measured = false;
+  adjustment->rounds.clocks_reviewed = false;
   if (landmarks != Landmarks::kTracksAndMap) return;
   adjustment->map.cameras_before = adjustment->state.cameras;
   adjustment->map.noise.assign(adjustment->state.cameras.size(), kLeastMatchNoise);
@@ -245,21 +247,6 @@ std::string DescribeRound(const Adjustment& adjustment, double change) {
   return text;
 }
 
-void MeasureScale(const Adjustment& adjustment, CovarianceScale* scale) {
-  const JointProblem& problem = adjustment.problem;
-  const CalibrationState& state = adjustment.state;
-  scale->correlation = CorrelationFactor(problem.drives, state);
-  scale->stamps = MeasureStampErrors(problem, state);
-  for (std::size_t l = 0; l < state.lidars.size(); ++l) {
-    scale->correlation = std::max(scale->correlation, scale->stamps[l].excess);
-  }
-  scale->inflation.points = ScatterOfPoints(problem, state, scale->correlation);
-  if (adjustment.rounds.landmarks == Landmarks::kNone) return;
-  scale->inflation.cameras = MeasureCameraInflation(
-      problem, state, adjustment.cameras.landmark_options,
-      AnalyzeCalibration(problem, state, adjustment.last_solve.information).solved_covariance);
-}
-
 // Solves once more with what the data do not show of translations at the guesses. True if there is any.
 bool HoldUnobservableTranslations(const AdjustmentContext& context, Adjustment* adjustment) {
   JointProblem& problem = adjustment->problem;
@@ -302,14 +289,19 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     AssociateAndSolve(context, many, &adjustment);
     const double change = ChangeInSigmas(adjustment, context.dataset, before);
     rounds.last_change = change;
+    if (many && !rounds.noise_measured) MeasureNoise(context, &adjustment);
+    bool clocks_moved = false;
+    if (many && change < 1.0 && !rounds.clocks_reviewed) {
+      rounds.clocks_reviewed = true;
+      clocks_moved = ReviewClocks(context, &adjustment);
+    }
     // Not before: extrinsics on their way look like rings that err.
     const bool rings_moved =
-        many && change < 1.0 && CorrectRings(adjustment.problem.drives, &adjustment.state);
+        many && change < 1.0 && !clocks_moved && CorrectRings(adjustment.problem.drives, &adjustment.state);
     if (!adjustment.state.lidars.empty()) {
       adjustment.cameras.sigmas =
           SigmasAgainstLidar(Analyze(adjustment, context.dataset), adjustment.state, adjustment.base_lidar);
     }
-    if (many && !rounds.noise_measured) MeasureNoise(context, &adjustment);
     const bool axes_moved = ReviewAxes(context, many, &adjustment);
     context.monitor.line(DescribeRound(adjustment, change));
     ShowAdjustment(context, NameOf(options.landmarks), round, adjustment);
@@ -317,8 +309,9 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     const bool more = many && TakeMorePoints(context.dataset, &adjustment);
     const bool guess_dropped =
         round + 1 < kMostRounds && FindContradictedGuesses(context, before, &adjustment);
-    if (many && !more && !rings_moved && !axes_moved && !guess_dropped && change < options.until &&
-        round + 1 >= least_rounds) {
+    if (many && !more && !rings_moved && !axes_moved && !guess_dropped && !clocks_moved &&
+        change < options.until && round + 1 >= least_rounds &&
+        (round + 1 == kMostRounds || !ReviewClocks(context, &adjustment))) {
       break;
     }
     // The map has settled once the noise has: then all points take part.

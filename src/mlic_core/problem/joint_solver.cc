@@ -35,7 +35,10 @@ void FixCamera(const FixedCameraParameters& held, const Layout& layout, std::siz
   };
   if (held.rotation) hold(layout.Camera(camera), 3);
   if (held.translation) hold(layout.Camera(camera) + 3, 3);
-  if (held.time_offset) hold(layout.Camera(camera) + 6, 1);
+  if (held.time_offset) {
+    hold(layout.Camera(camera) + 6, 1);
+    if (layout.Drift(CameraId(camera)) >= 0) hold(layout.Drift(CameraId(camera)), 1);
+  }
   if (held.readout && layout.Readout(camera) >= 0) hold(layout.Readout(camera), 1);
   for (std::size_t i = 0; i < held.intrinsics.size(); ++i) {
     if (held.intrinsics[i]) hold(layout.Intrinsics(camera) + static_cast<int>(i), 1);
@@ -49,6 +52,7 @@ std::vector<bool> FreeCalibration(const JointProblem& problem, const Layout& lay
   for (std::size_t i = 0; i < problem.lidars.size(); ++i) {
     if (problem.lidars[i].fixed) {
       std::fill_n(free_calibration.begin() + Layout::Lidar(i), Layout::kOfSensor, false);
+      if (layout.Drift(LidarId(i)) >= 0) free_calibration[layout.Drift(LidarId(i))] = false;
     }
   }
   if (problem.imu.gravity_sigma == 0.0) free_calibration[layout.gravity] = false;

@@ -36,12 +36,14 @@ struct PointChart {
 };
 
 // One residual's row here: as in Reprojection up to the readout, then intrinsics (neighbours of the readout
-// in the layout as well), then the point in its chart, then the residual.
+// in the layout as well), then the point in its chart, the drift of the clock (zero where it is not
+// estimated), then the residual.
 constexpr int kExtrinsic = Reprojection::kExtrinsic;         // from: structural, places of columns
 constexpr int kReadout = Reprojection::kReadout;             // from: structural, places of columns
 constexpr int kIntrinsics = kReadout + 1;                    // from: structural, places of columns
 constexpr int kPoint = kIntrinsics + kMostCameraParameters;  // from: structural, places of columns
-constexpr int kResidual = kPoint + 3;                        // from: structural, places of columns
+constexpr int kDrift = kPoint + 3;                           // from: structural, places of columns
+constexpr int kResidual = kDrift + 1;                        // from: structural, places of columns
 constexpr int kColumns = kResidual + 1;                      // from: structural, places of columns
 using Rows = Eigen::Matrix<double, kColumns, 2>;
 using Square = Eigen::Matrix<double, kColumns, kColumns>;
@@ -54,19 +56,22 @@ struct CameraColumns {
     inner = rolling ? layout.Readout(camera) : layout.Intrinsics(camera);
     from = rolling ? kReadout : kIntrinsics;
     count = static_cast<int>(state.cameras[camera].intrinsics.parameters.size()) + (rolling ? 1 : 0);
+    drift = layout.Drift(CameraId(camera));
   }
-  // A LiDAR has nothing but its pose and offset.
-  static CameraColumns OfLidar(int lidar) {
+  // A LiDAR has nothing but its pose and clock.
+  static CameraColumns OfLidar(const Layout& layout, int lidar) {
     CameraColumns columns;
     columns.pose = columns.inner = Layout::Lidar(lidar);
     columns.from = kReadout;
     columns.count = 0;
+    columns.drift = layout.Drift(LidarId(lidar));
     return columns;
   }
   int pose;
   int inner;
   int from;
   int count;
+  int drift;  // -1: not estimated
 
  private:
   CameraColumns() = default;
@@ -83,6 +88,16 @@ void AddToCalibration(const CameraColumns& c, const Square& H, LandmarkCoupling*
   landmark->gradient += H.block<3, 1>(kPoint, kResidual);
   landmark->calibration.middleRows<7>(c.pose) += H.block<7, 3>(kExtrinsic, kPoint);
   landmark->calibration.middleRows(c.inner, c.count) += H.block(c.from, kPoint, c.count, 3);
+  if (c.drift < 0) return;
+  const auto add = [&](int at, int from, int count) {
+    sum->corner.block(at, c.drift, count, 1) += H.block(from, kDrift, count, 1);
+    sum->corner.block(c.drift, at, 1, count) += H.block(kDrift, from, 1, count);
+  };
+  add(c.pose, kExtrinsic, Layout::kOfSensor);
+  add(c.inner, c.from, c.count);
+  sum->corner(c.drift, c.drift) += H(kDrift, kDrift);
+  sum->gradient_calibration[c.drift] += H(kDrift, kResidual);
+  landmark->calibration.row(c.drift) += H.block<1, 3>(kDrift, kPoint);
 }
 
 void AddToKnots(const CameraColumns& c, const KnotColumns& columns, const Square& H, CouplingSlots* slots,
@@ -91,6 +106,8 @@ void AddToKnots(const CameraColumns& c, const KnotColumns& columns, const Square
     sum->gradient_knots.segment<3>(sum->Local(columns[a])) += H.block<3, 1>(3 * a, kResidual);
     sum->border.block<7, 3>(c.pose, sum->Local(columns[a])) += H.block<7, 3>(kExtrinsic, 3 * a);
     sum->border.block(c.inner, sum->Local(columns[a]), c.count, 3) += H.block(c.from, 3 * a, c.count, 3);
+    if (c.drift >= 0)
+      sum->border.block<1, 3>(c.drift, sum->Local(columns[a])) += H.block<1, 3>(kDrift, 3 * a);
     slots->Block(landmark, columns[a]) += H.block<3, 3>(3 * a, kPoint);
     for (int b = 0; b < 8; ++b) {
       if (columns[a] >= columns[b]) sum->AddBand(columns[a], columns[b], H.block<3, 3>(3 * a, 3 * b));
@@ -118,7 +135,7 @@ void AddLidarPoint(const LinearizationPoint& at, std::size_t d, std::size_t p, c
   const LidarPointObservation& observation = set.lidar_points[p];
   const SensorCalibration& lidar = at.state.lidars[observation.lidar];
   const SplitSpline& trajectory = at.state.drives[d].trajectory;
-  const double t = observation.time + lidar.time_offset;
+  const double t = lidar.OnImuClock(observation.time, trajectory.Middle());
   if (!trajectory.Contains(t)) return;
   const Bases bases(trajectory, t);
   LidarPointResidual::Jacobian J;
@@ -129,9 +146,10 @@ void AddLidarPoint(const LinearizationPoint& at, std::size_t d, std::size_t p, c
   LidarRows rows = LidarRows::Zero();
   rows.topRows<LidarPointResidual::kPoint>() = J.topRows<LidarPointResidual::kPoint>();
   rows.middleRows<3>(kPoint) = J_chart * J.middleRows<3>(LidarPointResidual::kPoint);
+  rows.row(kDrift) = (observation.time - trajectory.Middle()) * rows.row(Reprojection::kTimeOffset);
   rows.row(kResidual) = residual.transpose();
   const Square H = rows * rows.transpose();
-  const CameraColumns columns = CameraColumns::OfLidar(observation.lidar);
+  const CameraColumns columns = CameraColumns::OfLidar(at.layout, observation.lidar);
   if (!at.problem.fix_trajectory) {
     AddToKnots(columns, KnotColumns(at.layout, d, bases.rotation.first, bases.position.first), H, slots,
                landmark, sum);
@@ -148,12 +166,13 @@ std::vector<Reprojection::Camera> Cameras(const CalibrationState& state) {
   return cameras;
 }
 
-// One observation of a landmark by a camera of the state, with its time on the IMU's clock.
+// One observation of a landmark by a camera of the state, with its time on the IMU's clock. middle: of the
+// drive.
 struct CameraObservation {
-  CameraObservation(const LandmarkObservation& o, const CalibrationState& state) : given(o) {
+  CameraObservation(const LandmarkObservation& o, const CalibrationState& state, double middle) : given(o) {
     const CameraCalibration& calibration = state.cameras[o.camera];
     factor = Reprojection::Of(o.pixel, calibration.intrinsics);
-    time = factor.Time(o.time, calibration.sensor.time_offset, calibration.readout);
+    time = factor.Time(calibration.sensor.OnImuClock(o.time, middle), calibration.readout);
   }
   // False where the camera cannot see the point: then the residual (px) stays as it is.
   bool Evaluate(const SplitSpline& trajectory, const std::vector<Reprojection::Camera>& cameras,
@@ -181,7 +200,7 @@ class ObservationRows {
   template <typename Use>
   void ForEach(std::size_t p, const Eigen::Matrix3d& J_chart, double* cost, const Use& use) {
     for (std::size_t k = set_.begin[p]; k < set_.begin[p + 1]; ++k) {
-      const CameraObservation observation(set_.observations[k], at_.state);
+      const CameraObservation observation(set_.observations[k], at_.state, trajectory_.Middle());
       if (!trajectory_.Contains(observation.time)) continue;
       const Bases bases(trajectory_, observation.time);
       if (Fill(observation, bases, set_.points[p].position, J_chart, cost)) use(observation, bases, rows_);
@@ -208,6 +227,7 @@ class ObservationRows {
     rows_.topRows<kIntrinsics>() = J.topRows<kIntrinsics>();
     rows_.middleRows<kMostCameraParameters>(kIntrinsics) = J.bottomRows<kMostCameraParameters>();
     rows_.middleRows<3>(kPoint) = J_chart * J.middleRows<3>(Reprojection::kPoint);
+    rows_.row(kDrift) = (o.time - trajectory_.Middle()) * rows_.row(Reprojection::kTimeOffset);
     rows_ *= shape.transpose();
     rows_.row(kResidual) = residual.transpose();
     rows_ *= std::sqrt(weight) / o.sigma;
@@ -270,8 +290,11 @@ std::vector<ReprojectionRows> RowsOfLandmark(const LinearizationPoint& at, std::
     for (int i = 0; i < kExtrinsic; ++i) out.columns.push_back(knots[i / 3] + i % 3);
     for (int i = 0; i < 7; ++i) out.columns.push_back(at.layout.knots + camera.pose + i);
     for (int i = 0; i < camera.count; ++i) out.columns.push_back(at.layout.knots + camera.inner + i);
+    const bool drifts = camera.drift >= 0;
+    if (drifts) out.columns.push_back(at.layout.knots + camera.drift);
     out.jacobian.resize(static_cast<Eigen::Index>(out.columns.size()), 2);
-    out.jacobian << rows.topRows<kExtrinsic + 7>(), rows.middleRows(camera.from, camera.count);
+    out.jacobian << rows.topRows<kExtrinsic + 7>(), rows.middleRows(camera.from, camera.count),
+        rows.middleRows(kDrift, drifts ? 1 : 0);
     observations.push_back(std::move(out));
   };
   ObservationRows(at, d).ForEach(p, J_chart, &cost, add);
@@ -286,7 +309,7 @@ double LandmarkCost(const LinearizationPoint& at, std::size_t d, std::size_t beg
   for (std::size_t p = begin; p < end; ++p) {
     for (std::size_t k = set.begin[p]; k < set.begin[p + 1]; ++k) {
       const LandmarkObservation& o = set.observations[k];
-      const CameraObservation observation(o, at.state);
+      const CameraObservation observation(o, at.state, trajectory.Middle());
       if (!trajectory.Contains(observation.time)) continue;
       Eigen::Vector2d residual;
       const bool seen = observation.Evaluate(trajectory, cameras, set.points[p].position, &residual);
@@ -296,7 +319,7 @@ double LandmarkCost(const LinearizationPoint& at, std::size_t d, std::size_t beg
     if (!set.IsOnMap(p)) continue;
     const LidarPointObservation& observation = set.lidar_points[p];
     const SensorCalibration& lidar = at.state.lidars[observation.lidar];
-    const double t = observation.time + lidar.time_offset;
+    const double t = lidar.OnImuClock(observation.time, trajectory.Middle());
     if (!trajectory.Contains(t)) continue;
     const Bases bases(trajectory, t);
     cost += ResidualOf(observation)
@@ -324,7 +347,7 @@ std::vector<Eigen::Vector2d> LandmarkResiduals(const LandmarkSet& set, const Cal
                                          Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN()));
   ParallelFor(set.points.size(), [&](std::size_t p) {
     for (std::size_t k = set.begin[p]; k < set.begin[p + 1]; ++k) {
-      const CameraObservation observation(set.observations[k], state);
+      const CameraObservation observation(set.observations[k], state, trajectory.Middle());
       if (!trajectory.Contains(observation.time)) continue;
       observation.Evaluate(trajectory, cameras, set.points[p].position, &residuals[k]);
     }

@@ -39,11 +39,13 @@ int Bandwidth(const SplitSpline& trajectory, const Layout::DriveKnots& knots) {
   return widest + 6;
 }
 
-void Move(const Eigen::Matrix<double, 7, 1>& step, SensorCalibration* sensor) {
+// drift: the step of the clock's drift.
+void Move(const Eigen::Matrix<double, 7, 1>& step, double drift, SensorCalibration* sensor) {
   RigidTransform& T = sensor->T_imu_sensor;
   T.rotation = (ExpQuaternion(step.head<3>()) * T.rotation).normalized();
   T.translation += step.segment<3>(3);
   sensor->time_offset += step[6];
+  if (sensor->clock_drift) *sensor->clock_drift += drift;
 }
 
 }  // namespace
@@ -61,6 +63,9 @@ Layout::Layout(const CalibrationState& state, bool with_imu_matrices) {
     readout.push_back(camera.rolling_shutter ? calibration++ : -1);
     intrinsics.push_back(calibration);
     calibration += ParameterCount(camera.intrinsics.model);
+  }
+  for (std::size_t s = 0; s < order.size(); ++s) {
+    drift.push_back(state.Sensor(order.At(s)).clock_drift ? calibration++ : -1);
   }
   gravity = calibration++;
   alignment = calibration;
@@ -80,12 +85,15 @@ void Layout::Update(const Eigen::VectorXd& delta, CalibrationState* state) const
     state->drives[d].gyroscope_bias += delta.segment<3>(knots + Bias(d));
     state->drives[d].accelerometer_bias += delta.segment<3>(knots + Bias(d) + 3);
   }
+  const auto drift_step = [&](SensorId sensor) {
+    return Drift(sensor) >= 0 ? delta[knots + Drift(sensor)] : 0.0;
+  };
   for (std::size_t i = 0; i < state->lidars.size(); ++i) {
-    Move(delta.segment<7>(knots + Lidar(i)), &state->lidars[i]);
+    Move(delta.segment<7>(knots + Lidar(i)), drift_step(LidarId(i)), &state->lidars[i]);
   }
   for (std::size_t c = 0; c < state->cameras.size(); ++c) {
     CameraCalibration& camera = state->cameras[c];
-    Move(delta.segment<7>(knots + Camera(c)), &camera.sensor);
+    Move(delta.segment<7>(knots + Camera(c)), drift_step(CameraId(c)), &camera.sensor);
     if (Readout(c) >= 0) camera.readout += delta[knots + Readout(c)];
     for (std::size_t i = 0; i < camera.intrinsics.parameters.size(); ++i) {
       camera.intrinsics.parameters[i] += delta[knots + Intrinsics(c) + static_cast<int>(i)];

@@ -9,9 +9,9 @@ namespace mlic {
 // Where each parameter stands in the vector of unknowns: the control points of all drives in order of time
 // (which keeps the matrix banded), then the calibration: for each LiDAR, then for each camera, rotation
 // (left perturbation, 3), translation (3) and time offset (1); for each camera readout (1, rolling shutters
-// only) and intrinsics (as many as its model has); gravity's magnitude (1); the accelerometer's rotation
-// (left perturbation of its matrix, 3); the IMU's matrices (15, if estimated); for each drive gyroscope and
-// accelerometer bias (6).
+// only) and intrinsics (as many as its model has); for each sensor whose clock's drift is estimated that (1);
+// gravity's magnitude (1); the accelerometer's rotation (left perturbation of its matrix, 3); the IMU's
+// matrices (15, if estimated); for each drive gyroscope and accelerometer bias (6).
 struct Layout {
   static constexpr int kOfSensor = 7;  // scalars of one sensor's pose and offset; from: structural
 
@@ -38,6 +38,7 @@ struct Layout {
   int Camera(std::size_t camera) const { return Sensor(order.PlaceOf(CameraId(camera))); }
   int Readout(std::size_t camera) const { return readout[camera]; }  // -1: a global shutter
   int Intrinsics(std::size_t camera) const { return intrinsics[camera]; }
+  int Drift(SensorId sensor) const { return drift[order.PlaceOf(sensor)]; }  // -1: not estimated
   int Bias(std::size_t drive) const { return biases + 6 * static_cast<int>(drive); }
 
   // The state moved by `delta` (Total()).
@@ -46,6 +47,7 @@ struct Layout {
   SensorOrder order;
   std::vector<int> readout;     // of each camera
   std::vector<int> intrinsics;  // of each camera's first parameter
+  std::vector<int> drift;       // of each sensor, in the order
 };
 
 }  // namespace mlic

@@ -62,6 +62,7 @@ std::vector<Part> PartsOf(const JointProblem& problem, std::size_t d) {
 
 TimeSpan SpanOf(const LinearizationPoint& at, std::size_t d, const Part& part) {
   TimeSpan span;
+  const double middle = at.state.drives[d].trajectory.Middle();
   const auto [imu_begin, imu_end] = ImuPart(at, d, part.chunk);
   const std::vector<ImuSample>& imu = at.problem.dataset->drives[d].imu;
   for (std::size_t k = imu_begin; k < imu_end; ++k) span.Include(imu[k].time);
@@ -69,14 +70,14 @@ TimeSpan SpanOf(const LinearizationPoint& at, std::size_t d, const Part& part) {
     const PlaneAssociation& planes = at.problem.drives[d].planes;
     for (std::size_t k = planes.begin[part.plane_begin]; k < planes.begin[part.plane_end]; ++k) {
       const PlaneObservation& o = planes.observations[k];
-      span.Include(o.time + at.state.lidars[o.lidar].time_offset);
+      span.Include(at.state.lidars[o.lidar].OnImuClock(o.time, middle));
     }
   }
   if (part.point_begin < part.point_end) {
     const LandmarkSet& points = at.problem.drives[d].landmarks;
     for (std::size_t k = points.begin[part.point_begin]; k < points.begin[part.point_end]; ++k) {
       const CameraCalibration& camera = at.state.cameras[points.observations[k].camera];
-      const double time = points.observations[k].time + camera.sensor.time_offset;
+      const double time = camera.sensor.OnImuClock(points.observations[k].time, middle);
       // A pixel's row may lie a little off the image.
       span.Include(time - std::abs(camera.readout));
       span.Include(time + 2.0 * std::abs(camera.readout));
@@ -84,7 +85,7 @@ TimeSpan SpanOf(const LinearizationPoint& at, std::size_t d, const Part& part) {
     for (std::size_t p = part.point_begin; p < part.point_end; ++p) {
       if (!points.IsOnMap(p)) continue;
       const LidarPointObservation& observation = points.lidar_points[p];
-      span.Include(observation.time + at.state.lidars[observation.lidar].time_offset);
+      span.Include(at.state.lidars[observation.lidar].OnImuClock(observation.time, middle));
     }
   }
   return span;

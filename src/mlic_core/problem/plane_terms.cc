@@ -1,6 +1,7 @@
 #include "mlic_core/problem/plane_terms.h"
 
 #include <cmath>
+#include <optional>
 
 #include "mlic_core/common/parallel.h"
 
@@ -34,17 +35,29 @@ class PlaneTerms::RowBuffer {
   static constexpr int kRows = 32;                             // from: structural
 
   double* Next() { return rows_.col(count_).data(); }
-  void Commit(double residual, double scale) {
-    rows_.col(count_)[kColumns - 1] = residual;
-    rows_.col(count_) *= scale;
+  // from_middle: s after the drive's middle, where the drift of the LiDAR's clock is estimated.
+  void Commit(double residual, double scale, const std::optional<double>& from_middle) {
+    auto row = rows_.col(count_);
+    row[kColumns - 1] = residual;
+    row *= scale;
+    if (from_middle) {
+      const double by_drift = *from_middle * row[PointToPlane::kTimeOffset];
+      by_drift_.noalias() += by_drift * row;
+      square_by_drift_ += by_drift * by_drift;
+    }
     if (++count_ == kRows) Reduce();
   }
+  // The sums' row of the drift: by all columns, and by itself.
+  const Eigen::Matrix<double, kColumns, 1>& ByDrift() const { return by_drift_; }
+  double SquareByDrift() const { return square_by_drift_; }
   const Eigen::Matrix<double, kColumns, kColumns>& Finish() {
     Reduce();
     return sum_;
   }
   void Clear() {
     sum_.setZero();
+    by_drift_.setZero();
+    square_by_drift_ = 0.0;
     count_ = 0;
   }
 
@@ -56,6 +69,8 @@ class PlaneTerms::RowBuffer {
   }
   Eigen::Matrix<double, kColumns, kRows> rows_;
   Eigen::Matrix<double, kColumns, kColumns> sum_ = Eigen::Matrix<double, kColumns, kColumns>::Zero();
+  Eigen::Matrix<double, kColumns, 1> by_drift_ = Eigen::Matrix<double, kColumns, 1>::Zero();
+  double square_by_drift_ = 0.0;
   int count_ = 0;
 };
 
@@ -71,6 +86,7 @@ void PlaneTerms::Add(std::size_t d, std::size_t begin, std::size_t end, Landmark
                      Accumulator* sum) const {
   const PlaneAssociation& association = at_.problem.drives[d].planes;
   const SplitSpline& trajectory = at_.state.drives[d].trajectory;
+  const double middle = trajectory.Middle();
   CouplingSlots slots(at_.layout.knots);
   RowBuffer buffer;
   for (std::size_t p = begin; p < end; ++p) {
@@ -80,7 +96,7 @@ void PlaneTerms::Add(std::size_t d, std::size_t begin, std::size_t end, Landmark
     Segment segment{d};
     for (std::size_t k = association.begin[p]; k < association.begin[p + 1]; ++k) {
       const PlaneObservation& o = association.observations[k];
-      const double t = o.time + at_.state.lidars[o.lidar].time_offset;
+      const double t = at_.state.lidars[o.lidar].OnImuClock(o.time, middle);
       if (!trajectory.Contains(t)) continue;
       const SplineBasis rb(trajectory.rotation.knots(), t);
       const SplineBasis pb(trajectory.position.knots(), t);
@@ -93,7 +109,9 @@ void PlaneTerms::Add(std::size_t d, std::size_t begin, std::size_t end, Landmark
           factor.Evaluate(trajectory, rb, pb, extrinsics_[o.lidar], o.position.cast<double>(), buffer.Next());
       double weight;
       sum->cost += RobustCost(residual / o.sigma, &weight);
-      buffer.Commit(residual, std::sqrt(weight) / o.sigma);
+      std::optional<double> from_middle;
+      if (at_.layout.Drift(LidarId(o.lidar)) >= 0) from_middle = o.time - middle;
+      buffer.Commit(residual, std::sqrt(weight) / o.sigma, from_middle);
     }
     if (segment.lidar >= 0) Flush(segment, &buffer, &slots, &landmark, sum);
     slots.Release(landmark);
@@ -103,12 +121,13 @@ void PlaneTerms::Add(std::size_t d, std::size_t begin, std::size_t end, Landmark
 double PlaneTerms::Cost(std::size_t d, std::size_t begin, std::size_t end) const {
   const PlaneAssociation& association = at_.problem.drives[d].planes;
   const SplitSpline& trajectory = at_.state.drives[d].trajectory;
+  const double middle = trajectory.Middle();
   double cost = 0.0;
   for (std::size_t p = begin; p < end; ++p) {
     const PointToPlane factor = PlaneFactor(association.planes[p]);
     for (std::size_t k = association.begin[p]; k < association.begin[p + 1]; ++k) {
       const PlaneObservation& o = association.observations[k];
-      const double t = o.time + at_.state.lidars[o.lidar].time_offset;
+      const double t = at_.state.lidars[o.lidar].OnImuClock(o.time, middle);
       if (!trajectory.Contains(t)) continue;
       const double residual = factor.Evaluate(trajectory, SplineBasis(trajectory.rotation.knots(), t),
                                               SplineBasis(trajectory.position.knots(), t),
@@ -131,6 +150,15 @@ void PlaneTerms::Flush(const Segment& segment, RowBuffer* buffer, CouplingSlots*
   landmark->own += H.block<3, 3>(P::kPlane, P::kPlane);
   landmark->gradient += H.block<3, 1>(P::kPlane, kResidual);
   landmark->calibration.middleRows<7>(at) += H.block<7, 3>(P::kExtrinsic, P::kPlane);
+  const int drift = at_.layout.Drift(LidarId(segment.lidar));
+  const auto& D = buffer->ByDrift();
+  if (drift >= 0) {
+    sum->corner(drift, drift) += buffer->SquareByDrift();
+    sum->corner.block<7, 1>(at, drift) += D.segment<7>(P::kExtrinsic);
+    sum->corner.block<1, 7>(drift, at) += D.segment<7>(P::kExtrinsic).transpose();
+    sum->gradient_calibration[drift] += D[kResidual];
+    landmark->calibration.row(drift) += D.segment<3>(P::kPlane).transpose();
+  }
   if (!at_.problem.fix_trajectory) {
     int columns[8];
     for (int j = 0; j < 4; ++j) {
@@ -140,6 +168,9 @@ void PlaneTerms::Flush(const Segment& segment, RowBuffer* buffer, CouplingSlots*
     for (int a = 0; a < 8; ++a) {
       sum->gradient_knots.segment<3>(sum->Local(columns[a])) += H.block<3, 1>(3 * a, kResidual);
       sum->border.block<7, 3>(at, sum->Local(columns[a])) += H.block<7, 3>(P::kExtrinsic, 3 * a);
+      if (drift >= 0) {
+        sum->border.block<1, 3>(drift, sum->Local(columns[a])) += D.segment<3>(3 * a).transpose();
+      }
       slots->Block(landmark, columns[a]) += H.block<3, 3>(3 * a, P::kPlane);
       for (int b = 0; b < 8; ++b) {
         if (columns[a] >= columns[b]) sum->AddBand(columns[a], columns[b], H.block<3, 3>(3 * a, 3 * b));
@@ -162,10 +193,11 @@ PlaneRows RowsOfPlane(const PlaneAssociation& association, const CalibrationStat
   const SplitSpline& trajectory = state.drives[drive].trajectory;
   const auto extrinsics = Extrinsics(state);
   const PointToPlane factor = PlaneFactor(association.planes[plane]);
+  const double middle = trajectory.Middle();
   PlaneRows rows;
   for (std::size_t k = association.begin[plane]; k < association.begin[plane + 1]; ++k) {
     const PlaneObservation& o = association.observations[k];
-    if (trajectory.Contains(o.time + state.lidars[o.lidar].time_offset)) rows.observations.push_back(k);
+    if (trajectory.Contains(state.lidars[o.lidar].OnImuClock(o.time, middle))) rows.observations.push_back(k);
   }
   const auto count = static_cast<Eigen::Index>(rows.observations.size());
   rows.jacobian.resize(PointToPlane::kColumns, count);
@@ -173,7 +205,7 @@ PlaneRows RowsOfPlane(const PlaneAssociation& association, const CalibrationStat
   rows.units.resize(count);
   for (Eigen::Index i = 0; i < count; ++i) {
     const PlaneObservation& o = association.observations[rows.observations[i]];
-    const double t = o.time + state.lidars[o.lidar].time_offset;
+    const double t = state.lidars[o.lidar].OnImuClock(o.time, middle);
     const double residual = factor.Evaluate(trajectory, SplineBasis(trajectory.rotation.knots(), t),
                                             SplineBasis(trajectory.position.knots(), t), extrinsics[o.lidar],
                                             o.position.cast<double>(), rows.jacobian.col(i).data());
@@ -216,12 +248,13 @@ std::vector<float> PlaneResiduals(const PlaneAssociation& association, const Cal
                                   std::size_t drive) {
   const SplitSpline& trajectory = state.drives[drive].trajectory;
   const auto extrinsics = Extrinsics(state);
+  const double middle = trajectory.Middle();
   std::vector<float> residuals(association.observations.size(), 0.0f);
   ParallelFor(association.planes.size(), [&](std::size_t p) {
     const PointToPlane factor = PlaneFactor(association.planes[p]);
     for (std::size_t k = association.begin[p]; k < association.begin[p + 1]; ++k) {
       const PlaneObservation& o = association.observations[k];
-      const double t = o.time + state.lidars[o.lidar].time_offset;
+      const double t = state.lidars[o.lidar].OnImuClock(o.time, middle);
       if (!trajectory.Contains(t)) continue;
       residuals[k] =
           static_cast<float>(factor.Evaluate(trajectory, SplineBasis(trajectory.rotation.knots(), t),

@@ -91,6 +91,12 @@ void CalibrationPrior(const JointProblem& problem, const CalibrationState& state
     (*information)(layout.Readout(c), layout.Readout(c)) = kReadoutWeight;
     (*gradient)[layout.Readout(c)] = kReadoutWeight * state.cameras[c].readout;
   }
+  for (std::size_t s = 0; s < layout.order.size(); ++s) {
+    if (layout.drift[s] < 0) continue;
+    constexpr double kDriftWeight = 1e6;  // 1000 ppm; from: guard, far above any crystal's 100
+    (*information)(layout.drift[s], layout.drift[s]) = kDriftWeight;
+    (*gradient)[layout.drift[s]] = kDriftWeight * *state.Sensor(layout.order.At(s)).clock_drift;
+  }
   AddImu(problem.imu, state, layout, information, gradient);
   // An accelerometer bias of 0.2 m/s^2 and a gyroscope bias of 0.05 rad/s are large for any IMU in use.
   for (std::size_t d = 0; d < state.drives.size(); ++d) {

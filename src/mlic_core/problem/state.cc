@@ -8,7 +8,7 @@ namespace {
 
 bool IsFinite(const SensorCalibration& sensor) {
   return sensor.T_imu_sensor.rotation.coeffs().allFinite() && sensor.T_imu_sensor.translation.allFinite() &&
-         std::isfinite(sensor.time_offset);
+         std::isfinite(sensor.time_offset) && std::isfinite(sensor.clock_drift.value_or(0.0));
 }
 
 bool IsFinite(const CameraCalibration& camera) {

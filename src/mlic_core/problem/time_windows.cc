@@ -22,14 +22,14 @@ struct Stretch {
   std::vector<std::size_t> observations;
 };
 
-// The stretches of one landmark.
+// The stretches of one landmark. middle: of the drive.
 std::vector<Stretch> CutByTime(const LandmarkSet& points, std::size_t landmark, const CalibrationState& state,
-                               double longest, std::size_t fewest) {
+                               double middle, double longest, std::size_t fewest) {
   const std::size_t begin = points.begin[landmark], end = points.begin[landmark + 1];
   std::vector<double> times(end - begin);
   for (std::size_t k = begin; k < end; ++k) {
     const LandmarkObservation& o = points.observations[k];
-    times[k - begin] = o.time + state.cameras[o.camera].sensor.time_offset;
+    times[k - begin] = state.cameras[o.camera].sensor.OnImuClock(o.time, middle);
   }
   std::vector<double> starts = times;
   std::sort(starts.begin(), starts.end());
@@ -78,14 +78,16 @@ std::vector<std::size_t> LayOut(const std::vector<std::vector<Stretch>>& landmar
 
 }  // namespace
 
-LandmarkSet SplitPoints(const LandmarkSet& points, const CalibrationState& state, double longest,
-                        std::vector<std::size_t>* origins) {
+LandmarkSet SplitPoints(const LandmarkSet& points, const CalibrationState& state, std::size_t drive,
+                        double longest, std::vector<std::size_t>* origins) {
+  const double middle = state.drives[drive].trajectory.Middle();
   constexpr double kForever = std::numeric_limits<double>::infinity();  // from: structural
   std::vector<std::vector<Stretch>> stretches(points.points.size());
   ParallelFor(stretches.size(), [&](std::size_t p) {
     // What a LiDAR measured once is one landmark, and a single observation ties the camera to it.
     const bool on_map = points.IsOnMap(p);
-    stretches[p] = CutByTime(points, p, state, on_map ? kForever : longest, on_map ? 1 : kFewestOfPoint);
+    stretches[p] =
+        CutByTime(points, p, state, middle, on_map ? kForever : longest, on_map ? 1 : kFewestOfPoint);
   });
   LandmarkSet split;
   *origins = LayOut(stretches, points.observations, &split.observations, &split.begin);
@@ -103,7 +105,7 @@ JointProblem WithShortCouplings(const JointProblem& given, const CalibrationStat
   origins->resize(problem.drives.size());
   for (std::size_t d = 0; d < problem.drives.size(); ++d) {
     problem.drives[d].landmarks =
-        SplitPoints(given.drives[d].landmarks, state, kLongestPointCoupling, &(*origins)[d]);
+        SplitPoints(given.drives[d].landmarks, state, d, kLongestPointCoupling, &(*origins)[d]);
   }
   return problem;
 }

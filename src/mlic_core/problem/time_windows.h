@@ -24,8 +24,8 @@ constexpr double kLongestPointCoupling = 30.0;  // from: measured, paper rig, ag
 // already (plane_association.h). origins: for each new point the old one. Points with a LiDAR observation
 // stay whole, however far apart camera and LiDAR saw them: the farther, the more control points they tie to
 // each other, so pick observations near in time.
-LandmarkSet SplitPoints(const LandmarkSet& points, const CalibrationState& state, double longest,
-                        std::vector<std::size_t>* origins);
+LandmarkSet SplitPoints(const LandmarkSet& points, const CalibrationState& state, std::size_t drive,
+                        double longest, std::vector<std::size_t>* origins);
 
 // The problem with point landmarks that tie control points over no more than kLongestPointCoupling; planes
 // come cut from AssociatePlanes. While the trajectory is held they tie nothing, and stay whole: then origins

@@ -51,6 +51,8 @@ struct SensorResult {
   std::array<bool, 3> translation_observable{true, true, true};
   std::array<bool, 3> rotation_observable{true, true, true};
   bool time_offset_observable = true;
+  double drift_sigma = 0.0;    // s/s, where the clock's drift is estimated
+  TimeNs clock_reference = 0;  // where its time offset holds; of the first drive
   std::vector<UnobservableDirection> unobservable;
   std::optional<CameraIntrinsics> intrinsics;
   std::vector<double> intrinsics_sigma;           // of each parameter, in its unit; empty: not known

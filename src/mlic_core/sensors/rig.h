@@ -79,10 +79,21 @@ struct ImuCalibration {
   Eigen::Matrix3d accelerometer_matrix = Eigen::Matrix3d::Identity();
 };
 
-// Pose and clock of one sensor: p_imu = T_imu_sensor * p_sensor, t_imu = t_sensor + time_offset.
+// Pose and clock of one sensor: p_imu = T_imu_sensor * p_sensor,
+//   t_imu = t_sensor + time_offset + clock_drift * (t_sensor - middle),
+// middle: of the drive, on the sensor's clock, so that offset and drift hardly hang on each other.
 struct SensorCalibration {
   RigidTransform T_imu_sensor;
   double time_offset = 0.0;
+  std::optional<double> clock_drift;  // s/s; none: it is not estimated, and there is none
+
+  // Times in s since the drive's epoch.
+  double OnImuClock(double time, double middle) const { return time + OffsetAt(time - middle); }
+  double OffsetAt(double from_middle) const { return time_offset + clock_drift.value_or(0.0) * from_middle; }
+  double OnOwnClock(double imu_time, double middle) const {
+    const double drift = clock_drift.value_or(0.0);
+    return (imu_time - time_offset + drift * middle) / (1.0 + drift);
+  }
 };
 
 }  // namespace mlic

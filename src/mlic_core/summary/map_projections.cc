@@ -39,9 +39,9 @@ std::vector<std::optional<double>> BestPhotos(const LandmarkSet& landmarks, std:
 // `row` is.
 bool See(const SplitSpline& trajectory, const CameraCalibration& camera, double stamp, double row,
          const Eigen::Vector3d& point, Eigen::Vector2d* pixel, double* depth) {
-  const double t =
-      std::clamp(stamp + camera.sensor.time_offset + row / camera.intrinsics.height * camera.readout,
-                 trajectory.Start(), trajectory.End());
+  const double t = std::clamp(
+      camera.sensor.OnImuClock(stamp, trajectory.Middle()) + row / camera.intrinsics.height * camera.readout,
+      trajectory.Start(), trajectory.End());
   const Eigen::Vector3d p = (trajectory.Pose(t) * camera.sensor.T_imu_sensor).Inverse() * point;
   *depth = p.norm();
   return Project(camera.intrinsics, p, pixel) && pixel->x() > -0.5 && pixel->y() > -0.5 &&
@@ -66,7 +66,7 @@ CameraProjection ProjectOnPhoto(const std::string& name, const Drive& drive, std
                                 const LandmarkSet& landmarks) {
   const SplitSpline& trajectory = state.drives[0].trajectory;
   const CameraCalibration& after = state.cameras[camera];
-  const double time = stamp + after.sensor.time_offset;
+  const double time = after.sensor.OnImuClock(stamp, trajectory.Middle());
   CameraProjection out;
   out.camera = name;
   out.images = drive.cameras[camera].images;

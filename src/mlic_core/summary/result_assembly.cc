@@ -55,6 +55,7 @@ SensorResult MakeSensor(const Sensor& sensor, const ObservabilityAnalysis& analy
   result.translation_observable = analysis.sensors[s].translation;
   result.rotation_observable = analysis.sensors[s].rotation;
   result.time_offset_observable = analysis.sensors[s].time_offset;
+  result.drift_sigma = analysis.sensors[s].drift_sigma;
   result.unobservable = analysis.sensors[s].directions;
   return result;
 }
@@ -134,6 +135,19 @@ void WarnOfMovement(double moved, std::vector<std::string>* warnings) {
                 "the sigmas here include",
                 moved);
   warnings->push_back(text);
+}
+
+// The offset is right for this drive alone.
+void WarnOfDrift(const SensorResult& sensor, std::vector<std::string>* warnings) {
+  if (!sensor.calibration.clock_drift) return;
+  char text[240];
+  std::snprintf(
+      text, sizeof(text),
+      ": its clock drifts by %.1f ppm (sigma %.1f) against the IMU's, so that its time offset holds in "
+      "the middle of the drive and moves by %.1f ms an hour; synchronise the clocks",
+      1e6 * *sensor.calibration.clock_drift, 1e6 * sensor.drift_sigma,
+      3.6e6 * *sensor.calibration.clock_drift);
+  warnings->push_back(sensor.name + text);
 }
 
 // Failures that refuse reject the sensor that they concern, or are reasons against the whole; others are
@@ -250,6 +264,9 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
     shown.push_back(!lost[s] && !IsRefused(sensors[s].name, result->checks));
     if (!shown[s]) continue;
     result->sensors.push_back(MakeSensor(sensors[s], analysis, s));
+    result->sensors.back().clock_reference =
+        TimeFrom(dataset.drives[0].epoch, state.drives[0].trajectory.Middle());
+    WarnOfDrift(result->sensors.back(), &result->warnings);
     const SensorId id = order.At(s);
     if (id.IsLidar()) continue;
     const std::size_t c = id.index;

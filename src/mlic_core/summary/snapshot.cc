@@ -40,7 +40,7 @@ std::vector<MapPoint> SampleMap(const CalibrationState& state, const PlaneAssoci
   for (std::size_t k = 0; k < planes.observations.size(); k += stride) {
     while (planes.begin[plane + 1] <= k) ++plane;
     const PlaneObservation& o = planes.observations[k];
-    const double t = o.time + state.lidars[o.lidar].time_offset;
+    const double t = state.lidars[o.lidar].OnImuClock(o.time, trajectory.Middle());
     if (!trajectory.Contains(t)) continue;
     MapPoint point;
     point.position =

@@ -46,6 +46,7 @@ struct SplitSpline {
   // Where both are defined.
   double Start() const;
   double End() const;
+  double Middle() const { return 0.5 * (Start() + End()); }
   bool Contains(double time) const { return time >= Start() && time <= End(); }
 
   RigidTransform Pose(double time) const;

@@ -43,7 +43,8 @@ double ChangeInSigmas(const Adjustment& adjustment, const Dataset& dataset, cons
   const CalibrationState& state = adjustment.state;
   const ObservabilityAnalysis analysis = Analyze(adjustment, dataset);
   double largest = 0.0;
-  const auto compare = [&](const SensorCalibration& a, const SensorCalibration& b, const PoseSigma& sigma) {
+  const auto compare = [&](const SensorCalibration& a, const SensorCalibration& b, const PoseSigma& sigma,
+                           double drift_sigma) {
     const Eigen::Vector3d rotation = Log(b.T_imu_sensor.rotation * a.T_imu_sensor.rotation.conjugate());
     const Eigen::Vector3d translation = b.T_imu_sensor.translation - a.T_imu_sensor.translation;
     Eigen::Matrix<double, 7, 1> changes;
@@ -51,10 +52,14 @@ double ChangeInSigmas(const Adjustment& adjustment, const Dataset& dataset, cons
         (b.time_offset - a.time_offset) / sigma.time_offset;
     const double change = changes.allFinite() ? changes.cwiseAbs().maxCoeff() : kUnknownChange;
     largest = std::max(largest, change);
+    if (!b.clock_drift) return;
+    const double drift = (*b.clock_drift - a.clock_drift.value_or(0.0)) / drift_sigma;
+    largest = std::max(largest, std::isfinite(drift) ? std::abs(drift) : kUnknownChange);
   };
   const SensorOrder order = state.Sensors();
   for (std::size_t s = 0; s < order.size(); ++s) {
-    compare(before.Sensor(order.At(s)), state.Sensor(order.At(s)), analysis.sigmas[s]);
+    compare(before.Sensor(order.At(s)), state.Sensor(order.At(s)), analysis.sigmas[s],
+            analysis.sensors[s].drift_sigma);
   }
   return largest;
 }

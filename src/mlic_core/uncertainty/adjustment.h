@@ -45,6 +45,7 @@ struct JointRounds {
   int done = 0;
   std::size_t points_per_scan = 0;  // that take part in the map
   bool alignment_tried = false;     // AlignmentReview::taken_back of an earlier round
+  bool clocks_reviewed = false;     // for drift, a first time
   bool noise_measured = false;      // Adjustment::noise_information is of these rounds
   // By how many of its sigmas the last round moved the calibration where rounds were over before it was
   // settled, else 0: part of the sigmas.
@@ -71,6 +72,8 @@ struct Adjustment {
   std::vector<bool> rejected_lidars;   // of each LiDAR: takes no part, its planes lead far from its guess
   // Of each LiDAR, then of each camera: what the data show of it contradicts its guess, which counts no more.
   std::vector<bool> contradicted_guesses;
+  // Of each LiDAR, then of each camera: a drift of its clock was estimated and is not shown.
+  std::vector<bool> constant_clocks;
   JointProblem problem;
   std::vector<ImuSigma> given_imu_sigma;  // of each drive, before residuals were measured
   Eigen::Matrix3d alignment_covariance = Eigen::Matrix3d::Zero();  // AlignmentReview::covariance

@@ -213,7 +213,7 @@ CameraInflation MeasureCameraInflation(const JointProblem& given, const Calibrat
   for (std::size_t d = 0; d < problem.drives.size(); ++d) {
     const LandmarkSet& whole = given.drives[d].landmarks;
     std::vector<std::size_t> origins;
-    problem.drives[d].landmarks = SplitPoints(whole, state, kLongestPointCoupling, &origins);
+    problem.drives[d].landmarks = SplitPoints(whole, state, d, kLongestPointCoupling, &origins);
     parts[d].resize(whole.points.size());
     for (std::size_t p = 0; p < origins.size(); ++p) {
       if (problem.drives[d].landmarks.IsOnMap(p)) continue;

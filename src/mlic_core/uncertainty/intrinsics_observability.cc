@@ -106,6 +106,7 @@ std::vector<int> HeldPlaces(const Layout& layout, const std::vector<FixedCameraP
       const bool is_held = i < 3 ? held[c].rotation : i < 6 ? held[c].translation : held[c].time_offset;
       if (is_held) places.push_back(layout.Camera(c) + i);
     }
+    if (held[c].time_offset && layout.Drift(CameraId(c)) >= 0) places.push_back(layout.Drift(CameraId(c)));
     if (held[c].readout && layout.Readout(c) >= 0) places.push_back(layout.Readout(c));
     for (std::size_t i = 0; i < held[c].intrinsics.size(); ++i) {
       if (held[c].intrinsics[i]) places.push_back(layout.Intrinsics(c) + static_cast<int>(i));
@@ -133,6 +134,7 @@ Eigen::VectorXd CalibrationLimits(const CalibrationState& state, const Layout& l
     limits.segment<3>(at).setConstant(kRotationLimit);
     limits.segment<3>(at + 3).setConstant(kTranslationLimit);
     limits[at + 6] = kTimeLimit;
+    if (layout.drift[s] >= 0) limits[layout.drift[s]] = kDriftLimit;
   }
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
     if (layout.Readout(c) >= 0) limits[layout.Readout(c)] = kTimeLimit;

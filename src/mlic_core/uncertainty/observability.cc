@@ -77,7 +77,7 @@ struct SensorInformation {
   Eigen::VectorXd limits;             // steps that count as large
 };
 
-// Sensors that are given are known: to a thousandth of the limits.
+// Sensors that are given are known: to a thousandth of the limits. Their clocks do not drift (Layout).
 Eigen::MatrixXd WithFixedSensors(const SensorInformation& given, Eigen::MatrixXd data) {
   for (std::size_t l = 0; l < given.sensors.size(); ++l) {
     if (!given.sensors[l].fixed) continue;
@@ -196,6 +196,10 @@ ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const Cali
   const SensorInformation given = MakeInformation(problem, state, layout, information);
   const int poses = layout.poses;
   ObservabilityAnalysis analysis = AnalyzeSensors(given, inflation, scale);
+  for (std::size_t s = 0; s < analysis.sensors.size(); ++s) {
+    if (layout.drift[s] < 0) continue;
+    analysis.sensors[s].drift_sigma = analysis.inner_sigmas[layout.drift[s] - poses];
+  }
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
     ObservabilityAnalysis::Intrinsics camera;
     const std::size_t count = state.cameras[c].intrinsics.parameters.size();

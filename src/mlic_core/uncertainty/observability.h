@@ -31,6 +31,7 @@ struct ObservabilityAnalysis {
     bool time_offset = true;
     std::vector<UnobservableDirection> directions;
     LeastShown least_translation, least_rotation, least_time_offset;
+    double drift_sigma = 0.0;  // s/s, with the guesses; 0 where the drift is not estimated
   };
   std::vector<Sensor> sensors;      // in the SensorOrder, as all that follow
   std::vector<PoseSigma> sigmas;    // with the guesses

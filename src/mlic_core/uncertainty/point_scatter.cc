@@ -63,12 +63,15 @@ Eigen::MatrixXd WithFreeKnots(const LinearizationPoint& at, const Eigen::MatrixX
   Eigen::MatrixXd reduced = Eigen::MatrixXd::Zero(knot_response.rows(), rows.jacobian.cols());
   for (Eigen::Index i = 0; i < rows.jacobian.cols(); ++i) {
     const PlaneObservation& o = association.observations[rows.observations[i]];
-    const double t = o.time + at.state.lidars[o.lidar].time_offset;
+    const double t = at.state.lidars[o.lidar].OnImuClock(o.time, trajectory.Middle());
     const KnotColumns columns(at.layout, drive, SplineBasis(trajectory.rotation.knots(), t).first,
                               SplineBasis(trajectory.position.knots(), t).first);
     auto own = reduced.col(i);
     own.segment<Layout::kOfSensor>(Layout::Lidar(o.lidar)) =
         rows.jacobian.block<Layout::kOfSensor, 1>(PointToPlane::kExtrinsic, i);
+    if (const int drift = at.layout.Drift(LidarId(o.lidar)); drift >= 0) {
+      own[drift] = (o.time - trajectory.Middle()) * rows.jacobian(PointToPlane::kTimeOffset, i);
+    }
     for (int k = 0; k < 8; ++k) {
       own.noalias() -= knot_response.middleCols<3>(columns[k]) * rows.jacobian.block<3, 1>(3 * k, i);
     }

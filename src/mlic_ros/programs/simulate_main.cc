@@ -67,13 +67,14 @@ void AddOptions(CLI::App& app, Arguments& a) {
 }
 
 // The truth as a calibration result: sigmas are zero.
-CalibrationResult TrueResult(const sim::SensorSet& sensors) {
+CalibrationResult TrueResult(const sim::SensorSet& sensors, double duration) {
   CalibrationResult truth;
   truth.verdict = Verdict::kTrusted;
   truth.imu_frame_id = sensors.imu.frame_id;
   truth.imu = sensors.imu.calibration;
   truth.gravity = {0.0, 0.0, -sensors.imu.gravity};
-  const auto add = [&](const SensorResult& sensor) {
+  const auto add = [&](SensorResult sensor) {
+    sensor.clock_reference = TimeFrom(sim::kSimulationEpoch, 0.5 * duration);
     for (const SensorResult& other : truth.sensors) {
       PairResult pair;
       pair.a = other.name;
@@ -164,7 +165,7 @@ void Run(const Arguments& arguments) {
   progress.End();
   writer.Finish();
   const fs::path stem = bag.parent_path() / bag.stem();
-  WriteCalibrationFile(stem.string() + "_truth.yaml", TrueResult(sensors));
+  WriteCalibrationFile(stem.string() + "_truth.yaml", TrueResult(sensors, arguments.duration));
   WriteRigFile(stem.string() + "_rig.yaml", sim::RigFromSensorSet(sensors, guess));
   std::printf("wrote %s, %s_truth.yaml and %s_rig.yaml\n", bag.c_str(), stem.c_str(), stem.c_str());
 }

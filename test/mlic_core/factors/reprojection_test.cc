@@ -30,7 +30,7 @@ struct Unknowns {
   CameraIntrinsics intrinsics;
   Reprojection measurement;
 
-  double Time() const { return measurement.Time(kStamp, time_offset, readout); }
+  double Time() const { return measurement.Time(kStamp + time_offset, readout); }
 
   bool Evaluate(Eigen::Vector2d* residual, Reprojection::Jacobian* jacobian = nullptr) const {
     const SplitSpline trajectory{So3Spline(rotation_knots, rotations),
@@ -160,9 +160,9 @@ TEST(Reprojection, VanishesAtTheTruth) {
 
 TEST(Reprojection, ReadoutDelaysLowerRows) {
   const CameraIntrinsics lens = Lens(CameraModel::kPlumbBob);
-  EXPECT_DOUBLE_EQ(Reprojection::Of({3.0, 0.0}, lens).Time(5.0, 0.25, 0.02), 5.25);
-  EXPECT_DOUBLE_EQ(Reprojection::Of({3.0, 400.0}, lens).Time(5.0, 0.25, 0.02), 5.26);
-  EXPECT_DOUBLE_EQ(Reprojection::Of({3.0, 400.0}, lens).Time(5.0, 0.25, 0.0), 5.25);
+  EXPECT_DOUBLE_EQ(Reprojection::Of({3.0, 0.0}, lens).Time(5.25, 0.02), 5.25);
+  EXPECT_DOUBLE_EQ(Reprojection::Of({3.0, 400.0}, lens).Time(5.25, 0.02), 5.26);
+  EXPECT_DOUBLE_EQ(Reprojection::Of({3.0, 400.0}, lens).Time(5.25, 0.0), 5.25);
 }
 
 TEST(Reprojection, UnseenPointIsSaidAndNothingWritten) {

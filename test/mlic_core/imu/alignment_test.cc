@@ -97,6 +97,27 @@ TEST(AngularRateAlignment, ShiftingTheLidarsStampsShiftsTheOffset) {
   EXPECT_NEAR(after.time_offset - before.time_offset, 0.25, 1e-4);
 }
 
+TEST(AngularRateAlignment, SegmentsShowTheDriftOfTheClock) {
+  constexpr double kRate = 200.0, kLength = 40.0;  // Hz, s
+  test::Rig rig;
+  rig.time_offset = 0.07;
+  for (const double drift : {0.0, 4e-4, -2e-3}) {
+    for (const int seed : {1, 2, 3}) {
+      auto recording = Record(HandHeld(), rig, kOrdinaryNoise, kRate, kLength, seed);
+      for (TimedPose& pose : recording.poses) {
+        pose.time = (pose.time + drift * 0.5 * kLength) / (1.0 + drift);
+      }
+      const auto result = AlignAngularRates(recording.imu, recording.poses, std::nullopt);
+      ASSERT_TRUE(result.valid) << result.failure;
+      std::printf("drift %6.0f ppm: %7.1f, sigma %.1f\n", 1e6 * drift, 1e6 * result.clock_drift,
+                  1e6 * result.clock_drift_sigma);
+      EXPECT_LT(result.clock_drift_sigma, 1e-4);
+      // A large drift hides a part of itself: offsets far from the mean one count for less.
+      EXPECT_LT(std::abs(result.clock_drift - drift), 4.0 * result.clock_drift_sigma + 0.1 * std::abs(drift));
+    }
+  }
+}
+
 TEST(AngularRateAlignment, TurningAboutOneAxisIsFlaggedAndTheGuessUsed) {
   test::Rig rig;
   rig.time_offset = 0.35;

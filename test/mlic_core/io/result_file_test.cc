@@ -31,7 +31,10 @@ TEST(ResultFile, SaysOfEachCheckWhetherItPassed) {
 
 TEST(ResultFile, RoundTripKeepsEverything) {
   TemporaryDirectory directory;
-  const CalibrationResult result = SampleResult();
+  CalibrationResult result = SampleResult();
+  result.sensors[0].calibration.clock_drift = -4.25e-5;
+  result.sensors[0].drift_sigma = 1.25e-6;
+  result.sensors[0].clock_reference = 1700000030123456789;
   WriteCalibrationFile(directory.Path() / "calibration.yaml", result);
   const CalibrationResult copy = ReadCalibrationFile(directory.Path() / "calibration.yaml");
   EXPECT_EQ(copy.Trusted(), result.Trusted());
@@ -70,6 +73,12 @@ TEST(ResultFile, RoundTripKeepsEverything) {
     ExpectSame(a.calibration.T_imu_sensor, b.calibration.T_imu_sensor);
     ExpectSame(a.sigma, b.sigma);
     EXPECT_NEAR(a.calibration.time_offset, b.calibration.time_offset, 1e-9);
+    ASSERT_EQ(a.calibration.clock_drift.has_value(), b.calibration.clock_drift.has_value());
+    if (a.calibration.clock_drift) {
+      EXPECT_NEAR(*a.calibration.clock_drift, *b.calibration.clock_drift, 1e-10);
+      EXPECT_NEAR(a.drift_sigma, b.drift_sigma, 1e-12);
+      EXPECT_EQ(a.clock_reference, b.clock_reference);
+    }
     EXPECT_EQ(a.translation_observable, b.translation_observable);
     EXPECT_EQ(a.rotation_observable, b.rotation_observable);
     EXPECT_EQ(a.time_offset_observable, b.time_offset_observable);

@@ -14,6 +14,7 @@ CalibrationState TwoLidarsAndACamera() {
   state.lidars.resize(2);
   state.lidars[1].time_offset = 0.3;
   state.cameras.resize(1);
+  state.drives.resize(1);
   return state;
 }
 
@@ -27,7 +28,7 @@ TEST(TimeWindows, PutPointsBackWhereTheyAreSeenMost) {
     set.begin.push_back(set.observations.size());
   }
   std::vector<std::size_t> origins;
-  LandmarkSet split = SplitPoints(set, TwoLidarsAndACamera(), 10.0, &origins);
+  LandmarkSet split = SplitPoints(set, TwoLidarsAndACamera(), 0, 10.0, &origins);
   ASSERT_EQ(origins, (std::vector<std::size_t>{0, 0}));
   EXPECT_EQ(split.begin, (std::vector<std::size_t>{0, 2, 5}));
   split.points[0].position = Eigen::Vector3d(1.0, 0.0, 0.0);
@@ -54,7 +55,7 @@ TEST(TimeWindows, DoNotDependOnTheRoundingOfAnOffset) {
   for (int i = 0; i < 100; ++i) {
     state.cameras[0].sensor.time_offset = 1e-2 * random.Normal();
     std::vector<std::size_t> origins;
-    EXPECT_EQ(SplitPoints(set, state, 10.0, &origins).points.size(), 50u);
+    EXPECT_EQ(SplitPoints(set, state, 0, 10.0, &origins).points.size(), 50u);
   }
 }
 
@@ -70,7 +71,7 @@ TEST(TimeWindows, KeepPointsOnTheMapWholeWithTheirLidarPoint) {
   }
   set.begin = {0, 2, 4, 5};
   std::vector<std::size_t> origins;
-  const LandmarkSet split = SplitPoints(set, TwoLidarsAndACamera(), 10.0, &origins);
+  const LandmarkSet split = SplitPoints(set, TwoLidarsAndACamera(), 0, 10.0, &origins);
   ASSERT_EQ(origins, (std::vector<std::size_t>{0, 1, 2}));
   EXPECT_EQ(split.begin, set.begin);
   EXPECT_EQ(split.lidar_points[0].time, 5.0);

@@ -20,12 +20,13 @@ struct IsFlat<Eigen::Quaterniond> : std::true_type {};
 template <>
 struct IsFlat<RigidTransform> : std::true_type {};
 template <>
-struct IsFlat<SensorCalibration> : std::true_type {};
-template <>
 struct IsFlat<TimedPose> : std::true_type {};
 template <>
 struct IsFlat<PoseSigma> : std::true_type {};
 
+inline auto Members(SensorCalibration& sensor) {
+  return std::tie(sensor.T_imu_sensor, sensor.time_offset, sensor.clock_drift);
+}
 inline auto Members(CameraIntrinsics& intrinsics) {
   return std::tie(intrinsics.model, intrinsics.width, intrinsics.height, intrinsics.parameters);
 }

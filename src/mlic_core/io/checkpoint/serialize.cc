@@ -30,9 +30,9 @@ auto Members(Dataset& dataset) { return std::tie(dataset.drives); }
 auto Members(SensorResult& sensor) {
   return std::tie(sensor.name, sensor.type, sensor.frame_id, sensor.fixed, sensor.topic, sensor.calibration,
                   sensor.sigma, sensor.translation_observable, sensor.rotation_observable,
-                  sensor.time_offset_observable, sensor.unobservable, sensor.intrinsics,
-                  sensor.intrinsics_sigma, sensor.intrinsics_fixed, sensor.rolling_shutter_readout,
-                  sensor.readout_sigma, sensor.held_out);
+                  sensor.time_offset_observable, sensor.drift_sigma, sensor.clock_reference,
+                  sensor.unobservable, sensor.intrinsics, sensor.intrinsics_sigma, sensor.intrinsics_fixed,
+                  sensor.rolling_shutter_readout, sensor.readout_sigma, sensor.held_out);
 }
 
 auto Members(PairResult& pair) { return std::tie(pair.a, pair.b, pair.T_a_b, pair.sigma); }

@@ -82,10 +82,14 @@ auto Members(AngularRateAlignment& alignment) {
                   alignment.information_directions, alignment.rotation_covariance,
                   alignment.rotation_directions_shown, alignment.time_offset_sigma, alignment.residual_rms,
                   alignment.inlier_share, alignment.peak_correlation, alignment.second_peak_ratio,
-                  alignment.second_peak_offset);
+                  alignment.second_peak_offset, alignment.clock_drift, alignment.clock_drift_sigma);
 }
 
-auto Members(DriveOdometry& odometry) { return std::tie(odometry.lidars, odometry.alignments); }
+template <>
+struct IsFlat<ClockDrift> : std::true_type {};
+auto Members(DriveOdometry& odometry) {
+  return std::tie(odometry.lidars, odometry.alignments, odometry.clocks);
+}
 auto Members(Initialization& start) {
   return std::tie(start.state, start.imu_sigma, start.base_lidar, start.unaligned, start.problems,
                   start.notes);
@@ -115,9 +119,9 @@ auto Members(Adjustment& adjustment) {
       adjustment.problem.cameras, adjustment.cameras.landmark_options.noise, adjustment.cameras.sigmas,
       adjustment.map.cameras_before, adjustment.map.noise, adjustment.map.held_out,
       adjustment.rounds.landmarks, adjustment.rounds.done, adjustment.rounds.points_per_scan,
-      adjustment.rounds.alignment_tried, adjustment.rounds.noise_measured, adjustment.alignment_covariance,
-      adjustment.noise_information, adjustment.problem.imu.alignment_held,
-      adjustment.problem.imu.gravity_sigma, adjustment.lines);
+      adjustment.rounds.alignment_tried, adjustment.rounds.noise_measured, adjustment.rounds.clocks_reviewed,
+      adjustment.constant_clocks, adjustment.alignment_covariance, adjustment.noise_information,
+      adjustment.problem.imu.alignment_held, adjustment.problem.imu.gravity_sigma, adjustment.lines);
 }
 
 template <>

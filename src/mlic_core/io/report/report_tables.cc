@@ -101,6 +101,13 @@ std::string IntrinsicsCells(const SensorResult& sensor) {
   return cells;
 }
 
+// Of the sensor's clock against the IMU's; empty where it is constant.
+std::string DriftCell(const SensorResult& sensor) {
+  if (!sensor.calibration.clock_drift) return Cell("");
+  return ValueCell(FixedNumber(1e6 * *sensor.calibration.clock_drift, 2),
+                   FixedNumber(1e6 * sensor.drift_sigma, 2) + " ppm");
+}
+
 const char* const kPoseHeader =
     "<th>x, m</th><th>y, m</th><th>z, m</th><th>roll, &deg;</th><th>pitch, &deg;</th><th>yaw, &deg;</th>"
     "<th>&sigma; rot x</th><th>&sigma; rot y</th><th>&sigma; rot z</th>";
@@ -110,8 +117,11 @@ const char* const kPoseHeader =
 std::string SensorTable(const CalibrationResult& result) {
   if (result.sensors.empty())
     return "<p class=\"none\">No sensor's pose in the IMU's frame is observable.</p>\n";
+  const bool drifts =
+      std::any_of(result.sensors.begin(), result.sensors.end(),
+                  [](const SensorResult& sensor) { return sensor.calibration.clock_drift.has_value(); });
   std::string html = std::string("<div class=\"wide\"><table><tr><th>sensor</th>") + kPoseHeader +
-                     "<th>time offset, ms</th></tr>\n";
+                     "<th>time offset, ms</th>" + (drifts ? "<th>drift, ppm</th>" : "") + "</tr>\n";
   std::string directions;
   for (std::size_t i = 0; i < result.sensors.size(); ++i) {
     const SensorResult& sensor = result.sensors[i];
@@ -122,6 +132,7 @@ std::string SensorTable(const CalibrationResult& result) {
     html += ValueCell(FixedNumber(1e3 * sensor.calibration.time_offset, 3),
                       FixedNumber(1e3 * sensor.sigma.time_offset, 3) + " ms",
                       MarkOf(sensor.time_offset_observable));
+    if (drifts) html += DriftCell(sensor);
     html += "</tr>\n";
     for (const UnobservableDirection& direction : sensor.unobservable) {
       directions += DirectionLine(sensor, direction);
@@ -130,7 +141,9 @@ std::string SensorTable(const CalibrationResult& result) {
   html +=
       "</table></div>\n<p class=\"note\">Poses of the sensors in the IMU's frame, roll-pitch-yaw about fixed "
       "axes. Sigmas: "
-      "one standard deviation along and about the IMU's axes. t_imu = t_sensor + time offset.</p>\n";
+      "one standard deviation along and about the IMU's axes. t_imu = t_sensor + time offset.";
+  if (drifts) html += " Where a clock drifts the offset is that in the middle of the drive.";
+  html += "</p>\n";
   if (directions.empty())
     return html + "<p class=\"note\">Every direction of these sensors is observable.</p>\n";
   return html +

@@ -94,6 +94,13 @@ std::string SensorText(const SensorResult& sensor) {
           ", time_offset: " + (sensor.time_offset_observable ? "true" : "false") + "}\n";
   text += "    unobservable: " + UnobservableText(sensor.unobservable) + "\n";
   text += "    time_offset: " + FixedNumber(sensor.calibration.time_offset, 9) + "\n";
+  if (sensor.calibration.clock_drift) {
+    text += "    clock_drift_ppm: " + FixedNumber(1e6 * *sensor.calibration.clock_drift, 4) +
+            "  # t_imu = t_sensor + time_offset + 1e-6 * clock_drift_ppm * (t_sensor - 1e-9 * "
+            "clock_reference_ns)\n";
+    text += "    clock_drift_sigma_ppm: " + ShortNumber(1e6 * sensor.drift_sigma, 6) + "\n";
+    text += "    clock_reference_ns: " + std::to_string(sensor.clock_reference) + "\n";
+  }
   if (sensor.intrinsics) {
     const CameraIntrinsics& intrinsics = *sensor.intrinsics;
     text += "    intrinsics: {model: " + CameraModelNames()[static_cast<std::size_t>(intrinsics.model)] +

@@ -1,4 +1,5 @@
 // The part of result_file.h that reads.
+#include <charconv>
 #include <cmath>
 
 #include "mlic_core/io/result/result_file.h"
@@ -89,6 +90,20 @@ SensorResult::Type ReadType(const YamlReader& node) {
   return static_cast<SensorResult::Type>(node.Get("type", "give lidar or camera").Choice(TypeNames()));
 }
 
+void ReadDrift(const YamlReader& node, SensorResult* sensor) {
+  if (!node.Has("clock_drift_ppm")) return;
+  sensor->calibration.clock_drift = 1e-6 * node.Get("clock_drift_ppm").Number();
+  if (node.Has("clock_drift_sigma_ppm")) {
+    sensor->drift_sigma = 1e-6 * node.Get("clock_drift_sigma_ppm").Number();
+  }
+  const YamlReader reference = node.Get("clock_reference_ns", "give the stamp at which time_offset holds");
+  const std::string text = reference.Text();
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), sensor->clock_reference);
+  if (error != std::errc() || end != text.data() + text.size()) {
+    reference.Fail("expected a whole number of nanoseconds");
+  }
+}
+
 SensorResult ReadSensor(const YamlReader& node) {
   SensorResult sensor;
   sensor.name = node.Name();
@@ -98,6 +113,7 @@ SensorResult ReadSensor(const YamlReader& node) {
   sensor.calibration.T_imu_sensor =
       ReadPose(node.Get("T_imu_sensor", "give {translation: [x, y, z], rotation: [x, y, z, w]}"));
   if (node.Has("time_offset")) sensor.calibration.time_offset = node.Get("time_offset").Number();
+  ReadDrift(node, &sensor);
   sensor.sigma = ReadSigma(node);
   ReadObservability(node, &sensor);
   if (node.Has("intrinsics")) {
