@@ -303,8 +303,8 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     const double change = ChangeInSigmas(adjustment, context.dataset, before);
     rounds.last_change = change;
     // Not before: extrinsics on their way look like rings that err.
-    const bool rings_moved =
-        many && change < 1.0 && CorrectRings(adjustment.problem.drives, &adjustment.state);
+    const bool rings_moved = options.correct_rings && many && change < 1.0 &&
+                             CorrectRings(adjustment.problem.drives, &adjustment.state);
     if (!adjustment.state.lidars.empty()) {
       adjustment.cameras.sigmas =
           SigmasAgainstLidar(Analyze(adjustment, context.dataset), adjustment.state, adjustment.base_lidar);
