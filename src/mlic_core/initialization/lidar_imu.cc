@@ -24,11 +24,6 @@ std::optional<RotationGuess> GuessOfRotation(const LidarConfig& lidar) {
   return RotationGuess{lidar.guess->T_imu_sensor.rotation, lidar.guess->sigma_rotation};
 }
 
-// The alignment tells something: a peak well above chance and an offset good to a tenth of a second.
-bool IsUsable(const AngularRateAlignment& alignment) {
-  return alignment.valid && alignment.time_offset_sigma < 0.05 && alignment.inlier_share > 0.3;
-}
-
 // With the guess; where nothing fits it, the guess is worse than it claims and counts for little. Where it is
 // worse still, as a transform that was given the wrong way round, and the motion shows all of the rotation,
 // it is dropped.
@@ -107,29 +102,6 @@ std::string WhyNoneAgrees(const Dataset& dataset) {
          "it turns enough, but the LiDARs' scans cannot be followed (they see too little structure, such as "
          "a floor alone, or come from another drive) or lie more than 1 s off; record among walls and "
          "objects";
-}
-
-// First guess of the trajectory's control points from poses at their times.
-SplitSpline SplineThrough(const std::vector<TimedPose>& poses, const UniformKnots& rotation_knots,
-                          const UniformKnots& position_knots) {
-  const auto at = [&](double time) {
-    const auto next = std::lower_bound(poses.begin(), poses.end(), time,
-                                       [](const TimedPose& p, double t) { return p.time < t; });
-    if (next == poses.begin()) return poses.front().pose;
-    if (next == poses.end()) return poses.back().pose;
-    const TimedPose& a = *(next - 1);
-    const double share = (time - a.time) / (next->time - a.time);
-    return RigidTransform{a.pose.rotation.slerp(share, next->pose.rotation),
-                          a.pose.translation + share * (next->pose.translation - a.pose.translation)};
-  };
-  std::vector<Eigen::Quaterniond> rotations;
-  std::vector<Eigen::Vector3d> positions;
-  for (int j = 0; j < rotation_knots.count; ++j)
-    rotations.push_back(at(rotation_knots.ControlPointTime(j)).rotation);
-  for (int j = 0; j < position_knots.count; ++j) {
-    positions.push_back(at(position_knots.ControlPointTime(j)).translation);
-  }
-  return {So3Spline(rotation_knots, rotations), PositionSpline(position_knots, positions)};
 }
 
 // Says when gyroscope and accelerometer do not keep one clock.
@@ -221,6 +193,10 @@ void SetClock(const AngularRateAlignment& alignment, const ClockDrift& clock, co
 }
 
 }  // namespace
+
+bool IsUsable(const AngularRateAlignment& alignment) {
+  return alignment.valid && alignment.time_offset_sigma < 0.05 && alignment.inlier_share > 0.3;
+}
 
 DriveOdometry RunDriveOdometry(const Rig& rig, const Drive& drive, const CancellationToken& cancellation,
                                const std::function<void(double)>& on_progress) {

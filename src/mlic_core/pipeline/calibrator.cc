@@ -6,12 +6,15 @@
 
 #include "mlic_core/initialization/camera_imu/camera_imu.h"
 #include "mlic_core/initialization/lidar_imu.h"
+#include "mlic_core/initialization/lidars_alone.h"
 #include "mlic_core/pipeline/camera_stages.h"
 #include "mlic_core/pipeline/joint_adjustment.h"
 #include "mlic_core/pipeline/lidar_adjustment.h"
+#include "mlic_core/pipeline/pair_adjustment.h"
 #include "mlic_core/pipeline/stage_clock.h"
 #include "mlic_core/problem/state.h"
 #include "mlic_core/summary/checks.h"
+#include "mlic_core/summary/pair_assembly.h"
 #include "mlic_core/summary/result_assembly.h"
 
 namespace mlic {
@@ -183,6 +186,38 @@ void ResultStage(const StageContext& context, const Adjustment& adjustment) {
   }
 }
 
+// Whether it is only that the motion does not tie the sensors to the IMU: what else speaks against the
+// recording speaks against its maps as well.
+bool OnlyNotTied(const CalibrationResult& result) {
+  return std::all_of(result.checks.begin(), result.checks.end(), [](const QualityCheck& check) {
+    return check.Passed() || !check.refuses || check.name == "convergence" ||
+           check.name.rfind("excitation_", 0) == 0;
+  });
+}
+
+// What the LiDARs' maps show of each other where the whole is refused: without the IMU.
+void PairStage(const StageContext& context, const DriveOdometry& odometry) {
+  CalibrationResult* result = context.result;
+  if (result->verdict != Verdict::kRefused) return;
+  result->pairs.clear();
+  if (context.rig.lidars.size() < 2 || !OnlyNotTied(*result)) return;
+  constexpr const char* kFile = "pair_adjustment";
+  StageClock stage("pairs of LiDARs without the IMU", context);
+  const auto alone = InitializeLidarsAlone(context.rig, context.dataset, odometry, context.cancellation);
+  for (const std::string& note : alone.start.notes) stage.Line(note);
+  const std::vector<std::string>& problems = alone.start.problems;
+  result->reasons.insert(result->reasons.end(), problems.begin(), problems.end());
+  if (alone.start.state.drives.empty()) return stage.Line("no LiDAR's map is found in another's");
+  const AdjustmentContext of_stage{alone.rig, alone.dataset, context.observer,
+                                   ContextOf(context, &stage).monitor};
+  bool found;
+  Adjustment adjustment = TakeOver(context, kFile, StartPairAdjustment(alone), &found);
+  if (found) stage.TakeOver(adjustment.lines, " up to round " + std::to_string(adjustment.rounds.done));
+  adjustment = AdjustPairs(std::move(adjustment), of_stage,
+                           [&](const Adjustment& now) { Keep(context, stage, kFile, now); });
+  AssemblePairs(context.rig, alone, adjustment, result);
+}
+
 bool ColmapWanted(const StageContext& context) {
   return context.options.intrinsics == IntrinsicsStart::kColmap;
 }
@@ -212,7 +247,8 @@ void CalibrateFromLidars(const StageContext& context) {
   CalibrationResult* result = context.result;
   if (start.state.drives.size() < context.dataset.drives.size()) {
     result->reasons = start.problems;
-    return FinishRefused(result);
+    FinishRefused(result);
+    return PairStage(context, odometry[0]);
   }
   result->warnings = start.problems;
   const bool cameras = !context.rig.cameras.empty();
@@ -233,6 +269,7 @@ void CalibrateFromLidars(const StageContext& context) {
     adjustment = CameraStages(context, intrinsics, found, features, std::move(adjustment));
   }
   ResultStage(context, adjustment);
+  PairStage(context, odometry[0]);
 }
 
 // The trajectory comes from the cameras themselves and the IMU.

@@ -290,14 +290,15 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     const double change = ChangeInSigmas(adjustment, context.dataset, before);
     rounds.last_change = change;
     if (many && !rounds.noise_measured) MeasureNoise(context, &adjustment);
+    // Not before: extrinsics on their way look like clocks that drift, and like rings that err.
+    const bool settled = options.find_sensor_errors && many && change < 1.0;
     bool clocks_moved = false;
-    if (many && change < 1.0 && !rounds.clocks_reviewed) {
+    if (settled && !rounds.clocks_reviewed) {
       rounds.clocks_reviewed = true;
       clocks_moved = ReviewClocks(context, &adjustment);
     }
-    // Not before: extrinsics on their way look like rings that err.
     const bool rings_moved =
-        many && change < 1.0 && !clocks_moved && CorrectRings(adjustment.problem.drives, &adjustment.state);
+        settled && !clocks_moved && CorrectRings(adjustment.problem.drives, &adjustment.state);
     if (!adjustment.state.lidars.empty()) {
       adjustment.cameras.sigmas =
           SigmasAgainstLidar(Analyze(adjustment, context.dataset), adjustment.state, adjustment.base_lidar);
@@ -311,7 +312,7 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
         round + 1 < kMostRounds && FindContradictedGuesses(context, before, &adjustment);
     if (many && !more && !rings_moved && !axes_moved && !guess_dropped && !clocks_moved &&
         change < options.until && round + 1 >= least_rounds &&
-        (round + 1 == kMostRounds || !ReviewClocks(context, &adjustment))) {
+        (round + 1 == kMostRounds || !settled || !ReviewClocks(context, &adjustment))) {
       break;
     }
     // The map has settled once the noise has: then all points take part.

@@ -41,6 +41,9 @@ struct DriveTerms {
 struct LidarTerms {
   std::optional<ExtrinsicGuess> guess;  // the prior; none: nothing is given, or not any more
   bool fixed = false;                   // neither pose nor offset moves
+  // What is known of the time offset, s; sigma 0: nothing.
+  double given_time_offset = 0.0;
+  double time_offset_sigma = 0.0;
 };
 
 struct CameraTerms {

@@ -75,6 +75,12 @@ void CalibrationPrior(const JointProblem& problem, const CalibrationState& state
   for (std::size_t i = 0; i < state.lidars.size(); ++i) {
     const std::optional<ExtrinsicGuess>& guess = problem.lidars[i].guess;
     if (guess) AddGuess(*guess, state.lidars[i].T_imu_sensor, Layout::Lidar(i), information, gradient);
+    const double sigma = problem.lidars[i].time_offset_sigma;
+    if (sigma == 0.0) continue;
+    const int offset = Layout::Lidar(i) + 6;
+    (*information)(offset, offset) = 1.0 / (sigma * sigma);
+    (*gradient)[offset] =
+        (state.lidars[i].time_offset - problem.lidars[i].given_time_offset) / (sigma * sigma);
   }
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
     const CameraTerms& terms = problem.cameras[c];

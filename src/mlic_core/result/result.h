@@ -67,6 +67,8 @@ struct PairResult {
   std::string a, b;
   RigidTransform T_a_b;
   PoseSigma sigma;
+  // Directions along the axes of a that the data do not show. Told only of pairs without the IMU.
+  std::vector<UnobservableDirection> unobservable = {};
 };
 
 // Absolute, as files and topics have it; TimedPose is one within a drive.
@@ -165,11 +167,13 @@ struct RejectedSensor {
   std::string name;
   SensorResult::Type type = SensorResult::Type::kLidar;
   std::string reason;  // one line for people, which names it
+  // Of one that stands in pairs about CalibrationResult::root; empty: not known.
+  std::string frame_id = {};
 };
 
 enum class Verdict {
   kTrusted,
-  kPartial,  // of the sensors that are given; others were rejected
+  kPartial,  // of the sensors or pairs that are given; others were rejected
   kRefused,
 };
 
@@ -199,6 +203,9 @@ struct CalibrationResult {
   std::vector<SensorResult> sensors;          // when refused: only those whose link to the IMU was shown
   std::vector<SensorResult> initial_sensors;  // the same before the joint adjustment, without sigmas
   std::vector<PairResult> pairs;
+  // Where nothing ties the sensors to the IMU, but maps tie LiDARs to each other: the one that what is given
+  // for use (launch file, URDF) is about, by the pairs with it. Empty: all is about the IMU.
+  std::string root;
   std::vector<std::vector<StampedPose>> trajectories;  // T_map_imu, one for each drive, IMU clock
   std::vector<MapPoint> map;                           // of the first drive
   std::vector<StageSummary> stages;

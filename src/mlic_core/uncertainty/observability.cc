@@ -215,10 +215,8 @@ ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const Cali
   return analysis;
 }
 
-PairResult MakePair(const SensorCalibration& a, const SensorCalibration& b,
-                    const Eigen::Matrix<double, 14, 14>& covariance) {
-  PairResult pair;
-  pair.T_a_b = a.T_imu_sensor.Inverse() * b.T_imu_sensor;
+Eigen::Matrix<double, 7, 7> PairCovariance(const SensorCalibration& a, const SensorCalibration& b,
+                                           const Eigen::Matrix<double, 14, 14>& covariance) {
   const Eigen::Matrix3d R_a_imu = a.T_imu_sensor.rotation.conjugate().toRotationMatrix();
   // Left perturbations phi of the rotations and moves of the translations, carried into frame a:
   //   rotation R_a^T (phi_b - phi_a), translation R_a^T (d_b - d_a + (p_b - p_a) x phi_a).
@@ -230,7 +228,14 @@ PairResult MakePair(const SensorCalibration& a, const SensorCalibration& b,
   J.block<3, 3>(3, 10) = R_a_imu;
   J(6, 6) = -1.0;
   J(6, 13) = 1.0;
-  const Eigen::Matrix<double, 7, 7> of_pair = J * covariance * J.transpose();
+  return J * covariance * J.transpose();
+}
+
+PairResult MakePair(const SensorCalibration& a, const SensorCalibration& b,
+                    const Eigen::Matrix<double, 14, 14>& covariance) {
+  PairResult pair;
+  pair.T_a_b = a.T_imu_sensor.Inverse() * b.T_imu_sensor;
+  const Eigen::Matrix<double, 7, 7> of_pair = PairCovariance(a, b, covariance);
   pair.sigma.rotation = of_pair.diagonal().segment<3>(0).cwiseMax(0.0).cwiseSqrt();
   pair.sigma.translation = of_pair.diagonal().segment<3>(3).cwiseMax(0.0).cwiseSqrt();
   pair.sigma.time_offset = std::sqrt(std::max(0.0, of_pair(6, 6)));

@@ -71,6 +71,11 @@ FreeAlignment CovarianceWithFreeAlignment(const JointProblem& problem, const Cal
 Eigen::Matrix<double, 14, 14> JointCovariance(const Eigen::MatrixXd& covariance, std::size_t a,
                                               std::size_t b);
 
+// Of the relative pose T_a_b and the difference of the offsets, from their joint covariance (14 x 14: a, b):
+// rotation and translation along the axes of a, as PoseSigma has them.
+Eigen::Matrix<double, 7, 7> PairCovariance(const SensorCalibration& a, const SensorCalibration& b,
+                                           const Eigen::Matrix<double, 14, 14>& covariance);
+
 // Relative pose of two sensors with its sigma from their joint covariance (14 x 14: a, b).
 PairResult MakePair(const SensorCalibration& a, const SensorCalibration& b,
                     const Eigen::Matrix<double, 14, 14>& covariance);

@@ -31,6 +31,20 @@ std::string Given(const CalibrationResult& result) {
   return line;
 }
 
+std::string GivenPairs(const CalibrationResult& result) {
+  const LargestSigmas worst = FindLargestSigmas(result);
+  std::size_t unobservable = 0;
+  for (const PairResult& pair : result.pairs) unobservable += pair.unobservable.size();
+  const std::size_t count = result.pairs.size();
+  std::string line = std::to_string(count) + (count == 1 ? " pair" : " pairs") + " of LiDARs about " +
+                     result.root + ", worst sigma " + ShortNumber(worst.rotation * 180.0 / M_PI, 2) +
+                     " deg, " + ShortNumber(1e3 * worst.translation, 2) + " mm";
+  if (unobservable > 0) {
+    line += "; " + std::to_string(unobservable) + " unobservable directions, see the report";
+  }
+  return line;
+}
+
 std::string Joined(const std::vector<std::string>& lines) {
   std::string text;
   for (const std::string& line : lines) text += (text.empty() ? "" : "; ") + line;
@@ -52,6 +66,11 @@ JobEnd EndWithResult(const CalibrationResult& result, const fs::path& directory)
     case Verdict::kTrusted:
       return {kTrusted, {"TRUSTED: " + Given(result), report, use}};
     case Verdict::kPartial:
+      if (!result.root.empty()) {
+        return {kPartial,
+                {"PARTIAL: " + GivenPairs(result) + ". Not tied to the IMU: " + Joined(result.reasons),
+                 report, use}};
+      }
       return {kPartial, {"PARTIAL: " + Given(result) + ". Rejected: " + Joined(result.reasons), report, use}};
     case Verdict::kRefused:
       break;

@@ -94,6 +94,18 @@ void JobLog::OnResult(const CalibrationResult& result) {
         1e3 * sensor.sigma.translation.z(), degrees.x(), degrees.y(), degrees.z(),
         1e3 * sensor.sigma.time_offset));
   }
+  for (const PairResult& pair : result.pairs) {
+    if (result.root.empty()) break;
+    const Eigen::Vector3d& p = pair.T_a_b.translation;
+    const Eigen::Vector3d rpy = ToRollPitchYaw(pair.T_a_b.rotation) * 180.0 / M_PI;
+    const Eigen::Vector3d sigma = 1e3 * pair.sigma.translation;
+    const Eigen::Vector3d degrees = pair.sigma.rotation * 180.0 / M_PI;
+    Line(
+        fmt::format("{}/{}: xyz [{:.4f}, {:.4f}, {:.4f}] m, rpy [{:.3f}, {:.3f}, {:.3f}] deg; sigma "
+                    "[{:.1f}, {:.1f}, {:.1f}] mm, [{:.4f}, {:.4f}, {:.4f}] deg",
+                    pair.a, pair.b, p.x(), p.y(), p.z(), rpy.x(), rpy.y(), rpy.z(), sigma.x(), sigma.y(),
+                    sigma.z(), degrees.x(), degrees.y(), degrees.z()));
+  }
   for (const std::string& warning : result.warnings) Warning("warning: " + warning);
   display_.OnResult(result);
 }

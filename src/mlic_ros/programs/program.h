@@ -12,7 +12,7 @@ enum ExitStatus {
   kBadInput = 1,
   kRefused = 2,
   kFailure = 3,
-  kPartial = 4,  // some sensors of the rig
+  kPartial = 4,  // some sensors of the rig, or pairs of them
   kInterrupted = 130,
 };
 

@@ -70,8 +70,33 @@ TEST(Export, FramesAreUniqueAndWithoutSlash) {
   result.sensors[2].frame_id = "";
   result.sensors[3].frame_id = "imu";
   const ExportFrames frames = FramesOf(result);
-  EXPECT_EQ(frames.imu, "imu");
+  EXPECT_EQ(frames.root, "imu");
   EXPECT_EQ(frames.sensors, (std::vector<std::string>{"velodyne", "left_lidar", "right_lidar", "cam_front"}));
+}
+
+TEST(Export, PairsAreAboutTheRoot) {
+  TemporaryDirectory directory;
+  CalibrationResult result;
+  result.verdict = Verdict::kPartial;
+  result.root = "roof";
+  result.imu_frame_id = "imu";
+  for (const char* name : {"front", "roof", "rear", "left"}) {
+    result.rejected.push_back({name, SensorResult::Type::kLidar, "parked", std::string(name) + "_link"});
+  }
+  const RigidTransform T{FromRollPitchYaw({0.1, 0.2, 0.3}), {1.0, 2.0, 3.0}};
+  result.pairs = {{"front", "roof", T, {}}, {"front", "rear", T, {}}, {"roof", "rear", T, {}}};
+  const std::vector<ExportedSensor> exported = ExportedSensors(result);
+  ASSERT_EQ(exported.size(), 2u);
+  EXPECT_EQ(exported[0].name, "front");
+  EXPECT_LT((exported[0].T_root_sensor.translation - T.Inverse().translation).norm(), 1e-12);
+  EXPECT_EQ(exported[1].name, "rear");
+  EXPECT_LT((exported[1].T_root_sensor.translation - T.translation).norm(), 1e-12);
+  EXPECT_EQ(FramesOf(result).root, "roof_link");
+  WriteStaticTransforms(directory.Path() / "static.launch", result);
+  WriteUrdf(directory.Path() / "sensors.urdf", result);
+  EXPECT_TRUE(Contains(ReadFile(directory.Path() / "static.launch"), " roof_link rear_link\""));
+  EXPECT_TRUE(Contains(ReadFile(directory.Path() / "sensors.urdf"), "<parent link=\"roof_link\"/>"));
+  EXPECT_FALSE(Contains(ReadFile(directory.Path() / "sensors.urdf"), "imu"));
 }
 
 TEST(Export, AWordOfAShellIsQuotedWhereItMustBe) {
@@ -134,7 +159,7 @@ CalibrationResult ResultWithHostileFrames() {
 
 TEST(Export, FramesThatWouldBeEvaluatedFallBackToTheName) {
   const ExportFrames frames = FramesOf(ResultWithHostileFrames());
-  EXPECT_EQ(frames.imu, "imu 'of' <the> car");
+  EXPECT_EQ(frames.root, "imu 'of' <the> car");
   EXPECT_EQ(frames.sensors,
             (std::vector<std::string>{"front_lidar", "left \"lidar\" & more", "right_lidar", "cam_front"}));
   ASSERT_EQ(frames.notes.size(), 3u);
@@ -142,7 +167,7 @@ TEST(Export, FramesThatWouldBeEvaluatedFallBackToTheName) {
   EXPECT_TRUE(Contains(frames.notes[2], "cam?front ?")) << "no control characters on the terminal";
   CalibrationResult result;
   result.imu_frame_id = "$(find mlic)";
-  EXPECT_EQ(FramesOf(result).imu, "imu");
+  EXPECT_EQ(FramesOf(result).root, "imu");
   EXPECT_TRUE(FramesOf(SampleResult()).notes.empty());
 }
 

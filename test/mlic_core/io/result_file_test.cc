@@ -114,6 +114,30 @@ TEST(ResultFile, RoundTripKeepsEverything) {
   }
 }
 
+TEST(ResultFile, PairsAboutARootKeepFramesAndUnobservableDirections) {
+  using Quantity = UnobservableDirection::Quantity;
+  TemporaryDirectory directory;
+  CalibrationResult result;
+  result.verdict = Verdict::kPartial;
+  result.root = "roof";
+  result.rejected = {{"front", SensorResult::Type::kLidar, "parked", "front_link"},
+                     {"roof", SensorResult::Type::kLidar, "parked", "roof_link"}};
+  PairResult pair{"front", "roof", {}, {}};
+  pair.unobservable = {{Quantity::kTranslation, Eigen::Vector3d::UnitX(), 0.1},
+                       {Quantity::kTimeOffset, Eigen::Vector3d::Zero(), 0.03}};
+  result.pairs = {pair};
+  WriteCalibrationFile(directory.Path() / "calibration.yaml", result);
+  const CalibrationResult copy = ReadCalibrationFile(directory.Path() / "calibration.yaml");
+  EXPECT_EQ(copy.verdict, Verdict::kPartial);
+  EXPECT_EQ(copy.root, "roof");
+  ASSERT_EQ(copy.rejected.size(), 2u);
+  EXPECT_EQ(copy.rejected[1].frame_id, "roof_link");
+  ASSERT_EQ(copy.pairs.size(), 1u);
+  ASSERT_EQ(copy.pairs[0].unobservable.size(), 2u);
+  EXPECT_EQ(copy.pairs[0].unobservable[0].direction, Eigen::Vector3d::UnitX());
+  EXPECT_NEAR(copy.pairs[0].unobservable[1].sigma, 0.03, 1e-12);
+}
+
 TEST(ResultFile, RefusedKeepsReasons) {
   TemporaryDirectory directory;
   CalibrationResult result;

@@ -35,7 +35,7 @@ auto Members(SensorResult& sensor) {
                   sensor.rolling_shutter_readout, sensor.readout_sigma, sensor.held_out);
 }
 
-auto Members(PairResult& pair) { return std::tie(pair.a, pair.b, pair.T_a_b, pair.sigma); }
+auto Members(PairResult& pair) { return std::tie(pair.a, pair.b, pair.T_a_b, pair.sigma, pair.unobservable); }
 auto Members(StageSummary& stage) {
   return std::tie(stage.name, stage.seconds, stage.processor_seconds, stage.lines);
 }
@@ -52,11 +52,13 @@ auto Members(QualityCheck& check) {
   return std::tie(check.name, check.sensor, check.value, check.limit, check.unit, check.bound, check.refuses,
                   check.failure, check.remedy);
 }
-auto Members(RejectedSensor& sensor) { return std::tie(sensor.name, sensor.type, sensor.reason); }
+auto Members(RejectedSensor& sensor) {
+  return std::tie(sensor.name, sensor.type, sensor.reason, sensor.frame_id);
+}
 auto Members(CalibrationResult& result) {
   return std::tie(result.verdict, result.reasons, result.rejected, result.warnings, result.checks,
                   result.imu_frame_id, result.imu, result.gravity, result.sensors, result.initial_sensors,
-                  result.pairs, result.trajectories, result.map, result.stages, result.residuals,
+                  result.pairs, result.root, result.trajectories, result.map, result.stages, result.residuals,
                   result.keyframes, result.peak_memory_megabytes);
 }
 

@@ -49,8 +49,9 @@ std::string Vector(const Eigen::Vector3d& v, int decimals) {
          FixedNumber(v.z(), decimals);
 }
 
-std::string DirectionLine(const SensorResult& sensor, const UnobservableDirection& direction) {
-  const std::string name = "<li><b>" + EscapeXml(sensor.name) + "</b>: ";
+// of: the sensor or pair.
+std::string DirectionLine(const std::string& of, const UnobservableDirection& direction) {
+  const std::string name = "<li><b>" + EscapeXml(of) + "</b>: ";
   switch (direction.quantity) {
     case UnobservableDirection::Quantity::kTranslation:
       return name + "translation along (" + Vector(direction.direction, 2) + "), known to &plusmn; " +
@@ -135,7 +136,7 @@ std::string SensorTable(const CalibrationResult& result) {
     if (drifts) html += DriftCell(sensor);
     html += "</tr>\n";
     for (const UnobservableDirection& direction : sensor.unobservable) {
-      directions += DirectionLine(sensor, direction);
+      directions += DirectionLine(sensor.name, direction);
     }
   }
   html +=
@@ -169,15 +170,24 @@ std::string PairTable(const CalibrationResult& result) {
   std::string html = std::string("<div class=\"wide\"><table><tr><th>pair a / b</th>") + kPoseHeader +
                      "<th>&sigma; offset</th></tr>\n";
   const std::array<bool, 3> all{true, true, true};
+  std::string directions;
   for (const PairResult& pair : result.pairs) {
     html += "<tr>" + Cell(EscapeXml(pair.a) + " / " + EscapeXml(pair.b)) +
             PoseCells(pair.T_a_b, pair.sigma, all, all) +
             Cell("<small>&plusmn; " + FixedNumber(1e3 * pair.sigma.time_offset, 3) + " ms</small>", "n") +
             "</tr>\n";
+    for (const UnobservableDirection& direction : pair.unobservable) {
+      directions += DirectionLine(pair.a + " / " + pair.b, direction);
+    }
   }
+  html +=
+      "</table></div>\n<p class=\"note\">Pose of b in the frame of a; sigmas along and about the axes of "
+      "a.</p>\n";
+  if (directions.empty()) return html;
   return html +
-         "</table></div>\n<p class=\"note\">Pose of b in the frame of a; sigmas along and about the axes of "
-         "a.</p>\n";
+         "<p>These directions are unobservable in this drive; the given guess, or how well clocks are known, "
+         "decides them:</p><ul>\n" +
+         directions + "</ul>\n";
 }
 
 std::string ImuTable(const CalibrationResult& result) {

@@ -31,7 +31,8 @@ std::string Tiles(const CalibrationResult& result) {
   const LargestSigmas sigmas = FindLargestSigmas(result);
   std::string html =
       "<div class=\"tiles\">" + Tile(std::to_string(result.sensors.size()), "sensors calibrated");
-  if (!result.sensors.empty()) {
+  if (!result.root.empty()) html += Tile(std::to_string(result.pairs.size()), "pairs of LiDARs");
+  if (!result.sensors.empty() || !result.root.empty()) {
     html +=
         Tile(FixedNumber(kDegreesPerRadian * sigmas.rotation, 4) + "&deg;", "largest &sigma; of a rotation");
     html += Tile(FixedNumber(1e3 * sigmas.translation, 1) + " mm",
@@ -92,7 +93,10 @@ std::string VerdictBlock(const CalibrationResult& result) {
   std::string title = name;
   title[0] = static_cast<char>(std::toupper(title[0]));
   std::string html = "<section class=\"verdict " + name + "\">\n<h1>" + title + "</h1>\n<p class=\"lead\">";
-  if (result.verdict == Verdict::kPartial) {
+  if (!result.root.empty()) {
+    html += "The pairs of LiDARs below can be used, and launch file and URDF, which are about " +
+            EscapeXml(result.root) + ". Nothing ties them to the IMU:</p>\n" + List(result.reasons);
+  } else if (result.verdict == Verdict::kPartial) {
     html += "The sensors below can be used. Others of the rig were rejected and are not given:</p>\n" +
             List(result.reasons);
   } else if (!result.Usable()) {
@@ -113,6 +117,12 @@ std::string VerdictBlock(const CalibrationResult& result) {
 
 LargestSigmas FindLargestSigmas(const CalibrationResult& result) {
   LargestSigmas largest;
+  for (const PairResult& pair : result.pairs) {
+    if (result.root.empty()) break;
+    largest.rotation = std::max(largest.rotation, pair.sigma.rotation.maxCoeff());
+    largest.translation = std::max(largest.translation, pair.sigma.translation.maxCoeff());
+    largest.time_offset = std::max(largest.time_offset, pair.sigma.time_offset);
+  }
   for (const SensorResult& sensor : result.sensors) {
     for (std::size_t k = 0; k < 3; ++k) {
       const auto i = static_cast<Eigen::Index>(k);
@@ -144,7 +154,7 @@ std::vector<std::string> NextSteps(const CalibrationResult& result, const std::f
         check.name + (check.sensor.empty() ? "" : " of " + check.sensor) + ": " + check.remedy;
     if (!result.Trusted()) steps.push_back(step);
   }
-  if (!result.Usable()) {
+  if (!result.Usable() || !result.root.empty()) {
     steps.push_back(
         "Record again with turns: a figure of eight in a vehicle, or turns about all three axes by hand, "
         "among "

@@ -31,14 +31,43 @@ std::string Writable(const std::string& frame, const std::string& owner, const s
   return other;
 }
 
+// Empty where it is not known.
+std::string FrameOfRejected(const CalibrationResult& result, const std::string& sensor) {
+  for (const RejectedSensor& rejected : result.rejected) {
+    if (rejected.name == sensor) return rejected.frame_id;
+  }
+  return "";
+}
+
 }  // namespace
+
+std::vector<ExportedSensor> ExportedSensors(const CalibrationResult& result) {
+  std::vector<ExportedSensor> exported;
+  if (result.root.empty()) {
+    for (const SensorResult& sensor : result.sensors) {
+      exported.push_back({sensor.name, sensor.frame_id, sensor.calibration.T_imu_sensor});
+    }
+  }
+  for (const PairResult& pair : result.pairs) {
+    if (result.root.empty()) break;
+    if (pair.a == result.root) exported.push_back({pair.b, FrameOfRejected(result, pair.b), pair.T_a_b});
+    if (pair.b == result.root) {
+      exported.push_back({pair.a, FrameOfRejected(result, pair.a), pair.T_a_b.Inverse()});
+    }
+  }
+  return exported;
+}
 
 ExportFrames FramesOf(const CalibrationResult& result) {
   ExportFrames frames;
-  frames.imu = Writable(WithoutLeadingSlash(result.imu_frame_id), "the IMU", "imu", &frames.notes);
-  if (frames.imu.empty()) frames.imu = "imu";
-  std::set<std::string> used{frames.imu};
-  for (const SensorResult& sensor : result.sensors) {
+  const bool imu = result.root.empty();
+  const std::string name = imu ? "imu" : result.root;
+  frames.root =
+      Writable(WithoutLeadingSlash(imu ? result.imu_frame_id : FrameOfRejected(result, result.root)),
+               imu ? "the IMU" : name, name, &frames.notes);
+  if (frames.root.empty()) frames.root = name;
+  std::set<std::string> used{frames.root};
+  for (const ExportedSensor& sensor : ExportedSensors(result)) {
     std::string frame =
         Writable(WithoutLeadingSlash(sensor.frame_id), sensor.name, sensor.name, &frames.notes);
     if (frame.empty() || used.count(frame) > 0) frame = sensor.name;

@@ -139,6 +139,7 @@ std::string RejectedText(const std::vector<RejectedSensor>& rejected) {
     text += "  " + rejected[i].name +
             ":\n    type: " + TypeNames()[static_cast<std::size_t>(rejected[i].type)] +
             "\n    verdict: rejected\n    reason: " + QuotedYaml(reasons) + "\n";
+    if (!rejected[i].frame_id.empty()) text += "    frame_id: " + QuotedYaml(rejected[i].frame_id) + "\n";
   }
   return text;
 }
@@ -186,10 +187,14 @@ void WriteCalibrationFile(const std::filesystem::path& path, const CalibrationRe
   text += result.sensors.empty() && result.rejected.empty() ? "sensors: {}\n" : "sensors:\n";
   for (const SensorResult& sensor : result.sensors) text += SensorText(sensor);
   text += RejectedText(result.rejected);
+  if (!result.root.empty()) {
+    text += "root: " + result.root + "  # the launch file and the URDF are about it, not about the IMU\n";
+  }
   text += result.pairs.empty() ? "pairs: {}\n" : "pairs:\n";
   for (const PairResult& pair : result.pairs) {
     text += "  " + pair.a + "/" + pair.b + ": {T_a_b: " + PoseText(pair.T_a_b) +
-            ", sigma: " + SigmaText(pair.sigma) + "}\n";
+            ", sigma: " + SigmaText(pair.sigma) +
+            (result.root.empty() ? "" : ", unobservable: " + UnobservableText(pair.unobservable)) + "}\n";
   }
   WriteFileAtomically(path, text);
 }

@@ -36,15 +36,9 @@ std::array<bool, 3> ReadFlags(const YamlReader& flags) {
   return {elements[0].Flag(), elements[1].Flag(), elements[2].Flag()};
 }
 
-void ReadObservability(const YamlReader& node, SensorResult* sensor) {
-  if (node.Has("observable")) {
-    const YamlReader observable = node.Get("observable");
-    if (observable.Has("translation"))
-      sensor->translation_observable = ReadFlags(observable.Get("translation"));
-    if (observable.Has("rotation")) sensor->rotation_observable = ReadFlags(observable.Get("rotation"));
-    if (observable.Has("time_offset")) sensor->time_offset_observable = observable.Get("time_offset").Flag();
-  }
-  if (!node.Has("unobservable")) return;
+std::vector<UnobservableDirection> ReadUnobservable(const YamlReader& node) {
+  std::vector<UnobservableDirection> directions;
+  if (!node.Has("unobservable")) return directions;
   for (const YamlReader& element : node.Get("unobservable").Elements()) {
     UnobservableDirection direction;
     const YamlReader quantity = element.Get("quantity", "give translation, rotation or time_offset");
@@ -53,8 +47,20 @@ void ReadObservability(const YamlReader& node, SensorResult* sensor) {
     if (element.Has("sigma")) direction.sigma = element.Get("sigma").Number();
     if (direction.quantity == UnobservableDirection::Quantity::kRotation)
       direction.sigma /= kDegreesPerRadian;
-    sensor->unobservable.push_back(direction);
+    directions.push_back(direction);
   }
+  return directions;
+}
+
+void ReadObservability(const YamlReader& node, SensorResult* sensor) {
+  if (node.Has("observable")) {
+    const YamlReader observable = node.Get("observable");
+    if (observable.Has("translation"))
+      sensor->translation_observable = ReadFlags(observable.Get("translation"));
+    if (observable.Has("rotation")) sensor->rotation_observable = ReadFlags(observable.Get("rotation"));
+    if (observable.Has("time_offset")) sensor->time_offset_observable = observable.Get("time_offset").Flag();
+  }
+  sensor->unobservable = ReadUnobservable(node);
 }
 
 CameraIntrinsics ReadIntrinsics(const YamlReader& node) {
@@ -196,6 +202,7 @@ PairResult ReadPair(const YamlReader& node) {
   pair.b = node.Name().substr(slash + 1);
   pair.T_a_b = ReadPose(node.Get("T_a_b", "give {translation: [x, y, z], rotation: [x, y, z, w]}"));
   pair.sigma = ReadSigma(node);
+  pair.unobservable = ReadUnobservable(node);
   return pair;
 }
 
@@ -222,10 +229,12 @@ CalibrationResult ReadCalibrationFile(const std::filesystem::path& path) {
     if (IsRejected(sensor)) {
       const std::string reason = sensor.Has("reason") ? sensor.Get("reason").String() : "";
       result.rejected.push_back({sensor.Name(), ReadType(sensor), reason});
+      if (sensor.Has("frame_id")) result.rejected.back().frame_id = sensor.Get("frame_id").Text();
     } else {
       result.sensors.push_back(ReadSensor(sensor));
     }
   }
+  if (root.Has("root")) result.root = root.Get("root").Text();
   if (root.Has("pairs")) {
     for (const YamlReader& pair : root.Get("pairs").Entries()) result.pairs.push_back(ReadPair(pair));
   }

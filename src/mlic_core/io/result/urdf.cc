@@ -18,13 +18,14 @@ void WriteUrdf(const std::filesystem::path& path, const CalibrationResult& resul
   std::string text =
       "<?xml version=\"1.0\"?>\n<!-- Sensor poses found by MLIC: metres, fixed-axis rpy in radians. -->\n";
   text += "<robot name=\"sensors\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">\n";
-  text += "  <link name=\"" + EscapeXml(frames.imu) + "\"/>\n";
-  for (std::size_t i = 0; i < result.sensors.size(); ++i) {
-    const RigidTransform& pose = result.sensors[i].calibration.T_imu_sensor;
+  text += "  <link name=\"" + EscapeXml(frames.root) + "\"/>\n";
+  const std::vector<ExportedSensor> sensors = ExportedSensors(result);
+  for (std::size_t i = 0; i < sensors.size(); ++i) {
+    const RigidTransform& pose = sensors[i].T_root_sensor;
     const std::string link = EscapeXml(frames.sensors[i]);
     text += "  <link name=\"" + link + "\"/>\n";
     text += "  <joint name=\"" + link + "_joint\" type=\"fixed\">\n";
-    text += "    <parent link=\"" + EscapeXml(frames.imu) + "\"/>\n    <child link=\"" + link + "\"/>\n";
+    text += "    <parent link=\"" + EscapeXml(frames.root) + "\"/>\n    <child link=\"" + link + "\"/>\n";
     text += "    <origin xyz=\"" + Triple(pose.translation) + "\" rpy=\"" +
             Triple(ToRollPitchYaw(pose.rotation)) + "\"/>\n  </joint>\n";
   }
