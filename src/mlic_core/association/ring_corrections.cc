@@ -90,7 +90,7 @@ void RingSums::AddPlane(std::size_t p, std::vector<Quarters>* sums) const {
     sum.information += weight * row * row.transpose();
     sum.gradient += weight * residuals[k] * row;
     sum.count += 1.0;
-    sum.elevation += std::asin(x.z() / x.norm());
+    sum.elevation += ElevationOf(o.position);
   }
 }
 
@@ -201,6 +201,11 @@ Eigen::MatrixX2d RingTrend(const Eigen::VectorXd& elevations) {
   return trend;
 }
 
+double ElevationOf(const Eigen::Vector3f& position) {
+  const Eigen::Vector3d x = position.cast<double>();
+  return std::asin(x.z() / x.norm());
+}
+
 Eigen::Vector3f CorrectedPoint(const Eigen::Vector3f& position, const RingCorrection& correction) {
   if (correction.range == 0.0f && correction.elevation == 0.0f) return position;
   const Eigen::Vector3d x = position.cast<double>();
@@ -208,13 +213,24 @@ Eigen::Vector3f CorrectedPoint(const Eigen::Vector3f& position, const RingCorrec
 }
 
 Eigen::Vector3f CorrectedPoint(const LidarPoint& point, const CalibrationState& state, std::size_t lidar) {
-  if (state.rings.empty() || point.ring >= state.rings[lidar].size()) return point.position;
-  return CorrectedPoint(point.position, state.rings[lidar][point.ring]);
+  RingCorrection correction;
+  if (lidar < state.rings.size() && point.ring < state.rings[lidar].size()) {
+    correction = state.rings[lidar][point.ring];
+  }
+  if (lidar < state.ranges.size()) {
+    const RangeCorrection& all = state.ranges[lidar];
+    correction.range += static_cast<float>(all.offset + all.slope * ElevationOf(point.position));
+  }
+  return CorrectedPoint(point.position, correction);
 }
 
 PointCorrection CorrectionOfRings(const CalibrationState& state) {
-  const auto has_none = [](const RingCorrections& rings) { return rings.empty(); };
-  if (std::all_of(state.rings.begin(), state.rings.end(), has_none)) return nullptr;
+  const bool rings = std::any_of(state.rings.begin(), state.rings.end(),
+                                 [](const RingCorrections& of_lidar) { return !of_lidar.empty(); });
+  const bool ranges = std::any_of(state.ranges.begin(), state.ranges.end(), [](const RangeCorrection& all) {
+    return all.offset != 0.0 || all.slope != 0.0;
+  });
+  if (!rings && !ranges) return nullptr;
   return [&state](std::size_t lidar, const LidarPoint& point) { return CorrectedPoint(point, state, lidar); };
 }
 
@@ -238,14 +254,23 @@ RingCorrection TypicalCorrection(const RingCorrections& corrections) {
   return {static_cast<float>(std::sqrt(range / count)), static_cast<float>(std::sqrt(elevation / count))};
 }
 
-std::string DescribeCorrections(const RingCorrections& corrections) {
-  const RingCorrection typical = TypicalCorrection(corrections);
-  if (typical.range == 0.0f && typical.elevation == 0.0f) return "";
-  char text[120];
-  std::snprintf(text, sizeof(text),
-                ": its rings err by %.1f mm in range and %.3f deg in elevation (rms); corrected",
-                1e3 * typical.range, typical.elevation * 180.0 / M_PI);
-  return text;
+std::string DescribeCorrections(const CalibrationState& state, std::size_t lidar) {
+  const RingCorrections& rings = state.rings[lidar];
+  const RangeCorrection all = lidar < state.ranges.size() ? state.ranges[lidar] : RangeCorrection{};
+  std::string text;
+  char part[120];
+  if (!rings.empty()) {
+    const RingCorrection typical = TypicalCorrection(rings);
+    std::snprintf(part, sizeof(part), "; its rings err by %.1f mm in range and %.3f deg in elevation (rms)",
+                  1e3 * typical.range, typical.elevation * 180.0 / M_PI);
+    text += part;
+  }
+  if (all.offset != 0.0) {
+    std::snprintf(part, sizeof(part), "; its ranges are %.1f mm too %s", 1e3 * std::abs(all.offset),
+                  all.offset > 0.0 ? "short" : "long");
+    text += part;
+  }
+  return text.empty() ? text : ":" + text.substr(1) + "; corrected";
 }
 
 }  // namespace mlic

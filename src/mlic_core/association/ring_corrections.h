@@ -13,10 +13,13 @@ namespace mlic {
 // The point as its ring's correction has it. Elevation is measured from the plane across the LiDAR's z axis.
 Eigen::Vector3f CorrectedPoint(const Eigen::Vector3f& position, const RingCorrection& correction);
 
-// The same for a point of one of the state's LiDARs; where the state has no correction, as measured.
+// Above the plane across the LiDAR's z axis: rad.
+double ElevationOf(const Eigen::Vector3f& position);
+
+// The point of one of the state's LiDARs, its ring's and all ranges' corrections applied.
 Eigen::Vector3f CorrectedPoint(const LidarPoint& point, const CalibrationState& state, std::size_t lidar);
 
-// The same for drawing maps; nothing where no LiDAR has corrections. The state must outlive it.
+// The same for drawing maps; nothing where no LiDAR has any. The state must outlive it.
 PointCorrection CorrectionOfRings(const CalibrationState& state);
 
 // By how much a point's residual (along the beam) grows when its ring's range and elevation do: m per m, m
@@ -42,6 +45,6 @@ bool CorrectRings(const std::vector<DriveTerms>& drives, CalibrationState* state
 RingCorrection TypicalCorrection(const RingCorrections& corrections);
 
 // For people, to go on from a LiDAR's name; empty when nothing is corrected.
-std::string DescribeCorrections(const RingCorrections& corrections);
+std::string DescribeCorrections(const CalibrationState& state, std::size_t lidar);
 
 }  // namespace mlic

@@ -8,6 +8,7 @@
 #include "mlic_core/problem/joint_solver.h"
 #include "mlic_core/summary/snapshot.h"
 #include "mlic_core/uncertainty/point_scatter.h"
+#include "mlic_core/uncertainty/range_errors.h"
 
 namespace mlic {
 namespace {
@@ -110,6 +111,7 @@ void MeasureScale(const Adjustment& adjustment, CovarianceScale* scale) {
     scale->correlation = std::max(scale->correlation, scale->stamps[l].excess);
   }
   scale->inflation.points = ScatterOfPoints(problem, state, scale->correlation);
+  scale->inflation.points += ScatterOfRanges(problem, state);
   if (adjustment.rounds.landmarks == Landmarks::kNone) return;
   scale->inflation.cameras = MeasureCameraInflation(
       problem, state, adjustment.cameras.landmark_options,

@@ -20,6 +20,7 @@
 #include "mlic_core/uncertainty/imu_alignment.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
 #include "mlic_core/uncertainty/point_scatter.h"
+#include "mlic_core/uncertainty/range_errors.h"
 
 namespace mlic {
 namespace {
@@ -47,6 +48,7 @@ void BeginRounds(Landmarks landmarks, Adjustment* adjustment) {
   adjustment->rounds.alignment_tried = false;
   adjustment->rounds.noise_measured = false;
   adjustment->rounds.clocks_reviewed = false;
+  adjustment->rounds.ranges_measured = false;
   if (landmarks != Landmarks::kTracksAndMap) return;
   adjustment->map.cameras_before = adjustment->state.cameras;
   adjustment->map.noise.assign(adjustment->state.cameras.size(), kLeastMatchNoise);
@@ -159,6 +161,15 @@ void MeasureNoise(const AdjustmentContext& context, Adjustment* adjustment) {
   adjustment->noise_information =
       NoiseInformation(adjustment->problem, adjustment->state, context.monitor.cancellation);
   adjustment->rounds.noise_measured = true;
+}
+
+// Whether LiDARs' ranges err together is asked once in the rounds, and again where they do. True if their
+// corrections have moved.
+bool ReviewRanges(Adjustment* adjustment) {
+  if (adjustment->rounds.ranges_measured && !AnyRangeCorrected(adjustment->state)) return false;
+  adjustment->rounds.ranges_measured = true;
+  const double correlation = CorrelationFactor(adjustment->problem.drives, adjustment->state);
+  return CorrectRanges(adjustment->problem, correlation, &adjustment->state);
 }
 
 // Decides which axes of the accelerometer's rotation to the gyroscope move in the next round; held ones are
@@ -290,15 +301,17 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     const double change = ChangeInSigmas(adjustment, context.dataset, before);
     rounds.last_change = change;
     if (many && !rounds.noise_measured) MeasureNoise(context, &adjustment);
-    // Not before: extrinsics on their way look like clocks that drift, and like rings that err.
+    // Not before: extrinsics on their way look like clocks that drift, and like rings and ranges that err.
     const bool settled = options.find_sensor_errors && many && change < 1.0;
-    bool clocks_moved = false;
+    bool clocks_moved = false, ranges_moved = false;
     if (settled && !rounds.clocks_reviewed) {
       rounds.clocks_reviewed = true;
       clocks_moved = ReviewClocks(context, &adjustment);
     }
-    const bool rings_moved =
-        settled && !clocks_moved && CorrectRings(adjustment.problem.drives, &adjustment.state);
+    if (settled && !clocks_moved) {
+      ranges_moved = CorrectRings(adjustment.problem.drives, &adjustment.state);
+      ranges_moved |= ReviewRanges(&adjustment);
+    }
     if (!adjustment.state.lidars.empty()) {
       adjustment.cameras.sigmas =
           SigmasAgainstLidar(Analyze(adjustment, context.dataset), adjustment.state, adjustment.base_lidar);
@@ -310,7 +323,7 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     const bool more = many && TakeMorePoints(context.dataset, &adjustment);
     const bool guess_dropped =
         round + 1 < kMostRounds && FindContradictedGuesses(context, before, &adjustment);
-    if (many && !more && !rings_moved && !axes_moved && !guess_dropped && !clocks_moved &&
+    if (many && !more && !ranges_moved && !axes_moved && !guess_dropped && !clocks_moved &&
         change < options.until && round + 1 >= least_rounds &&
         (round + 1 == kMostRounds || !settled || !ReviewClocks(context, &adjustment))) {
       break;
@@ -352,7 +365,7 @@ void MeasureUncertainty(const AdjustmentContext& context, Adjustment* adjustment
                 std::sqrt(scale.correlation));
   line(text);
   for (std::size_t l = 0; l < state.rings.size(); ++l) {
-    const std::string found = DescribeCorrections(state.rings[l]);
+    const std::string found = DescribeCorrections(state, l);
     if (!found.empty()) line(context.rig.lidars[l].name + found);
   }
   for (const std::string& text : DescribeInflation(scale.inflation.cameras, context.rig, state)) line(text);

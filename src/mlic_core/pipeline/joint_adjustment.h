@@ -11,8 +11,8 @@ struct JointOptions {
   Landmarks landmarks = Landmarks::kNone;
   // from: definition, docs/method.md section 8.
   double until = 0.1;  // what of its sigma the calibration may still move by in the last round
-  // Whether rings that err and clocks that drift are found and corrected. A parked LiDAR's rings see the same
-  // places all the time, and err there as the places do; its clock shows nothing.
+  // Whether rings and ranges that err and clocks that drift are found and corrected. A parked LiDAR's rings
+  // see the same places all the time, and err there as the places do; its clock shows nothing.
   bool find_sensor_errors = true;
   // Called between two rounds: a run that goes on from there gives the same bits.
   std::function<void(const Adjustment&)> after_round = [](const Adjustment&) {};

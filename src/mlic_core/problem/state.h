@@ -31,9 +31,16 @@ struct RingCorrection {
 };
 using RingCorrections = std::vector<RingCorrection>;  // by ring; rings beyond its end need none
 
+// What all ranges of a LiDAR need added: offset + slope * elevation.
+struct RangeCorrection {
+  double offset = 0.0;  // m
+  double slope = 0.0;   // m/rad
+};
+
 struct CalibrationState {
   std::vector<SensorCalibration> lidars;
-  std::vector<RingCorrections> rings;  // of each LiDAR; empty: none
+  std::vector<RingCorrections> rings;   // of each LiDAR; empty: none
+  std::vector<RangeCorrection> ranges;  // of each LiDAR; empty: none
   std::vector<CameraCalibration> cameras;
   Eigen::Matrix3d gyroscope_matrix = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d accelerometer_matrix = Eigen::Matrix3d::Identity();

@@ -47,6 +47,7 @@ struct JointRounds {
   bool alignment_tried = false;     // AlignmentReview::taken_back of an earlier round
   bool clocks_reviewed = false;     // for drift, a first time
   bool noise_measured = false;      // Adjustment::noise_information is of these rounds
+  bool ranges_measured = false;     // whether LiDARs' ranges err together (CorrectRanges)
   // By how many of its sigmas the last round moved the calibration where rounds were over before it was
   // settled, else 0: part of the sigmas.
   double unsettled = 0.0;

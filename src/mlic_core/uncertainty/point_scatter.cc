@@ -92,7 +92,7 @@ void AddRings(const LinearizationPoint& at, std::size_t drive, std::size_t plane
                                              at.state.drives[drive].trajectory);
     response.range.col(o.ring) += row[0] * reduced.col(i);
     response.elevation.col(o.ring) += row[1] * reduced.col(i);
-    response.elevations[o.ring] += std::asin(o.position.z() / o.position.norm());
+    response.elevations[o.ring] += ElevationOf(o.position);
     response.points[o.ring] += 1.0;
   }
 }
@@ -120,22 +120,24 @@ void AddPlane(const LinearizationPoint& at, const Eigen::MatrixXd& knot_response
   AddRings(at, drive, plane, rows, reduced, scatter);
 }
 
-// Of the errors that corrections leave in: the rings' trend as far as rings that err like these have one, and
-// all that the others may err by.
-Eigen::MatrixXd LeftOfRings(const RingResponse& response, const RingCorrections& corrections) {
-  std::vector<Eigen::Index> corrected;
-  Eigen::MatrixXd left = Eigen::MatrixXd::Zero(response.range.rows(), response.range.rows());
+// Of the errors that corrections leave in: the trend as far as rings that err like these have one, and all
+// that rings without a correction may err by. ranges_found: the trend of the ranges is estimated
+// (range_errors.h).
+Eigen::MatrixXd LeftOfRings(const RingResponse& response, const RingCorrections& corrections,
+                            bool ranges_found) {
   const RingCorrection typical = TypicalCorrection(corrections);
-  const auto add = [&](const Eigen::MatrixXd& range, const Eigen::MatrixXd& elevation) {
-    left.noalias() += typical.range * typical.range * range * range.transpose();
-    left.noalias() += typical.elevation * typical.elevation * elevation * elevation.transpose();
+  Eigen::MatrixXd left = Eigen::MatrixXd::Zero(response.range.rows(), response.range.rows());
+  const auto add = [&](double sigma, const Eigen::MatrixXd& columns) {
+    left.noalias() += sigma * sigma * columns * columns.transpose();
   };
+  std::vector<Eigen::Index> corrected;
   for (Eigen::Index r = 0; r < response.points.size(); ++r) {
     if (response.points[r] == 0.0) continue;
     if (corrections[r].range != 0.0f || corrections[r].elevation != 0.0f) {
       corrected.push_back(r);
     } else {
-      add(response.range.col(r), response.elevation.col(r));
+      add(typical.range, response.range.col(r));
+      add(typical.elevation, response.elevation.col(r));
     }
   }
   const auto count = static_cast<Eigen::Index>(corrected.size());
@@ -147,8 +149,8 @@ Eigen::MatrixXd LeftOfRings(const RingResponse& response, const RingCorrections&
     range.col(i) = response.range.col(r);
     elevation.col(i) = response.elevation.col(r);
   }
-  const Eigen::MatrixX2d trend = RingTrend(elevations);
-  add(range * trend, elevation * trend);
+  if (!ranges_found) add(typical.range, range * RingTrend(elevations));
+  add(typical.elevation, elevation * RingTrend(elevations));
   return left;
 }
 
@@ -196,7 +198,9 @@ Eigen::MatrixXd ScatterOfPoints(const JointProblem& given, const CalibrationStat
   for (std::size_t c = 1; c < parts.size(); ++c) parts[0].Add(parts[c]);
   Eigen::MatrixXd scatter = Excess(parts[0], usual, CalibrationLimits(state, layout));
   for (std::size_t l = 0; l < state.rings.size(); ++l) {
-    if (!state.rings[l].empty()) scatter += LeftOfRings(parts[0].rings[l], state.rings[l]) / usual;
+    if (state.rings[l].empty()) continue;
+    const bool ranges_found = l < state.ranges.size() && state.ranges[l].offset != 0.0;
+    scatter += LeftOfRings(parts[0].rings[l], state.rings[l], ranges_found) / usual;
   }
   return scatter;
 }

@@ -16,6 +16,8 @@ template <>
 struct IsFlat<LandmarkNoise> : std::true_type {};
 template <>
 struct IsFlat<RingCorrection> : std::true_type {};
+template <>
+struct IsFlat<RangeCorrection> : std::true_type {};
 
 // Splines are their knots and control points; the rest follows from these.
 template <typename Spline>
@@ -72,7 +74,7 @@ auto Members(CameraCalibration& camera) {
   return std::tie(camera.sensor, camera.intrinsics, camera.rolling_shutter, camera.readout);
 }
 auto Members(CalibrationState& state) {
-  return std::tie(state.lidars, state.rings, state.cameras, state.gyroscope_matrix,
+  return std::tie(state.lidars, state.rings, state.ranges, state.cameras, state.gyroscope_matrix,
                   state.accelerometer_matrix, state.gravity, state.drives);
 }
 
@@ -120,8 +122,9 @@ auto Members(Adjustment& adjustment) {
       adjustment.map.cameras_before, adjustment.map.noise, adjustment.map.held_out,
       adjustment.rounds.landmarks, adjustment.rounds.done, adjustment.rounds.points_per_scan,
       adjustment.rounds.alignment_tried, adjustment.rounds.noise_measured, adjustment.rounds.clocks_reviewed,
-      adjustment.constant_clocks, adjustment.alignment_covariance, adjustment.noise_information,
-      adjustment.problem.imu.alignment_held, adjustment.problem.imu.gravity_sigma, adjustment.lines);
+      adjustment.rounds.ranges_measured, adjustment.constant_clocks, adjustment.alignment_covariance,
+      adjustment.noise_information, adjustment.problem.imu.alignment_held,
+      adjustment.problem.imu.gravity_sigma, adjustment.lines);
 }
 
 template <>
