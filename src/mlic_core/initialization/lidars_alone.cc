@@ -191,7 +191,7 @@ LidarsAlone InitializeLidarsAlone(const Rig& rig, const Dataset& dataset, const 
   const auto found = LayMaps(rig, maps, against, root, cancellation, &start.notes);
   for (std::size_t l = 0; l < lidars; ++l) {
     alone.tied.push_back(found[l].has_value());
-    start.state.lidars.push_back({found[l].value_or(RigidTransform{}), against.offsets[l].value, std::nullopt});
+    start.state.lidars.push_back({found[l].value_or(RigidTransform{}), against.offsets[l].value});
     alone.time_offset_sigmas.push_back(against.offsets[l].sigma);
     if (!found[l]) {
       start.problems.push_back(rig.lidars[l].name +

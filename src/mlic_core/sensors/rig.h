@@ -85,7 +85,7 @@ struct ImuCalibration {
 struct SensorCalibration {
   RigidTransform T_imu_sensor;
   double time_offset = 0.0;
-  std::optional<double> clock_drift;  // s/s; none: it is not estimated, and there is none
+  std::optional<double> clock_drift = std::nullopt;  // s/s; none: it is not estimated, and there is none
 
   // Times in s since the drive's epoch.
   double OnImuClock(double time, double middle) const { return time + OffsetAt(time - middle); }
