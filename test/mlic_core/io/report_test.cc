@@ -5,6 +5,7 @@
 #include "mlic_core/common/random.h"
 #include "mlic_core/io/pictures/track_picture.h"
 #include "mlic_core/io/report/embedded_image.h"
+#include "mlic_core/io/report/report_verdict.h"
 #include "mlic_core/io/text_file.h"
 #include "support/files.h"
 #include "support/sample_result.h"
@@ -67,6 +68,29 @@ TEST(Report, PartialNamesTheRejectedAndStillSaysHowToUseTheRest) {
   EXPECT_TRUE(Contains(html, "cam_left: its images are dark"));
   EXPECT_TRUE(Contains(html, "static_transforms.launch"));
   EXPECT_FALSE(Contains(html, "Record again with turns"));
+}
+
+// A straight drive: along the way, and in time, nothing shows where one LiDAR is to the other.
+TEST(Report, LargestSigmasOfPairsAreOfWhatIsShown) {
+  using Quantity = UnobservableDirection::Quantity;
+  CalibrationResult result;
+  result.root = "roof";
+  PairResult pair;
+  pair.a = "roof";
+  pair.b = "front";
+  const Eigen::Vector3d way(0.6, 0.0, 0.8);
+  pair.sigma.translation = (0.2 * way).array().square().matrix();
+  pair.sigma.translation += Eigen::Vector3d(1e-6, 4e-6, 1e-6);
+  pair.sigma.translation = pair.sigma.translation.cwiseSqrt();
+  pair.sigma.rotation = {1e-4, 2e-4, 3e-4};
+  pair.sigma.time_offset = 0.05;
+  pair.unobservable = {{Quantity::kTranslation, way, 0.2},
+                       {Quantity::kTimeOffset, Eigen::Vector3d::Zero(), 0.05}};
+  result.pairs = {pair};
+  const LargestSigmas largest = FindLargestSigmas(result);
+  EXPECT_NEAR(largest.translation, 2e-3, 1e-9);
+  EXPECT_NEAR(largest.rotation, 3e-4, 1e-12);
+  EXPECT_EQ(largest.time_offset, 0.0);
 }
 
 TEST(Report, AdviceWorksFromAnyFolder) {

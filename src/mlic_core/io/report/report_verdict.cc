@@ -13,13 +13,25 @@ namespace {
 
 constexpr double kDegreesPerRadian = 180.0 / M_PI;
 
+bool HasUnobservable(const std::vector<UnobservableDirection>& directions,
+                     UnobservableDirection::Quantity quantity) {
+  return std::any_of(directions.begin(), directions.end(),
+                     [&](const UnobservableDirection& direction) { return direction.quantity == quantity; });
+}
+
 bool HasUnobservable(const CalibrationResult& result, UnobservableDirection::Quantity quantity) {
-  for (const SensorResult& sensor : result.sensors) {
-    for (const UnobservableDirection& direction : sensor.unobservable) {
-      if (direction.quantity == quantity) return true;
-    }
+  return std::any_of(result.sensors.begin(), result.sensors.end(), [&](const SensorResult& sensor) {
+    return HasUnobservable(sensor.unobservable, quantity);
+  });
+}
+
+// The largest of a pair's sigmas along the axes without what its unobservable directions have of them.
+double Shown(const PairResult& pair, UnobservableDirection::Quantity quantity, const Eigen::Vector3d& sigma) {
+  Eigen::Array3d variance = sigma.array().square();
+  for (const UnobservableDirection& unshown : pair.unobservable) {
+    if (unshown.quantity == quantity) variance -= (unshown.sigma * unshown.direction).array().square();
   }
-  return false;
+  return std::sqrt(std::max(0.0, variance.maxCoeff()));
 }
 
 std::string Tile(const std::string& number, const std::string& meaning) {
@@ -37,7 +49,9 @@ std::string Tiles(const CalibrationResult& result) {
         Tile(FixedNumber(kDegreesPerRadian * sigmas.rotation, 4) + "&deg;", "largest &sigma; of a rotation");
     html += Tile(FixedNumber(1e3 * sigmas.translation, 1) + " mm",
                  "largest &sigma; of an observable translation");
-    html += Tile(FixedNumber(1e3 * sigmas.time_offset, 3) + " ms", "largest &sigma; of a time offset");
+    if (sigmas.time_offset > 0.0) {
+      html += Tile(FixedNumber(1e3 * sigmas.time_offset, 3) + " ms", "largest &sigma; of a time offset");
+    }
   }
   if (!result.trajectories.empty() && result.trajectories[0].size() > 1) {
     double length = 0.0, seconds = 0.0;
@@ -116,12 +130,16 @@ std::string VerdictBlock(const CalibrationResult& result) {
 }
 
 LargestSigmas FindLargestSigmas(const CalibrationResult& result) {
+  using Quantity = UnobservableDirection::Quantity;
   LargestSigmas largest;
   for (const PairResult& pair : result.pairs) {
     if (result.root.empty()) break;
-    largest.rotation = std::max(largest.rotation, pair.sigma.rotation.maxCoeff());
-    largest.translation = std::max(largest.translation, pair.sigma.translation.maxCoeff());
-    largest.time_offset = std::max(largest.time_offset, pair.sigma.time_offset);
+    largest.rotation = std::max(largest.rotation, Shown(pair, Quantity::kRotation, pair.sigma.rotation));
+    largest.translation =
+        std::max(largest.translation, Shown(pair, Quantity::kTranslation, pair.sigma.translation));
+    if (!HasUnobservable(pair.unobservable, Quantity::kTimeOffset)) {
+      largest.time_offset = std::max(largest.time_offset, pair.sigma.time_offset);
+    }
   }
   for (const SensorResult& sensor : result.sensors) {
     for (std::size_t k = 0; k < 3; ++k) {

@@ -15,8 +15,8 @@ std::string VerdictBlock(const CalibrationResult& result);
 // the directory in which the results lie.
 std::vector<std::string> NextSteps(const CalibrationResult& result, const std::filesystem::path& place);
 
-// The largest sigma of each kind among the directions that the data show: rad, m, s. Of pairs about a root
-// along all directions.
+// The largest sigma of each kind among the directions that the data show: rad, m, s. Of pairs where they
+// stand about a root.
 struct LargestSigmas {
   double rotation = 0.0;
   double translation = 0.0;
