@@ -16,7 +16,8 @@ namespace {
 constexpr double kDiffers = 4.0;
 
 int Compare(const std::string& a, const std::string& b) {
-  const CalibrationDifference difference = Subtract(ReadCalibrationFile(a), ReadCalibrationFile(b));
+  const CalibrationResult first = ReadCalibrationFile(a), second = ReadCalibrationFile(b);
+  const CalibrationDifference difference = Subtract(first, second);
   if (difference.poses.sensors.empty() && difference.poses.pairs.empty()) {
     throw InputError(a + " and " + b + " have no sensor in common; sensors are matched by name");
   }
