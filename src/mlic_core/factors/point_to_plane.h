@@ -8,8 +8,8 @@
 namespace mlic {
 
 // The LiDAR plane residual (docs/method.md, section 3.2), taken along the beam, with Jacobians in one pass:
-//   r = (n . (R(t) (R_imu_lidar x + p_imu_lidar) + p(t) - c) - d) / cos,   t =
-//   SensorCalibration::OnImuClock(t_point),
+//   r = (n . (R(t) (R_imu_lidar x + p_imu_lidar) + p(t) - c) - d) / cos,
+//   t = SensorCalibration::OnImuClock(t_point),
 // in metres, not whitened. cos: of the incidence, so r is by how much the measured range falls short of the
 // plane. Along the plane's normal the noise of the range would stand in the Jacobians too, and E[noise *
 // Jacobian] != 0 tilts planes and LiDARs (errors in variables: 0.01 deg at 2 cm of noise); the range that is
