@@ -134,18 +134,31 @@ Eigen::MatrixX2d Steps(const Rings& sums, const std::vector<std::size_t>& which)
   return steps - trend * (trend.transpose() * steps);
 }
 
-// Whether what each half asks for comes nearer to what the other asks for than no correction does.
-bool Agree(const Eigen::VectorXd& one, const Eigen::VectorXd& other) {
-  return (one - other).squaredNorm() < std::min(one.squaredNorm(), other.squaredNorm());
+// What each ring but the lowest and the highest asks for beyond the mean of its neighbours.
+Eigen::VectorXd BeyondNeighbours(const Eigen::VectorXd& steps) {
+  const Eigen::Index inner = steps.size() - 2;
+  return steps.segment(1, inner) - 0.5 * (steps.head(inner) + steps.tail(inner));
 }
 
-// The rings that have enough points in every half.
+// Whether what each half asks for comes nearer to what the other asks for than no correction does, as a whole
+// and beyond what neighbours share.
+bool Agree(const Eigen::VectorXd& one, const Eigen::VectorXd& other) {
+  const auto nearer = [](const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+    return (a - b).squaredNorm() < std::min(a.squaredNorm(), b.squaredNorm());
+  };
+  return nearer(one, other) && nearer(BeyondNeighbours(one), BeyondNeighbours(other));
+}
+
+// The rings that have enough points in every half, from the lowest to the highest.
 std::vector<std::size_t> RichRings(const std::array<Rings, 4>& halves) {
   std::vector<std::size_t> which;
   for (std::size_t r = 0; r < halves[0].size(); ++r) {
     const auto is_rich = [&](const Rings& half) { return r < half.size() && half[r].count >= kFewestPoints; };
     if (std::all_of(halves.begin(), halves.end(), is_rich)) which.push_back(r);
   }
+  const auto elevation = [&](std::size_t r) { return halves[0][r].elevation / halves[0][r].count; };
+  std::sort(which.begin(), which.end(),
+            [&](std::size_t a, std::size_t b) { return elevation(a) < elevation(b); });
   return which;
 }
 
@@ -172,7 +185,8 @@ bool Improve(const Quarters& quarters, RingCorrections* corrections) {
     confirmed |= taken;
   }
   if (!confirmed) return false;
-  corrections->resize(std::max(corrections->size(), which.back() + 1));
+  const std::size_t highest = *std::max_element(which.begin(), which.end());
+  corrections->resize(std::max(corrections->size(), highest + 1));
   for (std::size_t i = 0; i < which.size(); ++i) {
     const auto step = steps.row(static_cast<Eigen::Index>(i));
     (*corrections)[which[i]].range += static_cast<float>(step[0]);

@@ -36,9 +36,11 @@ Eigen::MatrixX2d RingTrend(const Eigen::VectorXd& elevations);
 // trend is not corrected (RingTrend). Corrections are cross-validated, as what rings share in error with
 // their map or with extrinsics on their way looks the same (docs/method.md, section 4): those from the first
 // half of the drive must be nearer to those from the second than no corrections are, and the other way round;
-// and those of the left half of the view to the right's. Ranges and elevations are judged apart. Later rounds
-// may add what all halves agree on. LiDARs of fewer than 8 rings, or whose points carry none, have no
-// corrections. Improves those of the state; true if it changed any.
+// and those of the left half of the view to the right's; and so must what each ring asks for beyond its
+// neighbours, as what depends on the incidence (wide beams on the ground) goes smoothly over the rings.
+// Ranges and elevations are judged apart. Later rounds may add what all halves agree on. LiDARs of fewer than
+// 8 rings, or whose points carry none, have no corrections. Improves those of the state; true if it changed
+// any.
 bool CorrectRings(const std::vector<DriveTerms>& drives, CalibrationState* state);
 
 // Root mean square over the rings that were corrected: m, rad; zero for none.

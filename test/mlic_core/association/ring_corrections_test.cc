@@ -129,6 +129,17 @@ TEST(RingCorrections, AreFoundBelowTheNoise) {
   EXPECT_EQ(TypicalCorrection(state.rings[0]).elevation, 0.0f);
 }
 
+// As of wide beams on the ground: what rises and falls smoothly over the rings comes from what they see.
+TEST(RingCorrections, AreNoneForWhatNeighboursShare) {
+  CalibrationState state = AtRest();
+  DriveTerms scan = Scan(state, kNever);
+  for (PlaneObservation& o : scan.planes.observations) {
+    const double x = 2.0 * o.ring / (kRings - 1.0) - 1.0;
+    o.position = CorrectedPoint(o.position, {static_cast<float>(3e-3 * (1.5 * x * x - 0.5)), 0.0f});
+  }
+  EXPECT_FALSE(CorrectRings({scan}, &state));
+}
+
 // Once corrected, rings whose points are right again ask for nothing.
 TEST(RingCorrections, ComeToAnEnd) {
   CalibrationState state = AtRest();
