@@ -16,33 +16,31 @@ namespace fs = std::filesystem;
 
 std::string Absolute(const fs::path& path) { return fs::absolute(path).lexically_normal().string(); }
 
+// Of sensors or pairs; empty where all of their directions are observable.
+template <typename Results>
+std::string UnobservableOf(const std::vector<Results>& results) {
+  std::size_t count = 0;
+  for (const Results& result : results) count += result.unobservable.size();
+  return count == 0 ? "" : "; " + std::to_string(count) + " unobservable directions, see the report";
+}
+
 // The sensors that are given: how many, their worst sigmas.
 std::string Given(const CalibrationResult& result) {
   const LargestSigmas worst = FindLargestSigmas(result);
-  std::size_t held = 0;
-  for (const SensorResult& sensor : result.sensors) held += sensor.unobservable.size();
   const std::size_t count = result.sensors.size();
   const std::string translation =
       worst.translation > 0.0 ? ShortNumber(1e3 * worst.translation, 2) + " mm" : "no translation observable";
-  std::string line = std::to_string(count) + (count == 1 ? " sensor" : " sensors") + ", worst sigma " +
-                     ShortNumber(worst.rotation * 180.0 / M_PI, 2) + " deg, " + translation + ", " +
-                     ShortNumber(1e3 * worst.time_offset, 2) + " ms";
-  if (held > 0) line += "; " + std::to_string(held) + " unobservable directions, see the report";
-  return line;
+  return std::to_string(count) + (count == 1 ? " sensor" : " sensors") + ", worst sigma " +
+         ShortNumber(worst.rotation * 180.0 / M_PI, 2) + " deg, " + translation + ", " +
+         ShortNumber(1e3 * worst.time_offset, 2) + " ms" + UnobservableOf(result.sensors);
 }
 
 std::string GivenPairs(const CalibrationResult& result) {
   const LargestSigmas worst = FindLargestSigmas(result);
-  std::size_t unobservable = 0;
-  for (const PairResult& pair : result.pairs) unobservable += pair.unobservable.size();
   const std::size_t count = result.pairs.size();
-  std::string line = std::to_string(count) + (count == 1 ? " pair" : " pairs") + " of LiDARs about " +
-                     result.root + ", worst sigma " + ShortNumber(worst.rotation * 180.0 / M_PI, 2) +
-                     " deg, " + ShortNumber(1e3 * worst.translation, 2) + " mm";
-  if (unobservable > 0) {
-    line += "; " + std::to_string(unobservable) + " unobservable directions, see the report";
-  }
-  return line;
+  return std::to_string(count) + (count == 1 ? " pair" : " pairs") + " of LiDARs about " + result.root +
+         ", worst sigma " + ShortNumber(worst.rotation * 180.0 / M_PI, 2) + " deg, " +
+         ShortNumber(1e3 * worst.translation, 2) + " mm" + UnobservableOf(result.pairs);
 }
 
 std::string Joined(const std::vector<std::string>& lines) {
