@@ -178,6 +178,23 @@ TEST(Keyframes, FollowTheMotionAndLeaveBlurredImagesOut) {
   }
 }
 
+// Cameras without LiDAR: a camera in the hand that is looked at every 1.6 s (125 s of a real one, 80
+// keyframes) has turned away from what it saw.
+TEST(Keyframes, LieNoFurtherApartThanHalfASecondWherePosesAreNotKnown) {
+  const CameraRecording recording = Recording(DriveWithBonnet(24));
+  KeyframeOptions options;
+  options.most_keyframes = 3;
+  const auto keyframes = SelectKeyframes(recording, 0, {}, options);
+  ASSERT_GE(keyframes.size(), 2u);
+  double last = -0.3;
+  for (const Keyframe& keyframe : keyframes) {
+    EXPECT_LT(keyframe.time - last, 0.85);  // candidates lie up to a third away
+    last = keyframe.time;
+  }
+  EXPECT_GT(last, 1.9);
+  EXPECT_GE(keyframes.size(), 4u);
+}
+
 TEST(StaticPixels, AreTheVehicleItself) {
   const CameraRecording recording = Recording(DriveWithBonnet(24));
   std::vector<Keyframe> keyframes;

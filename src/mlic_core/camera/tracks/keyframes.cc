@@ -58,7 +58,8 @@ std::vector<Keyframe> SelectKeyframes(const CameraRecording& recording, int came
   if (images.Count() == 0) return {};
   const std::vector<double> length = MotionAlong(images, pose, options.scene_depth);
   const double least = pose ? options.least_motion : options.least_interval;
-  const double spacing = std::max(least, length.back() / std::max(1, options.most_keyframes - 1));
+  double spacing = std::max(least, length.back() / std::max(1, options.most_keyframes - 1));
+  if (!pose) spacing = std::min(spacing, options.largest_interval);
   const auto places = Candidates(images, length, 0.999 * spacing, options);
 
   std::vector<std::optional<std::size_t>> chosen(places.size());

@@ -18,6 +18,9 @@ using VehiclePose = std::function<std::optional<RigidTransform>(double time)>;
 struct KeyframeOptions {
   int most_keyframes = 80;       // of one camera; from: guard, time and memory
   double least_interval = 0.15;  // s; from: guard, time: of fast turns and drives below 12 s
+  // Without poses: a camera in the hand turns away from what it saw within a second. from: guard, plain
+  // drives are closer.
+  double largest_interval = 0.5;  // s; as many keyframes as that takes
   // Motion between two keyframes is rotation (rad) plus translation over this depth (m).
   double scene_depth = 10.0;
   // from: guard, a drive's keyframes are 0.1 and more apart.
