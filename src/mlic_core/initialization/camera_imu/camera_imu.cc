@@ -57,7 +57,18 @@ KnownRotations Known(const Rig& rig, const Dataset& dataset, const std::vector<C
   return known;
 }
 
-bool ScaleShown(const VisualPositions& positions, Initialization* result) {
+// Of the drives' time; smooth straight travel at constant speed looks the same to an IMU.
+double ShareAtRest(const Rig& rig, const Dataset& dataset) {
+  double rest = 0.0, all = 1e-9;
+  for (const Drive& drive : dataset.drives) {
+    const ImuNoise noise = rig.imu.noise ? *rig.imu.noise : EstimateImuNoise(drive.imu);
+    for (const TimeInterval& interval : StaticIntervals(drive.imu, noise)) rest += interval.Duration();
+    all += drive.imu.back().time - drive.imu.front().time;
+  }
+  return rest / all;
+}
+
+bool ScaleShown(const VisualPositions& positions, double at_rest, Initialization* result) {
   if (!positions.failure.empty()) {
     result->problems.push_back(positions.failure);
     return false;
@@ -69,11 +80,19 @@ bool ScaleShown(const VisualPositions& positions, Initialization* result) {
       100.0 * positions.scale_sigma, 100.0 * positions.inlier_share, positions.accelerometer_rms);
   result->notes.push_back(line);
   if (positions.scale_sigma < kLargestScaleSigma) return true;
-  std::snprintf(
-      line, sizeof(line),
-      "the scale is not shown: the accelerometer tells it to %.0f %% only; move with changing speed "
-      "and direction, or add a LiDAR",
-      100.0 * std::min(10.0, positions.scale_sigma));
+  if (at_rest > 0.5) {
+    std::snprintf(
+        line, sizeof(line),
+        "the scale is not shown: the rig stands still or moves evenly for %.0f %% of the drive; move "
+        "with changing speed and direction, or add a LiDAR",
+        100.0 * at_rest);
+  } else {
+    std::snprintf(
+        line, sizeof(line),
+        "the scale is not shown: the accelerometer tells it to %.0f %% only; move with changing speed "
+        "and direction, or add a LiDAR",
+        100.0 * std::min(10.0, positions.scale_sigma));
+  }
   result->problems.push_back(line);
   return false;
 }
@@ -99,7 +118,7 @@ Initialization Solve(const Rig& rig, const Dataset& dataset, const std::vector<C
   for (const Drive& drive : dataset.drives) spacing.push_back(ChooseKnotSpacing(drive.imu));
   const KnownRotations known = Known(rig, dataset, start, tracks, result.imu_sigma, spacing, rotations);
   const VisualPositions positions = SolvePositions(known, cancellation);
-  if (!ScaleShown(positions, &result)) return result;
+  if (!ScaleShown(positions, ShareAtRest(rig, dataset), &result)) return result;
   CalibrationState& state = result.state;
   state.cameras = rotations.cameras;
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
