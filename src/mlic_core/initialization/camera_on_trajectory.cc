@@ -180,6 +180,7 @@ void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start,
   problem.cameras.resize(cameras);
   for (std::size_t c = 0; c < cameras; ++c) {
     problem.cameras[c].guess = rig.cameras[c].fixed ? std::nullopt : rig.cameras[c].guess;
+    problem.cameras[c].given_intrinsics = rig.cameras[c].intrinsics;
   }
   LandmarkOptions options;
   options.noise.assign(cameras, LandmarkNoise());
@@ -212,6 +213,7 @@ void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start,
       if (information.size() == 0) break;
       hold(HoldUndeterminedIntrinsics(information + prior, *state, layout, held,
                                       PatternSensitivity(problem.drives, cameras)));
+      PlaceHeldTangentialTerms(problem.cameras, state);
     }
     SolveSummary summary = SolveJointProblem(problem, planned ? 4 : 3, cancellation, state);
     if (summary.information.size() == 0 && planned) continue;  // all steps damped: the next round goes on

@@ -68,6 +68,7 @@ void AddCameras(const Rig& rig, const CameraInitialization& cameras, const std::
     const CameraConfig& config = rig.cameras[c];
     const bool still = config.fixed || !cameras.found[c];
     problem.cameras.push_back({config.fixed ? std::nullopt : config.guess, cameras.held[c]});
+    problem.cameras.back().given_intrinsics = config.intrinsics;
     adjusted.always_fixed.push_back({still, still, still, !cameras.found[c], {}});
     adjusted.always_fixed.back().intrinsics.assign(state.cameras[c].intrinsics.parameters.size(),
                                                    !cameras.found[c]);

@@ -103,7 +103,9 @@ void FixUnobservableIntrinsics(const Dataset& dataset, Adjustment* adjustment) {
   const CalibrationState& state = adjustment->state;
   const Layout layout(state, problem.estimate_imu_matrices);
   if (adjustment->last_solve.information.rows() != layout.calibration) return;
-  for (CameraTerms& camera : problem.cameras) camera.fixed.square_pixels = false;  // decided anew
+  for (CameraTerms& camera : problem.cameras) {  // decided anew
+    camera.fixed.square_pixels = camera.fixed.usual_centre = false;
+  }
   Eigen::MatrixXd prior;
   Eigen::VectorXd gradient;
   CalibrationPrior(problem, state, layout, &prior, &gradient);
@@ -111,6 +113,7 @@ void FixUnobservableIntrinsics(const Dataset& dataset, Adjustment* adjustment) {
       ScaledInformation(*adjustment, dataset) + prior, state, layout, adjustment->cameras.always_fixed,
       PatternSensitivity(problem.drives, state.cameras.size()));
   for (std::size_t c = 0; c < held.size(); ++c) problem.cameras[c].fixed = held[c];
+  PlaceHeldTangentialTerms(problem.cameras, &adjustment->state);
 }
 
 void MeasureImuSigmas(const Dataset& dataset, Adjustment* adjustment) {

@@ -20,6 +20,7 @@ struct FixedCameraParameters {
   bool readout = false;
   std::vector<bool> intrinsics;  // for each parameter; empty: all move
   bool square_pixels = false;    // both focal lengths move, and a prior has them alike
+  bool usual_centre = false;     // a prior has the centre near the middle of the image
 };
 
 // What of the IMU moves beside its biases and matrices.
@@ -49,6 +50,7 @@ struct LidarTerms {
 struct CameraTerms {
   std::optional<ExtrinsicGuess> guess;  // as of a LiDAR
   FixedCameraParameters fixed;
+  std::optional<std::vector<double>> given_intrinsics;  // of the rig file
 };
 
 // Everything that the joint solve is made of. What is held constant is said by the flags and the mask.

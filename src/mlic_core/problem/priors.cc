@@ -46,6 +46,17 @@ void AddSquarePixels(const CameraIntrinsics& intrinsics, int at, Eigen::MatrixXd
   gradient->segment<2>(at) += row * (difference / sigma);
 }
 
+void AddUsualCentre(const CameraTerms& terms, const CameraIntrinsics& intrinsics, int at,
+                    Eigen::MatrixXd* information, Eigen::VectorXd* gradient) {
+  Eigen::Vector2d middle = 0.5 * Eigen::Vector2d(intrinsics.width - 1, intrinsics.height - 1);
+  if (terms.given_intrinsics) middle = {(*terms.given_intrinsics)[2], (*terms.given_intrinsics)[3]};
+  const double weight = 1.0 / (UsualCentreSigma(intrinsics) * UsualCentreSigma(intrinsics));
+  for (int a = 0; a < 2; ++a) {
+    (*information)(at + 2 + a, at + 2 + a) += weight;
+    (*gradient)[at + 2 + a] += weight * (intrinsics.parameters[2 + a] - middle[a]);
+  }
+}
+
 // Axes of the accelerometer's rotation that are held stand where they are; the others are known to what
 // soldered parts can be off by.
 void AddImu(const ImuFreedom& imu, const CalibrationState& state, const Layout& layout,
@@ -67,6 +78,12 @@ void AddImu(const ImuFreedom& imu, const CalibrationState& state, const Layout& 
 }
 
 }  // namespace
+
+double UsualCentreSigma(const CameraIntrinsics& intrinsics) {
+  // from: measured, calibrations of KITTI and EuRoC: up to 1.2 percent.
+  constexpr double kShare = 0.015;  // of the image's width
+  return kShare * intrinsics.width;
+}
 
 void CalibrationPrior(const JointProblem& problem, const CalibrationState& state, const Layout& layout,
                       Eigen::MatrixXd* information, Eigen::VectorXd* gradient) {
@@ -90,6 +107,9 @@ void CalibrationPrior(const JointProblem& problem, const CalibrationState& state
     AddDistortion(state.cameras[c].intrinsics, layout.Intrinsics(c), information, gradient);
     if (terms.fixed.square_pixels) {
       AddSquarePixels(state.cameras[c].intrinsics, layout.Intrinsics(c), information, gradient);
+    }
+    if (terms.fixed.usual_centre) {
+      AddUsualCentre(terms, state.cameras[c].intrinsics, layout.Intrinsics(c), information, gradient);
     }
     if (layout.Readout(c) < 0) continue;
     // A rolling shutter takes between nothing and an image's period to read out.

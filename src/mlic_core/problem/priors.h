@@ -11,6 +11,9 @@ namespace mlic {
 void CalibrationPrior(const JointProblem& problem, const CalibrationState& state, const Layout& layout,
                       Eigen::MatrixXd* information, Eigen::VectorXd* gradient);
 
+// px, of a lens's centre from the middle of its image, or from what the rig file gives.
+double UsualCentreSigma(const CameraIntrinsics& intrinsics);
+
 // Adds what keeps JointProblem::held_translations: a prior along each row far stiffer than anything else. It
 // is no knowledge, and no part of covariances.
 void AddHeldTranslations(const JointProblem& problem, const CalibrationState& state,

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "mlic_core/problem/observability_limits.h"
+#include "mlic_core/problem/priors.h"
 
 namespace mlic {
 namespace {
@@ -21,6 +22,10 @@ bool IsTangential(CameraModel model, int parameter) {
   return (model == CameraModel::kPlumbBob || model == CameraModel::kRationalPolynomial) &&
          (parameter == kTangential[0] || parameter == kTangential[1]);
 }
+
+constexpr int kCentre = 2;  // its first place; from: structural
+
+bool IsCentre(int parameter) { return parameter == kCentre || parameter == kCentre + 1; }
 
 // The order in which parameters are given up: the highest rank first.
 int Rank(CameraModel model, int parameter) {
@@ -69,15 +74,17 @@ double MeanDisplacement(const std::vector<CameraParameterJacobian>& jacobians,
   return sum / static_cast<double>(std::max<std::size_t>(1, jacobians.size()));
 }
 
-// The parameter that is to be held next; -1 if none is. sensitivity: of this camera (PatternSensitivity).
+// The parameter that the data do not determine and that comes next; -1 if there is none. sensitivity: of this
+// camera (PatternSensitivity).
 int NextFixed(const CameraIntrinsics& intrinsics, const std::vector<CameraParameterJacobian>& jacobians,
-              const Eigen::MatrixXd& covariance, const std::vector<bool>& held, double sensitivity,
+              const Eigen::MatrixXd& covariance, const FixedCameraParameters& fixed, double sensitivity,
               double limit) {
+  const std::vector<bool>& held = fixed.intrinsics;
   int next = -1, highest = -1;
   double largest = 0.0;
   for (int i = 0; i < covariance.rows(); ++i) {
     const int rank = Rank(intrinsics.model, i);
-    if (held[i] || rank < highest) continue;
+    if (held[i] || rank < highest || (fixed.usual_centre && IsCentre(i))) continue;
     const double sigma = std::sqrt(std::max(1e-300, covariance(i, i)));
     double excess = MeanDisplacement(jacobians, covariance.col(i) / sigma) / limit;
     if (IsTangential(intrinsics.model, i)) {
@@ -115,6 +122,16 @@ std::vector<int> HeldPlaces(const Layout& layout, const std::vector<FixedCameraP
   return places;
 }
 
+Eigen::MatrixXd WithUsualCentres(Eigen::MatrixXd information, const CalibrationState& state,
+                                 const Layout& layout, const std::vector<FixedCameraParameters>& fixed) {
+  for (std::size_t c = 0; c < fixed.size(); ++c) {
+    if (!fixed[c].usual_centre) continue;
+    const double sigma = UsualCentreSigma(state.cameras[c].intrinsics);
+    information.diagonal().segment<2>(layout.Intrinsics(c) + kCentre).array() += 1.0 / (sigma * sigma);
+  }
+  return information;
+}
+
 }  // namespace
 
 std::vector<double> ImageDisplacements(const CameraIntrinsics& intrinsics) {
@@ -144,6 +161,17 @@ Eigen::VectorXd CalibrationLimits(const CalibrationState& state, const Layout& l
     }
   }
   return limits;
+}
+
+void PlaceHeldTangentialTerms(const std::vector<CameraTerms>& cameras, CalibrationState* state) {
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    CameraIntrinsics& intrinsics = state->cameras[c].intrinsics;
+    const std::vector<bool>& held = cameras[c].fixed.intrinsics;
+    for (std::size_t i = 0; i < held.size(); ++i) {
+      if (!held[i] || !IsTangential(intrinsics.model, static_cast<int>(i))) continue;
+      intrinsics.parameters[i] = cameras[c].given_intrinsics ? (*cameras[c].given_intrinsics)[i] : 0.0;
+    }
+  }
 }
 
 Eigen::MatrixXd InformationWithFixed(const Eigen::MatrixXd& information, const CalibrationState& state,
@@ -212,17 +240,22 @@ std::vector<FixedCameraParameters> HoldUndeterminedIntrinsics(
   for (const CameraCalibration& camera : state.cameras)
     jacobians.push_back(ImageJacobians(camera.intrinsics));
   while (true) {
-    const Eigen::MatrixXd covariance =
-        InverseInLimits(InformationWithFixed(information, state, layout, held), limits);
+    const Eigen::MatrixXd covariance = InverseInLimits(
+        InformationWithFixed(WithUsualCentres(information, state, layout, held), state, layout, held),
+        limits);
     bool changed = false;
     // One parameter of each camera at a time.
     for (std::size_t c = 0; c < held.size(); ++c) {
       const int at = layout.Intrinsics(c), count = static_cast<int>(held[c].intrinsics.size());
       const Eigen::MatrixXd own = covariance.block(at, at, count, count);
       held[c].square_pixels = IsRatioUncertain(state.cameras[c].intrinsics, own, held[c].intrinsics);
-      const int next = NextFixed(state.cameras[c].intrinsics, jacobians[c], own, held[c].intrinsics,
-                                 sensitivity[c], limit);
+      const int next =
+          NextFixed(state.cameras[c].intrinsics, jacobians[c], own, held[c], sensitivity[c], limit);
       if (next < 0) continue;
+      if (IsCentre(next)) {
+        held[c].usual_centre = changed = true;
+        continue;
+      }
       held[c].intrinsics[next] = true;
       // A lens is off its axis in one direction: both terms or none.
       if (IsTangential(state.cameras[c].intrinsics.model, next)) {

@@ -25,16 +25,22 @@ std::vector<double> PatternSensitivity(const std::vector<DriveTerms>& drives, st
 // tells more of the others. Both tangential terms are held too when a pattern of errors that real lenses and
 // features leave (sensitivity: PatternSensitivity) can fake as much of one of them as lenses have: in an
 // image much wider than high, of a car that turns about the vertical, they, the centre and the pitch look
-// alike, and more observations do not help. Where the data tell the ratio of the focal lengths to less than
-// half a thousandth, pixels are taken for square: a car hardly pitches, and its vertical focal length rests
-// on how well its trajectory has that little. information must be without that prior. start: what is held
-// anyway.
+// alike, and more observations do not help. A centre is not held: what earlier rounds left it at may be tens
+// of pixels from what the data say, and the rotation with it. It moves on, with its usual distance from the
+// middle of the image as a prior. Where the data tell the ratio of the focal lengths to less than half a
+// thousandth, pixels are taken for square: a car hardly pitches, and its vertical focal length rests on how
+// well its trajectory has that little. information must be without these priors. start: what is held anyway.
 std::vector<FixedCameraParameters> HoldUndeterminedIntrinsics(const Eigen::MatrixXd& information,
                                                               const CalibrationState& state,
                                                               const Layout& layout,
                                                               const std::vector<FixedCameraParameters>& start,
                                                               const std::vector<double>& sensitivity,
                                                               double limit = 1.0);
+
+// Tangential terms that are held stand at what the rig file gives or at zero, about which they have their
+// variance, not where a round that let them move left them: there they would keep what they imitate of the
+// centre.
+void PlaceHeldTangentialTerms(const std::vector<CameraTerms>& cameras, CalibrationState* state);
 
 // The information with all that is held taken as known: for covariances.
 Eigen::MatrixXd InformationWithFixed(const Eigen::MatrixXd& information, const CalibrationState& state,

@@ -239,6 +239,37 @@ TEST(CameraInitialization, TakesPixelsForSquareWhereTheRatioIsNotTold) {
   EXPECT_TRUE(HeldWith(0.4, 1.0, kVertical)[0].square_pixels);
 }
 
+// A centre left where early rounds had it was 35 px off in a real hand-held drive, which was trusted with 2
+// deg of error in rotation.
+TEST(CameraInitialization, LetsACentreThatIsNotToldMoveWithItsUsualPlaceAsAPrior) {
+  constexpr int kVertical = 3;
+  EXPECT_FALSE(HeldWith(0.5, 1.0, kVertical)[0].usual_centre);
+  const std::vector<FixedCameraParameters> unknown = HeldWith(3.0, 1.0, kVertical);
+  EXPECT_TRUE(unknown[0].usual_centre);
+  EXPECT_EQ(unknown[0].intrinsics, std::vector<bool>(9, false));
+  EXPECT_FALSE(HeldWith(1e3, 1.0, kVertical)[0].intrinsics[kVertical]);
+}
+
+TEST(CameraInitialization, PutsTangentialTermsThatItHoldsBackToTheirUsualPlace) {
+  CalibrationState state;
+  state.cameras = {Camera(PlumbBob(), {-90.0, 0.0, 0.0}, {0.0, 0.5, 0.2}, 0.01)};
+  std::vector<double>& parameters = state.cameras[0].intrinsics.parameters;
+  parameters[6] = 3e-3;
+  const std::vector<double> before = parameters;
+  std::vector<CameraTerms> terms(1);
+  PlaceHeldTangentialTerms(terms, &state);
+  EXPECT_EQ(parameters, before);
+  terms[0].fixed.intrinsics.assign(9, false);
+  terms[0].fixed.intrinsics[6] = terms[0].fixed.intrinsics[7] = true;
+  PlaceHeldTangentialTerms(terms, &state);
+  EXPECT_EQ(parameters[6], 0.0);
+  EXPECT_EQ(parameters[7], 0.0);
+  EXPECT_EQ(parameters[4], before[4]);
+  terms[0].given_intrinsics = before;
+  PlaceHeldTangentialTerms(terms, &state);
+  EXPECT_EQ(parameters, before);
+}
+
 // Against the covariance of parameters that are considered: A^-1 + A^-1 B Q B^T A^-1.
 TEST(CameraInitialization, GivesTangentialTermsThatItHoldsAVariance) {
   CalibrationState state;

@@ -45,5 +45,28 @@ TEST(CalibrationPrior, LeavesAnamorphicPixelsAlone) {
   EXPECT_EQ(Step(WithFocalLengths(500.0, 540.0), 100.0).norm(), 0.0);
 }
 
+TEST(CalibrationPrior, DrawsACentreThatIsNotToldToItsUsualPlace) {
+  CalibrationState state = WithFocalLengths(500.0, 500.0);
+  state.cameras[0].intrinsics.width = 641;
+  state.cameras[0].intrinsics.height = 481;
+  const Layout layout(state, false);
+  JointProblem problem;
+  problem.cameras.resize(1);
+  problem.cameras[0].fixed.usual_centre = true;
+  const int at = layout.Intrinsics(0) + 2;
+  const auto step = [&](const Eigen::Vector2d& centre) {
+    state.cameras[0].intrinsics.parameters[2] = centre.x();
+    state.cameras[0].intrinsics.parameters[3] = centre.y();
+    Eigen::MatrixXd information;
+    Eigen::VectorXd gradient;
+    CalibrationPrior(problem, state, layout, &information, &gradient);
+    EXPECT_NEAR(information(at, at), 1.0 / (0.015 * 641 * 0.015 * 641), 1e-9);
+    return Eigen::Vector2d(-information.block<2, 2>(at, at).ldlt().solve(gradient.segment<2>(at)));
+  };
+  EXPECT_NEAR((step({325.0, 205.0}) - Eigen::Vector2d(-5.0, 35.0)).norm(), 0.0, 1e-9);
+  problem.cameras[0].given_intrinsics = {{500.0, 500.0, 300.0, 210.0, 0.0, 0.0, 0.0, 0.0, 0.0}};
+  EXPECT_NEAR((step({325.0, 205.0}) - Eigen::Vector2d(-25.0, 5.0)).norm(), 0.0, 1e-9);
+}
+
 }  // namespace
 }  // namespace mlic

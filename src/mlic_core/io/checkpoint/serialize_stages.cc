@@ -99,7 +99,7 @@ auto Members(Initialization& start) {
 
 auto Members(FixedCameraParameters& held) {
   return std::tie(held.rotation, held.translation, held.time_offset, held.readout, held.intrinsics,
-                  held.square_pixels);
+                  held.square_pixels, held.usual_centre);
 }
 
 template <>
