@@ -16,6 +16,7 @@
 #include "mlic_core/summary/checks.h"
 #include "mlic_core/summary/pair_assembly.h"
 #include "mlic_core/summary/result_assembly.h"
+#include "mlic_core/uncertainty/split_halves.h"
 
 namespace mlic {
 namespace {
@@ -174,6 +175,21 @@ Adjustment CameraStages(const StageContext& context, const std::vector<CameraSta
   return JointAdjustmentStage(context, Landmarks::kTracksAndMap, true, std::move(adjustment));
 }
 
+// Whether one calibration serves the whole drive.
+void HalvesStage(const StageContext& context, Adjustment* adjustment) {
+  StageClock stage("halves of the drive", context);
+  adjustment->halves = CompareHalves(*adjustment, context.dataset, context.cancellation);
+  const SensorOrder order = adjustment->state.Sensors();
+  for (std::size_t s = 0; s < adjustment->halves.size(); ++s) {
+    const std::string difference = Describe(adjustment->halves[s]);
+    if (difference.empty()) continue;
+    const SensorId id = order.At(s);
+    const std::string& name =
+        id.IsLidar() ? context.rig.lidars[id.index].name : context.rig.cameras[id.index].name;
+    stage.Line(name + ": they differ in " + difference);
+  }
+}
+
 void ResultStage(const StageContext& context, const Adjustment& adjustment) {
   StageClock stage("result", context);
   AssembleResult(context.rig, context.dataset, adjustment, context.result);
@@ -268,6 +284,7 @@ void CalibrateFromLidars(const StageContext& context) {
     RejectCameras(found, result);
     adjustment = CameraStages(context, intrinsics, found, features, std::move(adjustment));
   }
+  HalvesStage(context, &adjustment);
   ResultStage(context, adjustment);
   PairStage(context, odometry[0]);
 }
@@ -293,6 +310,7 @@ void CalibrateFromCameras(const StageContext& context) {
   if (start.state.drives.size() < context.dataset.drives.size()) return FinishRefused(result);
   Adjustment adjustment = StartAdjustment(context.rig, context.dataset, std::move(start));
   adjustment = CameraStages(context, intrinsics, std::move(cameras), features, std::move(adjustment));
+  HalvesStage(context, &adjustment);
   ResultStage(context, adjustment);
 }
 

@@ -39,6 +39,25 @@ struct HeldOutMatches {
   double rms = 0.0;
 };
 
+// By how much two halves of the drive, calibrated apart, differ in one quantity of a sensor: the second minus
+// the first. Of parameters that a half alone does not show, sigma is zero.
+struct HalvesDifference {
+  enum class Quantity { kRotation, kTranslation, kTimeOffset, kIntrinsics };
+  Quantity quantity = Quantity::kRotation;
+  std::vector<double> difference;  // rad (small left rotation), m, s; of intrinsics each in its own unit
+  std::vector<double> sigma;       // of the difference
+  int directions = 0;              // that both halves show
+  // What a normal variable exceeds, in its sigmas, as rarely as these directions together differ by so much.
+  double deviation = 0.0;
+  double largest = 0.0;  // of the single parameters, in sigmas
+};
+
+// Of one sensor; quantities that a half alone does not show are left out.
+struct SensorHalves {
+  std::string sensor;  // its name
+  std::vector<HalvesDifference> quantities;
+};
+
 struct SensorResult {
   enum class Type { kLidar, kCamera };
   std::string name;
@@ -210,6 +229,7 @@ struct CalibrationResult {
   std::vector<MapPoint> map;                           // of the first drive
   std::vector<StageSummary> stages;
   std::vector<ResidualSummary> residuals;
+  std::vector<SensorHalves> halves;           // of the sensors that took part
   std::vector<CameraView> views;              // one of each camera; for pictures, not kept in files
   std::vector<CameraProjection> projections;  // one of each camera matched to the map; likewise
   std::vector<CameraKeyframes> keyframes;     // of all drives

@@ -10,6 +10,7 @@
 #include "mlic_core/initialization/guess_check.h"
 #include "mlic_core/sensors/sensor_frames.h"
 #include "mlic_core/summary/imu_verdict.h"
+#include "mlic_core/uncertainty/split_halves.h"
 
 namespace mlic {
 namespace {
@@ -291,6 +292,26 @@ void AddWhiteness(const Judged& judged, const std::string& name, std::vector<Qua
   }
 }
 
+// Whether the first and the second half of the drive give the same calibration of a sensor. limit: by chance,
+// of all sensors' comparisons.
+void AddHalves(const std::string& name, const SensorHalves& halves, double limit,
+               std::vector<QualityCheck>* checks) {
+  if (halves.quantities.empty()) return;
+  QualityCheck check;
+  check.name = "halves";
+  check.sensor = name;
+  check.value = WorstOf(halves);
+  check.limit = limit;
+  check.unit = "sigma";
+  check.refuses = true;
+  check.failure = name + ": the first and the second half of the drive do not agree on it: they differ in " +
+                  Describe(halves);
+  check.remedy =
+      "check that its mount, its clock and the IMU are the same all the time; record again, or only the part "
+      "before";
+  checks->push_back(check);
+}
+
 }  // namespace
 
 std::vector<QualityCheck> MakeChecks(const Rig& rig, const Dataset& dataset, const Adjustment& adjustment,
@@ -300,6 +321,7 @@ std::vector<QualityCheck> MakeChecks(const Rig& rig, const Dataset& dataset, con
   const Judged judged{rig, dataset, adjustment, analysis, residuals};
   std::vector<QualityCheck> checks{CheckConvergence(adjustment)};
   const SensorOrder order = adjustment.state.Sensors();
+  const double by_chance = LargestByChance(adjustment.halves);
   for (std::size_t s = 0; s < order.size(); ++s) {
     if (!taking_part[s]) continue;
     const SensorId id = order.At(s);
@@ -314,6 +336,9 @@ std::vector<QualityCheck> MakeChecks(const Rig& rig, const Dataset& dataset, con
       checks.push_back(CheckStamps(sensor.name, adjustment.scale.stamps[s]));
     }
     AddWhiteness(judged, sensor.name, &checks);
+    if (s < adjustment.halves.size()) {
+      AddHalves(sensor.name, adjustment.halves[s], by_chance, &checks);
+    }
     if (!id.IsLidar()) AddCamera(judged, id.index, &checks);
   }
   if (!adjustment.state.lidars.empty()) AddPlanes(judged, taking_part, &checks);

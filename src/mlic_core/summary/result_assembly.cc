@@ -197,10 +197,24 @@ void RenumberLidars(const std::vector<bool>& shown, std::vector<MapPoint>* map) 
              map->end());
 }
 
-bool IsRefused(const std::string& sensor, const std::vector<QualityCheck>& checks) {
+// By the check of this name; empty: by any.
+bool IsRefused(const std::string& sensor, const std::vector<QualityCheck>& checks,
+               const std::string& name = "") {
   return std::any_of(checks.begin(), checks.end(), [&](const QualityCheck& check) {
-    return check.sensor == sensor && check.refuses && !check.Passed();
+    return check.sensor == sensor && check.refuses && !check.Passed() && (name.empty() || check.name == name);
   });
+}
+
+// Of the sensors that took part.
+std::vector<SensorHalves> HalvesOf(const Adjustment& adjustment, const std::vector<Sensor>& sensors,
+                                   const std::vector<bool>& taking_part) {
+  std::vector<SensorHalves> halves;
+  for (std::size_t s = 0; s < adjustment.halves.size(); ++s) {
+    if (!taking_part[s] || adjustment.halves[s].quantities.empty()) continue;
+    halves.push_back(adjustment.halves[s]);
+    halves.back().sensor = sensors[s].name;
+  }
+  return halves;
 }
 
 // Every pair whose sensors are shown, and those that their own data tie to each other. lost: of each sensor,
@@ -257,11 +271,14 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
   }
   result->residuals = SummarizeResiduals(rig, dataset, adjustment);
   result->checks = MakeChecks(rig, dataset, adjustment, analysis, taking_part, result->residuals);
+  result->halves = HalvesOf(adjustment, sensors, taking_part);
   const bool refused = GiveReasons(rig, dataset, adjustment, result);
   WarnOfMovement(adjustment.rounds.unsettled, &result->warnings);
   std::vector<bool> shown;
   for (std::size_t s = 0; s < sensors.size(); ++s) {
     shown.push_back(!lost[s] && !IsRefused(sensors[s].name, result->checks));
+    // What does not stay where it is has no place to the others either.
+    if (IsRefused(sensors[s].name, result->checks, "halves")) lost[s] = true;
     if (!shown[s]) continue;
     result->sensors.push_back(MakeSensor(sensors[s], analysis, s));
     result->sensors.back().clock_reference =

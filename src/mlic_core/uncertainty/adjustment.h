@@ -86,6 +86,7 @@ struct Adjustment {
   JointRounds rounds;
   SolveSummary last_solve;
   CovarianceScale scale;
+  std::vector<SensorHalves> halves;  // CompareHalves, of the settled calibration; empty before
   // What the data show of each sensor, once directions were held for it; empty before, and where all is
   // shown.
   std::vector<ObservabilityAnalysis::Sensor> shown_before_hold;

@@ -88,13 +88,6 @@ Eigen::MatrixXd WithFixedSensors(const SensorInformation& given, Eigen::MatrixXd
   return data;
 }
 
-// What the inflation adds to a covariance whose variances are `scale` times those of the solve.
-Eigen::MatrixXd Growth(const Eigen::MatrixXd& covariance, const Inflation& inflation, double scale) {
-  const Eigen::MatrixXd of_cameras = VarianceOfInflation(covariance, inflation.cameras, scale);
-  if (inflation.points.rows() != covariance.rows()) return of_cameras;
-  return of_cameras + covariance * inflation.points / scale * covariance;
-}
-
 // Of all sensors and of the calibration's other parameters.
 ObservabilityAnalysis AnalyzeSensors(const SensorInformation& given, const Inflation& inflation,
                                      double scale) {
@@ -111,9 +104,9 @@ ObservabilityAnalysis AnalyzeSensors(const SensorInformation& given, const Infla
   }
   const Eigen::MatrixXd all_covariance =
       WithHeld(InverseInLimits(data + given.guess, limits), given.held, guess_variances) +
-      Growth(analysis.solved_covariance, inflation, scale);
+      VarianceOfInflation(analysis.solved_covariance, inflation, scale);
   const Eigen::MatrixXd data_covariance =
-      InverseInLimits(data, limits) + Growth(InverseInLimits(solved, limits), inflation, scale);
+      InverseInLimits(data, limits) + VarianceOfInflation(InverseInLimits(solved, limits), inflation, scale);
   const int poses = Layout::Sensor(sensors);
   analysis.data_covariance = data_covariance.topLeftCorner(poses, poses);
   analysis.covariance = all_covariance.topLeftCorner(poses, poses);
@@ -175,6 +168,13 @@ SensorInformation MakeInformation(const JointProblem& problem, const Calibration
 }
 
 }  // namespace
+
+Eigen::MatrixXd VarianceOfInflation(const Eigen::MatrixXd& covariance, const Inflation& inflation,
+                                    double scale) {
+  const Eigen::MatrixXd of_cameras = VarianceOfInflation(covariance, inflation.cameras, scale);
+  if (inflation.points.rows() != covariance.rows()) return of_cameras;
+  return of_cameras + covariance * inflation.points / scale * covariance;
+}
 
 FreeAlignment CovarianceWithFreeAlignment(const JointProblem& problem, const CalibrationState& state,
                                           const Eigen::MatrixXd& information) {

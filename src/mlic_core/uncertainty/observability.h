@@ -17,6 +17,10 @@ struct Inflation {
   Eigen::MatrixXd points;  // ScatterOfPoints
 };
 
+// What the inflation adds to a covariance whose variances are `scale` times those of the solve.
+Eigen::MatrixXd VarianceOfInflation(const Eigen::MatrixXd& covariance, const Inflation& inflation,
+                                    double scale);
+
 // What the data show of each LiDAR and then each camera, and how well everything is known (docs/method.md,
 // section 10).
 struct ObservabilityAnalysis {

@@ -5,7 +5,10 @@
 
 #include "mlic_core/common/random.h"
 #include "mlic_core/problem/joint_solver.h"
+#include "mlic_core/problem/landmark_terms.h"
 #include "mlic_core/problem/linearizer.h"
+#include "mlic_core/problem/partial_problem.h"
+#include "mlic_core/problem/plane_terms.h"
 #include "support/test_motion.h"
 
 namespace mlic {
@@ -188,6 +191,32 @@ TEST_F(DriftingClocks, AreHeldWithTheSensor) {
   const std::vector<bool> moves = FreeCalibration(problem_, layout);
   EXPECT_FALSE(moves[layout.Drift(LidarId(0))]);
   EXPECT_FALSE(moves[layout.Drift(CameraId(0))]);
+}
+
+// A part's middle is another one than the drive's.
+TEST_F(DriftingClocks, KeepTheirTimesInAPart) {
+  constexpr double kCut = 2.6;  // s
+  std::size_t of_planes = 0, of_points = 0, samples = 0;
+  for (const TimeInterval& stretch : {TimeInterval{0.0, kCut}, TimeInterval{kCut, kDuration}}) {
+    const PartialProblem part(problem_, state_, {stretch});
+    const DriveTerms& terms = part.problem.drives[0];
+    of_planes += terms.planes.observations.size();
+    of_points += terms.landmarks.observations.size();
+    samples += part.dataset.drives[0].imu.size();
+    const SplitSpline& trajectory = part.state.drives[0].trajectory;
+    EXPECT_NEAR(trajectory.Start(), stretch.start, 0.05);
+    EXPECT_NEAR(trajectory.End(), stretch.end, 0.05);
+    EXPECT_TRUE(trajectory.Contains(stretch.start) && trajectory.Contains(stretch.end));
+    for (const float residual : PlaneResiduals(terms.planes, part.state, 0)) {
+      EXPECT_LT(std::abs(residual), 1e-5);
+    }
+    for (const Eigen::Vector2d& residual : LandmarkResiduals(terms.landmarks, part.state, 0)) {
+      EXPECT_LT(residual.norm(), 1e-4);
+    }
+  }
+  EXPECT_EQ(of_planes, problem_.drives[0].planes.observations.size());
+  EXPECT_EQ(samples, dataset_.drives[0].imu.size());
+  EXPECT_GT(of_points, problem_.drives[0].landmarks.observations.size() / 2);
 }
 
 TEST(SensorCalibration, TurnsClocksThereAndBack) {

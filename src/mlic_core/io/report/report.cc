@@ -88,6 +88,7 @@ void WriteReport(const std::filesystem::path& path, const CalibrationResult& res
   const std::string top_view = TopViewFigure(result);
   if (!top_view.empty()) html += Section("The first drive from above", top_view);
   if (!result.pairs.empty()) html += Section("Pairs of sensors", PairTable(result));
+  if (!result.halves.empty()) html += Section("Halves of the drive", HalvesTable(result));
   if (!result.sensors.empty()) html += Section("IMU", ImuTable(result));
   if (!result.residuals.empty()) html += Section("Residuals", ResidualSection(result));
   if (!result.stages.empty()) html += Section("Stages", StageTable(result));

@@ -109,6 +109,23 @@ std::string DriftCell(const SensorResult& sensor) {
                    FixedNumber(1e6 * sensor.drift_sigma, 2) + " ppm");
 }
 
+// Each parameter's difference with its sigma, in units of `unit`; empty cells where nothing is compared.
+std::string DifferenceCells(const SensorHalves& sensor, HalvesDifference::Quantity quantity,
+                            std::size_t count, double unit) {
+  const auto found =
+      std::find_if(sensor.quantities.begin(), sensor.quantities.end(),
+                   [&](const HalvesDifference& difference) { return difference.quantity == quantity; });
+  std::string cells;
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool shown = found != sensor.quantities.end() && i < found->sigma.size() && found->sigma[i] > 0.0;
+    cells +=
+        shown ? ValueCell(FixedNumber(found->difference[i] / unit, 2), FixedNumber(found->sigma[i] / unit, 2))
+              : Cell("");
+  }
+  const bool compared = found != sensor.quantities.end();
+  return cells + Cell(compared ? FixedNumber(std::max(found->deviation, found->largest), 1) : "", "n");
+}
+
 const char* const kPoseHeader =
     "<th>x, m</th><th>y, m</th><th>z, m</th><th>roll, &deg;</th><th>pitch, &deg;</th><th>yaw, &deg;</th>"
     "<th>&sigma; rot x</th><th>&sigma; rot y</th><th>&sigma; rot z</th>";
@@ -188,6 +205,29 @@ std::string PairTable(const CalibrationResult& result) {
          "<p>These directions are unobservable in this drive; the given guess, or how well clocks are known, "
          "decides them:</p><ul>\n" +
          directions + "</ul>\n";
+}
+
+std::string HalvesTable(const CalibrationResult& result) {
+  if (result.halves.empty()) return "";
+  using Quantity = HalvesDifference::Quantity;
+  std::string html =
+      "<div class=\"wide\"><table><tr><th>sensor</th><th>rot x, m&deg;</th><th>rot y, m&deg;</th>"
+      "<th>rot z, m&deg;</th><th>&sigma;s</th><th>x, mm</th><th>y, mm</th><th>z, mm</th><th>&sigma;s</th>"
+      "<th>time offset, ms</th><th>&sigma;s</th><th>intrinsics, &sigma;s</th></tr>\n";
+  for (const SensorHalves& sensor : result.halves) {
+    html += "<tr>" + Cell(EscapeXml(sensor.sensor)) +
+            DifferenceCells(sensor, Quantity::kRotation, 3, 1e-3 / kDegreesPerRadian) +
+            DifferenceCells(sensor, Quantity::kTranslation, 3, 1e-3) +
+            DifferenceCells(sensor, Quantity::kTimeOffset, 1, 1e-3) +
+            DifferenceCells(sensor, Quantity::kIntrinsics, 0, 1.0) + "</tr>\n";
+  }
+  return html +
+         "</table></div>\n<p class=\"note\">The drive was cut in two, each half with half of the turning, "
+         "and "
+         "every sensor calibrated from each half alone: the second minus the first, with the sigma of the "
+         "difference. &sigma;s: how unlikely the quantity's difference is, as a deviation of one normal "
+         "variable. "
+         "What a half alone does not show is left out.</p>\n";
 }
 
 std::string ImuTable(const CalibrationResult& result) {

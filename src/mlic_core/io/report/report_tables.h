@@ -16,6 +16,8 @@ std::string SensorTable(const CalibrationResult& result);
 std::string CameraTable(const CalibrationResult& result);
 // Of a result that has pairs.
 std::string PairTable(const CalibrationResult& result);
+// By how much the halves of the drive differ; nothing where they were not compared.
+std::string HalvesTable(const CalibrationResult& result);
 std::string ImuTable(const CalibrationResult& result);
 // Each stage with its share of the time and what it found.
 std::string StageTable(const CalibrationResult& result);

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "mlic_core/common/progress.h"
+#include "mlic_core/common/time_interval.h"
+#include "mlic_core/result/result.h"
+#include "mlic_core/sensors/measurements.h"
+#include "mlic_core/uncertainty/adjustment.h"
+
+namespace mlic {
+
+// Where the recording is cut into two halves: the stretches of each drive in either. Half of what the rig
+// turns lies in each (the integral of the squared angular rate): it is turning that shows a sensor's pose and
+// clock to the IMU, and a vehicle that is parked for half of a drive would leave a half by the clock with
+// nothing.
+struct Halves {
+  std::vector<TimeInterval> first, second;
+};
+Halves CutByTurning(const CalibrationState& state);
+
+// The calibration of either half alone, from the found state on and with its association: planes and points
+// are estimated anew from the half's observations, and so are trajectory, biases and all that the
+// calibration's solve leaves free. No change of what the adjustment holds. Returns for each LiDAR, then each
+// camera by how much the halves differ against what their covariances allow; these grow by the same factors
+// as the whole's. What priors and guesses say is the same in both halves: its error is common, and no
+// agreement. Empty where a half's equations have no solution. docs/method.md, section 12.
+std::vector<SensorHalves> CompareHalves(const Adjustment& adjustment, const Dataset& dataset,
+                                        const CancellationToken& cancellation);
+
+// What deviations and largest differences of all these exceed by chance in 3 of 1000 calibrations whose
+// sigmas are as good as ours.
+double LargestByChance(const std::vector<SensorHalves>& sensors);
+
+// The largest of a sensor's deviations and differences of single parameters, sigmas.
+double WorstOf(const SensorHalves& sensor);
+
+// For people: each quantity's difference, in units of its own and in sigmas.
+std::string Describe(const SensorHalves& sensor);
+
+}  // namespace mlic
