@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <optional>
 
+#include "mlic_core/association/plane_association.h"
 #include "mlic_core/common/significance.h"
 #include "mlic_core/problem/linearizer.h"
 #include "mlic_core/problem/noise_information.h"
@@ -16,6 +17,7 @@
 #include "mlic_core/problem/time_windows.h"
 #include "mlic_core/solver/normal_equations.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
+#include "mlic_core/uncertainty/stamp_errors.h"
 
 namespace mlic {
 namespace {
@@ -32,6 +34,9 @@ struct Half {
   Eigen::MatrixXd information;  // from the data alone, of the last solve's scale; zero of what is fixed
   Eigen::MatrixXd prior;        // all that the solve knew beside the data, of the true scale
   Eigen::MatrixXd guesses;      // what of it is the guesses'
+  double correlation = 1.0;     // of points
+  StampSums stamps;
+  CameraInflation cameras;
 };
 
 Eigen::MatrixXd WithoutFixed(Eigen::MatrixXd matrix, const std::vector<bool>& free_calibration) {
@@ -59,6 +64,19 @@ void SetPriors(const JointProblem& problem, const CalibrationState& state, const
   }
 }
 
+// By what the half's information is too good, measured at its own solution: in the whole's residuals what the
+// halves disagree on looks like errors that observations share, and would excuse itself.
+void MeasureGrowth(const Adjustment& adjustment, const JointProblem& problem, const CalibrationState& state,
+                   Half* half) {
+  half->correlation = CorrelationFactor(problem.drives, state);
+  half->stamps = SumStampErrors(problem, state);
+  if (adjustment.scale.inflation.cameras.IsEmpty()) return;
+  const Layout layout(state, problem.estimate_imu_matrices);
+  const Eigen::MatrixXd covariance =
+      InverseInLimits(half->information + half->prior, CalibrationLimits(state, layout));
+  half->cameras = MeasureCameraInflation(problem, state, adjustment.cameras.landmark_options, covariance);
+}
+
 std::optional<Half> EstimateHalf(const Adjustment& adjustment, double scale,
                                  const std::vector<TimeInterval>& stretches,
                                  const CancellationToken& cancellation) {
@@ -84,6 +102,8 @@ std::optional<Half> EstimateHalf(const Adjustment& adjustment, double scale,
     half.moved += solution.delta.tail(layout.calibration);
     half.information = WithoutFixed(solution.information, free_calibration);
   }
+  problem.dataset = adjustment.problem.dataset;  // with the scans
+  MeasureGrowth(adjustment, problem, state, &half);
   return half;
 }
 
@@ -96,17 +116,19 @@ struct Compared {
   Eigen::VectorXd limits;
 };
 
-Inflation ShareOf(Inflation inflation, double share) {
-  inflation.points *= share;
-  inflation.cameras.information *= share;
-  inflation.cameras.self_weighing *= share;
+// growth: of both halves together, as few groups of observations are in one. share: of the whole's
+// information.
+Inflation InflationOf(const Adjustment& adjustment, const Half& half, const Eigen::VectorXd& growth,
+                      double share) {
+  Inflation inflation{half.cameras, share * adjustment.scale.inflation.points};
+  inflation.cameras.growth = growth;
   return inflation;
 }
 
 // Adds a half's own error to the covariance of the difference. Returns how its calibration follows the
-// priors' gradient. share: of the whole's information.
+// priors' gradient.
 Eigen::MatrixXd AddHalf(const Adjustment& adjustment, const Half& half, double scale, double share,
-                        Compared* compared, Eigen::MatrixXd* from_data) {
+                        const Inflation& inflation, Compared* compared, Eigen::MatrixXd* from_data) {
   const Eigen::VectorXd& limits = compared->limits;
   Eigen::MatrixXd information = half.information;
   if (adjustment.noise_information.rows() == information.rows()) {
@@ -114,12 +136,23 @@ Eigen::MatrixXd AddHalf(const Adjustment& adjustment, const Half& half, double s
                                compared->free_calibration);
   }
   information /= scale;
-  const Inflation inflation = ShareOf(adjustment.scale.inflation, share);
   const Eigen::MatrixXd gain = InverseInLimits(information + half.prior, limits);
   compared->covariance += gain * information * gain + VarianceOfInflation(gain, inflation, scale);
   const Eigen::MatrixXd alone = InverseInLimits(information + half.prior - half.guesses, limits);
   *from_data = alone + VarianceOfInflation(alone, inflation, scale);
   return gain;
+}
+
+// CovarianceScale::correlation as the halves have it, and no larger than the whole's.
+double CorrelationOf(const Adjustment& adjustment, const Half& first, const Half& second) {
+  double correlation = 0.5 * (first.correlation + second.correlation);
+  StampSums stamps = first.stamps;
+  stamps.insert(stamps.end(), second.stamps.begin(), second.stamps.end());
+  const std::vector<StampErrors> errors = JudgeStampErrors(stamps);
+  for (std::size_t l = 0; l < adjustment.state.lidars.size(); ++l) {
+    correlation = std::max(correlation, errors[l].excess);
+  }
+  return std::min(correlation, adjustment.scale.correlation);
 }
 
 double InformationOf(const Half& half, const Eigen::VectorXd& limits) {
@@ -135,10 +168,17 @@ Compared Compare(const Adjustment& adjustment, const Half& first, const Half& se
   compared.covariance = Eigen::MatrixXd::Zero(layout.calibration, layout.calibration);
   const double of_first = InformationOf(first, compared.limits);
   const double share = of_first / std::max(1e-300, of_first + InformationOf(second, compared.limits));
+  const Eigen::VectorXd growth =
+      first.cameras.IsEmpty() || second.cameras.IsEmpty()
+          ? Eigen::VectorXd()
+          : (0.5 * (first.cameras.growth.cwiseAbs2() + second.cameras.growth.cwiseAbs2())).cwiseSqrt().eval();
   const Eigen::MatrixXd by_first =
-      AddHalf(adjustment, first, scale, share, &compared, &compared.first_from_data);
+      AddHalf(adjustment, first, scale, share, InflationOf(adjustment, first, growth, share), &compared,
+              &compared.first_from_data);
   const Eigen::MatrixXd by_second =
-      AddHalf(adjustment, second, scale, 1.0 - share, &compared, &compared.second_from_data);
+      AddHalf(adjustment, second, scale, 1.0 - share, InflationOf(adjustment, second, growth, 1.0 - share),
+              &compared, &compared.second_from_data);
+  compared.covariance *= CorrelationOf(adjustment, first, second) / adjustment.scale.correlation;
   // The priors err alike in both: only what the halves follow them differently by is left.
   const Eigen::MatrixXd unlike = by_first - by_second;
   compared.covariance += unlike * first.prior * unlike;

@@ -21,17 +21,11 @@ constexpr double kWandering = 6.0;         // mean square of windows
 constexpr std::size_t kFewestScans = 20;   // that say something; from: guard
 constexpr std::size_t kFewestWindows = 4;  // from: guard
 
-// Gradient and information of the time error of one scan.
-struct ScanSum {
-  double gradient = 0.0;
-  double information = 0.0;
-  void Add(double residual, double derivative, double sigma) {
-    if (std::abs(residual) > kOutlier * sigma) return;
-    gradient -= derivative * residual / (sigma * sigma);
-    information += derivative * derivative / (sigma * sigma);
-  }
-};
-using ScanSums = std::map<double, ScanSum>;  // by the scan's time, sensor clock
+void Add(double residual, double derivative, double sigma, ScanSum* sum) {
+  if (std::abs(residual) > kOutlier * sigma) return;
+  sum->gradient -= derivative * residual / (sigma * sigma);
+  sum->information += derivative * derivative / (sigma * sigma);
+}
 
 CalibrationState Shifted(const CalibrationState& state, double step) {
   CalibrationState shifted = state;
@@ -55,7 +49,7 @@ void AddPlanes(const JointProblem& problem, const CalibrationState& state, std::
   for (std::size_t k = 0; k < at.size(); ++k) {
     const PlaneObservation& o = planes.observations[k];
     const double time = ScanTime(problem.dataset->drives[d].lidars[o.lidar], o.time);
-    (*sums)[o.lidar][time].Add(at[k], (after[k] - before[k]) / (2.0 * kStep), o.sigma);
+    Add(at[k], (after[k] - before[k]) / (2.0 * kStep), o.sigma, &(*sums)[o.lidar][time]);
   }
 }
 
@@ -72,7 +66,7 @@ void AddLandmarks(const JointProblem& problem, const CalibrationState& state, st
     const Eigen::Matrix2d shape = o.shape.cast<double>();
     const Eigen::Vector2d residual = shape * at[k], slope = shape * derivative;
     ScanSum& sum = (*sums)[state.Sensors().PlaceOf(CameraId(o.camera))][o.time];
-    for (int a = 0; a < 2; ++a) sum.Add(residual[a], slope[a], o.sigma);
+    for (int a = 0; a < 2; ++a) Add(residual[a], slope[a], o.sigma, &sum);
   }
 }
 
@@ -124,18 +118,28 @@ StampErrors Judge(const std::vector<ScanSums>& drives) {
 
 }  // namespace
 
-std::vector<StampErrors> MeasureStampErrors(const JointProblem& problem, const CalibrationState& state) {
-  const std::size_t sensors = state.Sensors().size();
-  std::vector<std::vector<ScanSums>> of_sensors(sensors);
+StampSums SumStampErrors(const JointProblem& problem, const CalibrationState& state) {
+  StampSums drives;
   for (std::size_t d = 0; d < state.drives.size(); ++d) {
-    std::vector<ScanSums> sums(sensors);
+    std::vector<ScanSums>& sums = drives.emplace_back(state.Sensors().size());
     AddPlanes(problem, state, d, &sums);
     AddLandmarks(problem, state, d, &sums);
-    for (std::size_t s = 0; s < sensors; ++s) of_sensors[s].push_back(std::move(sums[s]));
   }
+  return drives;
+}
+
+std::vector<StampErrors> JudgeStampErrors(const StampSums& drives) {
   std::vector<StampErrors> errors;
-  for (const std::vector<ScanSums>& drives : of_sensors) errors.push_back(Judge(drives));
+  for (std::size_t s = 0; !drives.empty() && s < drives[0].size(); ++s) {
+    std::vector<ScanSums> of_sensor;
+    for (const std::vector<ScanSums>& drive : drives) of_sensor.push_back(drive[s]);
+    errors.push_back(Judge(of_sensor));
+  }
   return errors;
+}
+
+std::vector<StampErrors> MeasureStampErrors(const JointProblem& problem, const CalibrationState& state) {
+  return JudgeStampErrors(SumStampErrors(problem, state));
 }
 
 }  // namespace mlic

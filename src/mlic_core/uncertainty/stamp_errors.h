@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <vector>
 
 #include "mlic_core/problem/joint_problem.h"
@@ -24,5 +25,19 @@ struct StampErrors {
 //   error = -sum(J r / sigma^2) / sum(J^2 / sigma^2),   its sigma = sum(J^2 / sigma^2)^-1/2.
 // A trajectory that follows the errors hides a part of them; the IMU lets it follow slow ones least.
 std::vector<StampErrors> MeasureStampErrors(const JointProblem& problem, const CalibrationState& state);
+
+// What one scan or image says of its own time: the gradient and the information of an error of it.
+struct ScanSum {
+  double gradient = 0.0;
+  double information = 0.0;
+};
+// By the scan's time, sensor clock.
+using ScanSums = std::map<double, ScanSum>;
+
+// Of each drive, of each LiDAR, then of each camera. MeasureStampErrors in two steps, for a drive that was
+// calibrated in parts.
+using StampSums = std::vector<std::vector<ScanSums>>;
+StampSums SumStampErrors(const JointProblem& problem, const CalibrationState& state);
+std::vector<StampErrors> JudgeStampErrors(const StampSums& drives);
 
 }  // namespace mlic
