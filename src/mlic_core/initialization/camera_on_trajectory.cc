@@ -46,10 +46,11 @@ std::vector<FixedCameraParameters> FixedInRound(const Rig& rig, const std::vecto
   std::vector<FixedCameraParameters> held(rig.cameras.size());
   for (std::size_t c = 0; c < held.size(); ++c) {
     const bool fixed = rig.cameras[c].fixed || !found[c];
-    held[c] = {fixed, fixed, fixed, parameters < 2 || !found[c], {}};
+    const bool lens_held = start[c].held || !found[c];
+    held[c] = {fixed, fixed, fixed, parameters < 2 || lens_held, {}};
     auto& intrinsics = held[c].intrinsics;
-    intrinsics.assign(start[c].intrinsics.parameters.size(), parameters < 3 || !found[c]);
-    if (!found[c] || !start[c].from_field_of_view) continue;
+    intrinsics.assign(start[c].intrinsics.parameters.size(), parameters < 3 || lens_held);
+    if (lens_held || !start[c].from_field_of_view) continue;
     intrinsics[0] = intrinsics[1] = false;
     if (parameters >= 2) intrinsics[FirstDistortion(start[c].intrinsics.model)] = false;
   }
@@ -164,6 +165,7 @@ CameraCalibration CameraAsGiven(const CameraConfig& config, const CameraStart& s
   CameraCalibration camera;
   camera.intrinsics = start.intrinsics;
   camera.rolling_shutter = config.shutter == Shutter::kRolling;
+  camera.readout = start.readout;
   if (config.guess) camera.sensor.T_imu_sensor = config.guess->T_imu_sensor;
   camera.sensor.time_offset = config.time_offset.value_or(0.0);
   return camera;

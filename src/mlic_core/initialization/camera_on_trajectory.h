@@ -18,6 +18,8 @@ namespace mlic {
 struct CameraStart {
   CameraIntrinsics intrinsics;
   bool from_field_of_view = false;  // focal length good to some ten per cent, no distortion
+  double readout = 0.0;             // s, of rolling shutters
+  bool held = false;                // intrinsics and readout stay
 };
 
 // From the rig file: the intrinsics where given, else from the field of view. The image's size comes from the

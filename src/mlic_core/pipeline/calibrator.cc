@@ -130,7 +130,11 @@ Adjustment JointAdjustmentStage(const StageContext& context, Landmarks landmarks
   if (found) stage.TakeOver(adjustment.lines, " up to round " + std::to_string(adjustment.rounds.done));
   JointOptions options;
   options.landmarks = landmarks;
+  // from: derivation, a check's movements are judged by five sigmas
+  constexpr double kSettledForCheck = 0.3;
   options.until = last ? 0.1 : 1.0;
+  if (last && context.options.check_of) options.until = kSettledForCheck;
+  options.find_imu_axes = !context.options.check_of;
   options.after_round = [&](const Adjustment& now) { Keep(context, stage, FileOf(landmarks), now); };
   adjustment = AdjustJointly(std::move(adjustment), of_stage, options);
   if (last) MeasureUncertainty(of_stage, &adjustment);
@@ -140,6 +144,13 @@ Adjustment JointAdjustmentStage(const StageContext& context, Landmarks landmarks
 void RejectCameras(const CameraInitialization& cameras, CalibrationResult* result) {
   for (const SensorProblem& problem : cameras.problems) {
     result->rejected.push_back({problem.sensor, SensorResult::Type::kCamera, problem.reason});
+  }
+}
+
+void HoldLenses(Adjustment* adjustment) {
+  for (FixedCameraParameters& fixed : adjustment->cameras.always_fixed) {
+    fixed.readout = true;
+    fixed.intrinsics.assign(fixed.intrinsics.size(), true);
   }
 }
 
@@ -170,13 +181,15 @@ Adjustment CameraStages(const StageContext& context, const std::vector<CameraSta
     RejectCameras(cameras, context.result);
   }
   AddCameras(context.rig, cameras, tracks, &adjustment);
+  if (context.options.check_of) HoldLenses(&adjustment);
   adjustment = JointAdjustmentStage(context, Landmarks::kTracks, !map, std::move(adjustment));
   if (!map) return adjustment;
   return JointAdjustmentStage(context, Landmarks::kTracksAndMap, true, std::move(adjustment));
 }
 
-// Whether one calibration serves the whole drive.
+// Whether one calibration serves the whole drive; a check is held against the calibration itself.
 void HalvesStage(const StageContext& context, Adjustment* adjustment) {
+  if (context.options.check_of) return;
   StageClock stage("halves of the drive", context);
   adjustment->halves = CompareHalves(*adjustment, context.dataset, context.cancellation);
   const SensorOrder order = adjustment->state.Sensors();
@@ -188,6 +201,46 @@ void HalvesStage(const StageContext& context, Adjustment* adjustment) {
         id.IsLidar() ? context.rig.lidars[id.index].name : context.rig.cameras[id.index].name;
     stage.Line(name + ": they differ in " + difference);
   }
+}
+
+// What a check holds of the calibration.
+std::vector<CameraStart> StartOfCameras(const StageContext& context) {
+  std::vector<CameraStart> starts = StartFromRig(context.rig, context.dataset);
+  if (!context.options.check_of) return starts;
+  for (std::size_t c = 0; c < starts.size(); ++c) {
+    starts[c].held = true;
+    for (const SensorResult& sensor : context.options.check_of->sensors) {
+      if (sensor.name != context.rig.cameras[c].name) continue;
+      starts[c].readout = sensor.rolling_shutter_readout.value_or(0.0);
+    }
+  }
+  return starts;
+}
+
+Adjustment StartAt(const StageContext& context, Initialization start) {
+  Adjustment adjustment = StartAdjustment(context.rig, context.dataset, std::move(start));
+  if (context.options.check_of) {
+    adjustment.state.gyroscope_matrix = context.options.check_of->imu.gyroscope_matrix;
+    adjustment.state.accelerometer_matrix = context.options.check_of->imu.accelerometer_matrix;
+  }
+  return adjustment;
+}
+
+// The cameras start where the calibration has them, so that tracks are sought across them at once.
+Adjustment CheckCameras(const StageContext& context, Adjustment adjustment) {
+  const std::vector<CameraStart> starts = StartOfCameras(context);
+  CalibrationState state = adjustment.state;
+  for (std::size_t c = 0; c < starts.size(); ++c) {
+    state.cameras.push_back(CameraAsGiven(context.rig.cameras[c], starts[c]));
+  }
+  const auto features = FeatureStage(context, starts, state);
+  const auto tracks = SharedTrackStage(context, SharedPass::kAll, state, features);
+  const CameraInitialization found =
+      CameraInitializationStage(context, "cameras", starts, tracks, adjustment.state);
+  RejectCameras(found, context.result);
+  AddCameras(context.rig, found, tracks, &adjustment);
+  HoldLenses(&adjustment);
+  return JointAdjustmentStage(context, Landmarks::kTracks, true, std::move(adjustment));
 }
 
 void ResultStage(const StageContext& context, const Adjustment& adjustment) {
@@ -268,11 +321,13 @@ void CalibrateFromLidars(const StageContext& context) {
   }
   result->warnings = start.problems;
   const bool cameras = !context.rig.cameras.empty();
-  Adjustment adjustment = StartAdjustment(context.rig, context.dataset, std::move(start));
+  Adjustment adjustment = StartAt(context, std::move(start));
   if (context.rig.lidars.size() > 1) adjustment = LidarAdjustmentStage(context, std::move(adjustment));
   adjustment = JointAdjustmentStage(context, Landmarks::kNone, !cameras, std::move(adjustment));
-  if (cameras) {
-    std::vector<CameraStart> intrinsics = StartFromRig(context.rig, context.dataset);
+  if (cameras && context.options.check_of) {
+    adjustment = CheckCameras(context, std::move(adjustment));
+  } else if (cameras) {
+    std::vector<CameraStart> intrinsics = StartOfCameras(context);
     const auto features = FeatureStage(context, intrinsics, adjustment.state);
     const auto tracks = TrackStage(context, intrinsics, features);
     if (ColmapWanted(context)) ColmapStage(context, AllOf(intrinsics), tracks, &intrinsics);
@@ -291,7 +346,7 @@ void CalibrateFromLidars(const StageContext& context) {
 
 // The trajectory comes from the cameras themselves and the IMU.
 void CalibrateFromCameras(const StageContext& context) {
-  std::vector<CameraStart> intrinsics = StartFromRig(context.rig, context.dataset);
+  std::vector<CameraStart> intrinsics = StartOfCameras(context);
   const auto features = FeatureStage(context, intrinsics, {});
   const auto tracks = TrackStage(context, intrinsics, features);
   if (ColmapWanted(context)) ColmapStage(context, AllOf(intrinsics), tracks, &intrinsics);
@@ -308,7 +363,7 @@ void CalibrateFromCameras(const StageContext& context) {
   result->reasons = start.problems;
   RejectCameras(cameras, result);
   if (start.state.drives.size() < context.dataset.drives.size()) return FinishRefused(result);
-  Adjustment adjustment = StartAdjustment(context.rig, context.dataset, std::move(start));
+  Adjustment adjustment = StartAt(context, std::move(start));
   adjustment = CameraStages(context, intrinsics, std::move(cameras), features, std::move(adjustment));
   HalvesStage(context, &adjustment);
   ResultStage(context, adjustment);

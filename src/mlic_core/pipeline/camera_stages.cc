@@ -82,6 +82,17 @@ PassNames Names(SharedPass pass) {
   return {"tracks across cameras", "shared_tracks", "cameras on shared tracks", "cameras_shared"};
 }
 
+TrackingOptions OptionsOf(const StageContext& context) {
+  // Of a check, of all cameras together, and of one at least. from: measured, stereo rig: half a minute
+  constexpr int kMostOfAll = 70, kLeastOfOne = 12;
+  TrackingOptions options;
+  if (context.options.check_of) {
+    const int cameras = static_cast<int>(context.rig.cameras.size());
+    options.keyframes.most_keyframes = std::max(kLeastOfOne, kMostOfAll / cameras);
+  }
+  return options;
+}
+
 // Every second keyframe of the cameras that have many.
 ImageFeatures Thinned(const ImageFeatures& all) {
   constexpr int kMany = 40;  // from: guard, time
@@ -114,7 +125,7 @@ std::vector<ImageFeatures> FeatureStage(const StageContext& context, const std::
       };
     }
     return ExtractFeatures(Cameras(context.dataset.drives[d], Intrinsics(start)), pose,
-                           Matcher(context.options), {}, watch);
+                           Matcher(context.options), OptionsOf(context), watch);
   });
 }
 
@@ -122,7 +133,7 @@ std::vector<TrackSet> TrackStage(const StageContext& context, const std::vector<
                                  const std::vector<ImageFeatures>& features) {
   StageClock stage("tracks of each camera", context);
   const Watch watch{&stage, &context.cancellation};
-  const TrackingOptions options;
+  const TrackingOptions options = OptionsOf(context);
   const auto tracks = ForEveryDrive<TrackSet>(context, "tracks", &stage, [&](std::size_t d) {
     const auto cameras = Cameras(context.dataset.drives[d], Intrinsics(start));
     const auto pairs = ChoosePairs(cameras, features[d].keyframes, {}, options);
@@ -139,7 +150,7 @@ std::vector<TrackSet> SharedTrackStage(const StageContext& context, SharedPass p
                                        const std::vector<ImageFeatures>& all_features) {
   StageClock stage(Names(pass).tracks, context);
   const Watch watch{&stage, &context.cancellation};
-  TrackingOptions options;
+  TrackingOptions options = OptionsOf(context);
   options.largest_epipolar_error = 2.0;
   options.prediction_error = 0.02;
   options.selection.most_in_keyframe = 450;  // most do not survive their refinement

@@ -319,7 +319,7 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
       adjustment.cameras.sigmas =
           SigmasAgainstLidar(Analyze(adjustment, context.dataset), adjustment.state, adjustment.base_lidar);
     }
-    const bool axes_moved = ReviewAxes(context, many, &adjustment);
+    const bool axes_moved = options.find_imu_axes && ReviewAxes(context, many, &adjustment);
     context.monitor.line(DescribeRound(adjustment, change));
     ShowAdjustment(context, NameOf(options.landmarks), round, adjustment);
     context.monitor.progress(std::min(0.95, (round + 1.0) / (least_rounds + 2)));

@@ -14,6 +14,7 @@ struct JointOptions {
   // Whether rings and ranges that err and clocks that drift are found and corrected. A parked LiDAR's rings
   // see the same places all the time, and err there as the places do; its clock shows nothing.
   bool find_sensor_errors = true;
+  bool find_imu_axes = true;  // the accelerometer's rotation to the gyroscope, where it is shown
   // Called between two rounds: a run that goes on from there gives the same bits.
   std::function<void(const Adjustment&)> after_round = [](const Adjustment&) {};
 };

@@ -2,8 +2,10 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "mlic_core/camera/features/feature_matcher.h"
+#include "mlic_core/result/result.h"
 
 namespace mlic {
 
@@ -18,6 +20,10 @@ struct CalibrationOptions {
   IntrinsicsStart intrinsics = IntrinsicsStart::kTrajectory;
   std::shared_ptr<const FeatureMatcher> matcher;  // null: the classical one
   std::filesystem::path colmap_directory;         // for COLMAP's files; empty: in the system's temporary one
+  // For a check of an earlier calibration, in seconds: where its sensors are is found anew, and what moves of
+  // itself hardly ever, intrinsics, readouts and the IMU's matrices, is held as it has them. Few keyframes
+  // are taken, and photos are not matched with the LiDAR map. The rig's guesses are the calibration's.
+  std::optional<CalibrationResult> check_of;
 };
 
 }  // namespace mlic
