@@ -9,6 +9,8 @@ import tempfile
 import time
 import unittest
 
+import yaml
+
 RIG = "imu: {topic: /imu/data}\nlidars:\n  one: {topic: /velodyne_points}\n"
 
 
@@ -147,6 +149,37 @@ class Programs(unittest.TestCase):
         self.assertIn("worst", self.run_program("compare", found, truth).stdout.splitlines()[-1])
         os.remove(self.path("out/calibration.yaml"))
         self.assertNotIn("reused", self.calibrate(DRIVE[1], DRIVE[0], "--duration", "14").stderr)
+
+    def moved_camera(self, calibration):
+        """A calibration that has the camera 1 cm from where it is: the camera has moved since."""
+        with open(calibration) as file:
+            moved = yaml.safe_load(file)
+        lidar, camera = moved["sensors"]["lidar"], moved["sensors"]["cam_left"]
+        camera["T_imu_sensor"]["translation"][1] += 0.01
+        x, y, z, w = lidar["T_imu_sensor"]["rotation"]
+        row = [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)]  # 2nd of R_imu_lidar: y in its axes
+        pair = moved["pairs"]["lidar/cam_left"]["T_a_b"]
+        pair["translation"] = [old + 0.01 * by for old, by in zip(pair["translation"], row)]
+        return self.write("moved.yaml", yaml.safe_dump(moved))
+
+    def test_verify_names_what_moved(self):
+        if not DRIVE:
+            self.skipTest("no drive given")
+        self.assertEqual(self.calibrate(DRIVE[1], DRIVE[0]).returncode, 0)
+        found, table = self.path("out/calibration.yaml"), self.path("table.csv")
+        same = self.run_program("verify", "--calibration", found, "--bag", DRIVE[0])
+        self.assertEqual(same.returncode, 0, same.stdout + same.stderr)
+        self.assertIn("AGREES: worst ", same.stdout.splitlines()[-1])
+        moved = self.run_program("verify", "--calibration", self.moved_camera(found), "--bag", DRIVE[0],
+                                 "--rig", DRIVE[1], "--output", table)
+        self.assertEqual(moved.returncode, 2, moved.stdout + moved.stderr)
+        last = moved.stdout.splitlines()[-1]
+        self.assertIn("MOVED: cam_left by ", last)
+        self.assertNotIn("lidar", last)
+        self.assertNotIn("imu", last)
+        with open(table) as file:
+            self.assertEqual([line.split(",")[2] for line in file], ["moved", "0", "1"])
+        self.expect_error(self.run_program("verify", "--calibration", DRIVE[1], "--bag", DRIVE[0]), "verify", "format")
 
     def test_killed_run_goes_on_to_the_same_bytes(self):
         if not DRIVE:

@@ -15,7 +15,7 @@ namespace mlic {
 namespace {
 
 constexpr double kDegreesPerRadian = 180.0 / M_PI;
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();  // from: structural
 constexpr std::size_t kImu = 0;  // from: structural; the sensors follow
 
 // T_a_b before and now, sigmas of both; sigma.time_offset and clock: of offset_b - offset_a, NaN where not

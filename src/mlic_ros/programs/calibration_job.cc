@@ -1,10 +1,7 @@
 #include "mlic_ros/programs/calibration_job.h"
 
-#include <tbb/global_control.h>
-
 #include <algorithm>
 #include <cstdio>
-#include <memory>
 
 #include "mlic_core/io/checkpoint/checkpoint.h"
 #include "mlic_core/io/checkpoint/stage_files.h"
@@ -18,31 +15,12 @@
 #include "mlic_ros/programs/finished_run.h"
 #include "mlic_ros/programs/job_log.h"
 #include "mlic_ros/programs/program.h"
-
-extern "C" void openblas_set_num_threads(int threads);
+#include "mlic_ros/programs/thread_limit.h"
 
 namespace mlic {
 namespace {
 
 const char* const kProgram = "calibrate";
-
-// All parallel loops within its lifetime use this many threads.
-class ThreadLimit {
- public:
-  explicit ThreadLimit(int threads) {
-    if (threads > 0) {
-      limit_ = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
-                                                     static_cast<std::size_t>(threads));
-    }
-    openblas_set_num_threads(threads > 0 ? threads : DefaultThreads());
-  }
-
- private:
-  static int DefaultThreads() {
-    return static_cast<int>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
-  }
-  std::unique_ptr<tbb::global_control> limit_;
-};
 
 StageSummary LoadingSummary(const LoadReport& report, const Stopwatch& stopwatch) {
   StageSummary summary;
