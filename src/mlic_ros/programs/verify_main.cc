@@ -166,6 +166,7 @@ CalibrationResult CalibrateAgain(const VerifyOptions& options, const Calibration
 std::vector<std::string> NotChecked(const CalibrationResult& calibration, const CalibrationResult& check,
                                     const Movements& movements) {
   std::vector<std::string> lines;
+  if (!check.root.empty()) lines.emplace_back("all to the IMU");
   for (const SensorResult& sensor : calibration.sensors) {
     const auto of_sensor = [&](const auto& other) { return other.name == sensor.name; };
     const auto found = std::find_if(movements.sensors.begin(), movements.sensors.end(), of_sensor);
