@@ -132,6 +132,13 @@ Eigen::MatrixXd WithUsualCentres(Eigen::MatrixXd information, const CalibrationS
   return information;
 }
 
+// A lens of which nothing moves is given, by an earlier calibration: what is held of it is no doubt of this
+// one's.
+bool IsLensGiven(const FixedCameraParameters& held) {
+  return !held.intrinsics.empty() &&
+         std::find(held.intrinsics.begin(), held.intrinsics.end(), false) == held.intrinsics.end();
+}
+
 }  // namespace
 
 std::vector<double> ImageDisplacements(const CameraIntrinsics& intrinsics) {
@@ -192,6 +199,7 @@ Eigen::MatrixXd WithVarianceOfTangentialTerms(const Eigen::MatrixXd& information
                                               const Eigen::MatrixXd& known) {
   std::vector<int> considered;
   for (std::size_t c = 0; c < held.size(); ++c) {
+    if (IsLensGiven(held[c])) continue;
     for (std::size_t i = 0; i < held[c].intrinsics.size(); ++i) {
       if (held[c].intrinsics[i] && IsTangential(state.cameras[c].intrinsics.model, static_cast<int>(i))) {
         considered.push_back(layout.Intrinsics(c) + static_cast<int>(i));

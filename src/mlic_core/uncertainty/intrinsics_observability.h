@@ -49,7 +49,8 @@ Eigen::MatrixXd InformationWithFixed(const Eigen::MatrixXd& information, const C
 // What InformationWithFixed gave (`known`, priors may have been added) with tangential terms that are held
 // given a variance of their usual size, 1e-3: the covariance of all else then is A^-1 + A^-1 B Q B^T A^-1, as
 // of parameters that are considered but not estimated (Schmidt), with A the information of what is estimated,
-// B how `information` couples it to them and Q their variance.
+// B how `information` couples it to them and Q their variance. A lens of which everything is held is given
+// (a check's) and taken for known.
 Eigen::MatrixXd WithVarianceOfTangentialTerms(const Eigen::MatrixXd& information,
                                               const CalibrationState& state, const Layout& layout,
                                               const std::vector<FixedCameraParameters>& held,

@@ -300,6 +300,13 @@ TEST(CameraInitialization, GivesTangentialTermsThatItHoldsAVariance) {
   EXPECT_GT(expected(0, 0), 1.01 * inverse(0, 0));
 }
 
+// As in a check of an earlier calibration.
+TEST(CameraInitialization, TakesALensForKnownOfWhichItHoldsEverything) {
+  const HeldIntrinsics of({0, 1, 2, 3, 4, 5, 6, 7, 8});
+  const Eigen::MatrixXd known = of.KnownCovariance(), covariance = of.Covariance();
+  for (int i = 0; i < covariance.rows(); ++i) EXPECT_NEAR(covariance(i, i) / known(i, i), 1.0, 1e-9) << i;
+}
+
 TEST(CameraInitialization, PatternSensitivityIsThatOfIndependentObservations) {
   std::vector<DriveTerms> drives(1);
   for (int i = 0; i < 8; ++i) {
