@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <optional>
-#include <set>
 
+#include "mlic_core/evaluation/smallest_cover.h"
 #include "mlic_core/evaluation/truth_comparison.h"
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/problem/observability_limits.h"
@@ -14,9 +13,8 @@
 namespace mlic {
 namespace {
 
-constexpr double kDegreesPerRadian = 180.0 / M_PI;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();  // from: structural
-constexpr std::size_t kImu = 0;  // from: structural; the sensors follow
+constexpr std::size_t kImu = 0;                                     // the sensors follow; from: structural
 
 // T_a_b before and now, sigmas of both; sigma.time_offset and clock: of offset_b - offset_a, NaN where not
 // compared.
@@ -110,74 +108,6 @@ double ClockDiffers(const Relation& relation) {
   return relation.sigma.time_offset > 0.0 ? std::abs(relation.clock) / relation.sigma.time_offset : kNone;
 }
 
-struct Difference {
-  std::size_t a = 0, b = 0;
-  double sigmas = 0.0;
-};
-
-using BodySet = std::set<std::size_t>;
-
-// The covers of so many bodies at most: of a difference that is not covered, one or the other end moved.
-void AddCovers(const std::vector<Difference>& differences, std::size_t most, BodySet* bodies,
-               std::set<BodySet>* covers) {
-  const auto open = std::find_if(differences.begin(), differences.end(), [&](const Difference& d) {
-    return bodies->count(d.a) == 0 && bodies->count(d.b) == 0;
-  });
-  if (open == differences.end()) {
-    covers->insert(*bodies);
-    return;
-  }
-  if (bodies->size() == most) return;
-  for (const std::size_t end : {open->a, open->b}) {
-    bodies->insert(end);
-    AddCovers(differences, most, bodies, covers);
-    bodies->erase(end);
-  }
-}
-
-struct Cover {
-  BodySet bodies;
-  BodySet or_instead;  // of covers that explain the relations as well
-};
-
-double LeftOver(const std::vector<Difference>& all, const BodySet& cover) {
-  double sum = 0.0;
-  for (const Difference& d : all) {
-    if (cover.count(d.a) == 0 && cover.count(d.b) == 0) sum += d.sigmas * d.sigmas;
-  }
-  return sum;
-}
-
-Cover SmallestCover(const std::vector<Difference>& all, double limit) {
-  constexpr double kAsGood = 9.0;  // squared sigmas; from: derivation, three sigmas
-  std::vector<Difference> differing;
-  std::copy_if(all.begin(), all.end(), std::back_inserter(differing),
-               [&](const Difference& d) { return d.sigmas > limit; });
-  std::set<BodySet> covers;
-  for (std::size_t most = 0; covers.empty(); ++most) {
-    BodySet none;
-    AddCovers(differing, most, &none, &covers);
-  }
-  double least = std::numeric_limits<double>::infinity();
-  for (const BodySet& cover : covers) least = std::min(least, LeftOver(all, cover));
-  // Of those that are as good, one without the IMU, from which all is measured.
-  const BodySet* best = nullptr;
-  const auto worse = [&](const BodySet& cover) {
-    return std::make_pair(cover.count(kImu), LeftOver(all, cover));
-  };
-  for (const BodySet& cover : covers) {
-    if (LeftOver(all, cover) > least + kAsGood) continue;
-    if (best == nullptr || worse(cover) < worse(*best)) best = &cover;
-  }
-  Cover result{*best, {}};
-  for (const BodySet& cover : covers) {
-    if (LeftOver(all, cover) > least + kAsGood) continue;
-    std::set_difference(cover.begin(), cover.end(), best->begin(), best->end(),
-                        std::inserter(result.or_instead, result.or_instead.end()));
-  }
-  return result;
-}
-
 template <typename Sigmas>
 std::vector<Difference> Differences(const std::vector<Relation>& relations, const Sigmas& sigmas) {
   std::vector<Difference> differences;
@@ -268,44 +198,6 @@ BodyMovement MovementOfBody(const std::vector<std::string>& bodies, const std::v
   return result;
 }
 
-std::string Joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
-
-// Value, sigmas and what would have been told, or dashes.
-std::string Columns(const Movement& movement, double factor, int decimals) {
-  char text[80];
-  if (std::isnan(movement.sigmas)) {
-    std::snprintf(text, sizeof(text), " %9s %6s %8s", "-", "-", "-");
-  } else if (std::isnan(movement.shown)) {
-    std::snprintf(text, sizeof(text), " %9.*f %6.1f %8s", decimals, factor * movement.value, movement.sigmas,
-                  "-");
-  } else {
-    std::snprintf(text, sizeof(text), " %9.*f %6.1f %8.*f", decimals, factor * movement.value,
-                  movement.sigmas, decimals, factor * movement.shown);
-  }
-  return text;
-}
-
-std::string Finding(const BodyMovement& body) {
-  std::string finding = body.Moved() ? "MOVED" : body.against.empty() ? "not checked" : "agrees";
-  if (body.clock.told) finding += ", CLOCK SHIFTED";
-  std::vector<std::string> open;
-  if (!body.against.empty()) {
-    for (const std::string& axis : body.rotation.not_checked) open.push_back("rotation " + axis);
-    for (const std::string& axis : body.translation.not_checked) open.push_back("translation " + axis);
-    if (std::isnan(body.clock.shown)) open.emplace_back("offset");
-  }
-  if (!open.empty()) finding += "; not checked: " + Joined(open);
-  return finding;
-}
-
-std::string Padded(const std::string& text, std::size_t width) {
-  return text + std::string(text.size() < width ? width - text.size() : 1, ' ');
-}
-
 }  // namespace
 
 Movements FindMovements(const CalibrationResult& check, const CalibrationResult& calibration, double limit) {
@@ -313,7 +205,7 @@ Movements FindMovements(const CalibrationResult& check, const CalibrationResult&
   const std::vector<Relation> relations = Relations(bodies, check, calibration);
   const std::vector<Difference> mounts = Differences(relations, MountDiffers);
   const std::vector<Difference> clocks = Differences(relations, ClockDiffers);
-  const std::pair<Cover, Cover> moved{SmallestCover(mounts, limit), SmallestCover(clocks, limit)};
+  const std::pair<Cover, Cover> moved{SmallestCover(mounts, limit, kImu), SmallestCover(clocks, limit, kImu)};
   Movements movements;
   movements.imu_moved = moved.first.bodies.count(kImu) != 0;
   movements.imu_clock_shifted = moved.second.bodies.count(kImu) != 0;
@@ -335,72 +227,6 @@ Movements FindMovements(const CalibrationResult& check, const CalibrationResult&
   take_worst(mounts, moved.first, "pose");
   take_worst(clocks, moved.second, "time offset");
   return movements;
-}
-
-std::string TableOf(const Movements& movements) {
-  std::string table = Padded("", 24) +
-                      "   rotation, deg           translation, mm         time offset, ms\n" +
-                      Padded("sensor", 24) +
-                      "     moved  sigma    shown     moved  sigma    shown     moved  sigma    shown  "
-                      "against           finding\n";
-  for (const BodyMovement& body : movements.sensors) {
-    table += Padded(body.name, 24) + Columns(body.rotation, kDegreesPerRadian, 4) +
-             Columns(body.translation, 1e3, 2) + Columns(body.clock, 1e3, 4) + "  " +
-             Padded(body.against.empty() ? "-" : body.against, 18) + Finding(body) + "\n";
-  }
-  return table;
-}
-
-std::string CsvOf(const Movements& movements) {
-  std::string csv =
-      "sensor,against,moved,clock_shifted,rotation_deg,rotation_sigmas,rotation_shown_deg,translation,"
-      "translation_sigmas,translation_shown,time_offset,time_offset_sigmas,time_offset_shown\n";
-  for (const BodyMovement& body : movements.sensors) {
-    csv += body.name + "," + body.against + "," + (body.Moved() ? "1" : "0") + "," +
-           (body.clock.told ? "1" : "0");
-    const std::pair<const Movement*, double> columns[] = {
-        {&body.rotation, kDegreesPerRadian}, {&body.translation, 1.0}, {&body.clock, 1.0}};
-    for (const auto& [movement, factor] : columns) {
-      for (const double value : {factor * movement->value, movement->sigmas, factor * movement->shown}) {
-        char text[32];
-        std::snprintf(text, sizeof(text), ",%.9g", value);
-        csv += std::isnan(value) ? ",nan" : text;  // whose sign depends on the compiler
-      }
-    }
-    csv += "\n";
-  }
-  return csv;
-}
-
-std::string WhatMoved(const Movements& movements) {
-  std::vector<std::string> moved;
-  if (movements.imu_moved) moved.emplace_back("imu (all sensors moved alike against it)");
-  if (movements.imu_clock_shifted) moved.emplace_back("the imu's clock (all offsets changed alike)");
-  for (const BodyMovement& body : movements.sensors) {
-    char text[120];
-    std::vector<std::string> by;
-    if (body.rotation.told) {
-      std::snprintf(text, sizeof(text), "%.3f deg (%.0f sigma)", kDegreesPerRadian * body.rotation.value,
-                    body.rotation.sigmas);
-      by.emplace_back(text);
-    }
-    if (body.translation.told) {
-      std::snprintf(text, sizeof(text), "%.1f mm (%.0f sigma)", 1e3 * body.translation.value,
-                    body.translation.sigmas);
-      by.emplace_back(text);
-    }
-    if (body.clock.told) {
-      std::snprintf(text, sizeof(text), "%.3f ms (%.0f sigma)", 1e3 * body.clock.value, body.clock.sigmas);
-      by.emplace_back(text);
-    }
-    if (!by.empty()) moved.push_back(body.name + " by " + Joined(by));
-  }
-  std::string text;
-  for (const std::string& one : moved) text += (text.empty() ? "" : "; ") + one;
-  if (!text.empty() && !movements.or_instead.empty()) {
-    text += "; or instead: " + Joined(movements.or_instead) + ", which the drive does not tell apart";
-  }
-  return text;
 }
 
 }  // namespace mlic
