@@ -15,6 +15,7 @@ namespace {
 constexpr double kPatternError = 0.01;     // from: measured
 constexpr double kUsualTangential = 1e-3;  // size of the tangential terms of lenses
 constexpr int kTangential[] = {6, 7};      // their places; from: structural
+constexpr int kCentre = 2;                 // its first place; from: structural
 // from: measured, kitti_0005 is above, simulated drives at 1e-4.
 constexpr double kUncertainRatio = 5e-4;  // sigma of fy / fx
 
@@ -22,8 +23,6 @@ bool IsTangential(CameraModel model, int parameter) {
   return (model == CameraModel::kPlumbBob || model == CameraModel::kRationalPolynomial) &&
          (parameter == kTangential[0] || parameter == kTangential[1]);
 }
-
-constexpr int kCentre = 2;  // its first place; from: structural
 
 bool IsCentre(int parameter) { return parameter == kCentre || parameter == kCentre + 1; }
 
@@ -122,6 +121,13 @@ std::vector<int> HeldPlaces(const Layout& layout, const std::vector<FixedCameraP
   return places;
 }
 
+// A lens of which nothing moves is given, by an earlier calibration: what is held of it is no doubt of this
+// one's.
+bool IsLensGiven(const FixedCameraParameters& held) {
+  return !held.intrinsics.empty() &&
+         std::find(held.intrinsics.begin(), held.intrinsics.end(), false) == held.intrinsics.end();
+}
+
 Eigen::MatrixXd WithUsualCentres(Eigen::MatrixXd information, const CalibrationState& state,
                                  const Layout& layout, const std::vector<FixedCameraParameters>& fixed) {
   for (std::size_t c = 0; c < fixed.size(); ++c) {
@@ -130,13 +136,6 @@ Eigen::MatrixXd WithUsualCentres(Eigen::MatrixXd information, const CalibrationS
     information.diagonal().segment<2>(layout.Intrinsics(c) + kCentre).array() += 1.0 / (sigma * sigma);
   }
   return information;
-}
-
-// A lens of which nothing moves is given, by an earlier calibration: what is held of it is no doubt of this
-// one's.
-bool IsLensGiven(const FixedCameraParameters& held) {
-  return !held.intrinsics.empty() &&
-         std::find(held.intrinsics.begin(), held.intrinsics.end(), false) == held.intrinsics.end();
 }
 
 }  // namespace
@@ -172,6 +171,7 @@ Eigen::VectorXd CalibrationLimits(const CalibrationState& state, const Layout& l
 
 void PlaceHeldTangentialTerms(const std::vector<CameraTerms>& cameras, CalibrationState* state) {
   for (std::size_t c = 0; c < cameras.size(); ++c) {
+    if (IsLensGiven(cameras[c].fixed)) continue;
     CameraIntrinsics& intrinsics = state->cameras[c].intrinsics;
     const std::vector<bool>& held = cameras[c].fixed.intrinsics;
     for (std::size_t i = 0; i < held.size(); ++i) {
@@ -193,10 +193,10 @@ Eigen::MatrixXd InformationWithFixed(const Eigen::MatrixXd& information, const C
   return result;
 }
 
-Eigen::MatrixXd WithVarianceOfTangentialTerms(const Eigen::MatrixXd& information,
-                                              const CalibrationState& state, const Layout& layout,
-                                              const std::vector<FixedCameraParameters>& held,
-                                              const Eigen::MatrixXd& known) {
+Eigen::MatrixXd WithVarianceOfHeldTerms(const Eigen::MatrixXd& information, const CalibrationState& state,
+                                        const Layout& layout, const std::vector<FixedCameraParameters>& held,
+                                        const Eigen::MatrixXd& prior) {
+  const Eigen::MatrixXd known = InformationWithFixed(information, state, layout, held) + prior;
   std::vector<int> considered;
   for (std::size_t c = 0; c < held.size(); ++c) {
     if (IsLensGiven(held[c])) continue;

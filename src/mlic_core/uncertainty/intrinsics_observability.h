@@ -39,22 +39,21 @@ std::vector<FixedCameraParameters> HoldUndeterminedIntrinsics(const Eigen::Matri
 
 // Tangential terms that are held stand at what the rig file gives or at zero, about which they have their
 // variance, not where a round that let them move left them: there they would keep what they imitate of the
-// centre.
+// centre. A lens of which everything is held stays as it is.
 void PlaceHeldTangentialTerms(const std::vector<CameraTerms>& cameras, CalibrationState* state);
 
 // The information with all that is held taken as known: for covariances.
 Eigen::MatrixXd InformationWithFixed(const Eigen::MatrixXd& information, const CalibrationState& state,
                                      const Layout& layout, const std::vector<FixedCameraParameters>& held);
 
-// What InformationWithFixed gave (`known`, priors may have been added) with tangential terms that are held
-// given a variance of their usual size, 1e-3: the covariance of all else then is A^-1 + A^-1 B Q B^T A^-1, as
-// of parameters that are considered but not estimated (Schmidt), with A the information of what is estimated,
-// B how `information` couples it to them and Q their variance. A lens of which everything is held is given
-// (a check's) and taken for known.
-Eigen::MatrixXd WithVarianceOfTangentialTerms(const Eigen::MatrixXd& information,
-                                              const CalibrationState& state, const Layout& layout,
-                                              const std::vector<FixedCameraParameters>& held,
-                                              const Eigen::MatrixXd& known);
+// The information without what is held, plus `prior`, for covariances that have the doubt of what is held.
+// Tangential terms have a variance of their usual size, 1e-3: the covariance of all else then is
+// A^-1 + A^-1 B Q B^T A^-1, as of parameters that are considered but not estimated (Schmidt), with A the
+// information of what is estimated, B how `information` couples it to them and Q their variance. A lens of
+// which everything is held is taken as known.
+Eigen::MatrixXd WithVarianceOfHeldTerms(const Eigen::MatrixXd& information, const CalibrationState& state,
+                                        const Layout& layout, const std::vector<FixedCameraParameters>& held,
+                                        const Eigen::MatrixXd& prior);
 
 // Steps of all calibration parameters that count as large (rotation, translation, offset: the limits of
 // observability; intrinsics: 1 px in the mean over the image; others: 1): scales for inverting information.

@@ -158,10 +158,9 @@ SensorInformation MakeInformation(const JointProblem& problem, const Calibration
     given.sensors.push_back(
         {camera.guess, camera.fixed.rotation && camera.fixed.translation && camera.fixed.time_offset});
   }
-  const Eigen::MatrixXd known = InformationWithFixed(information, state, layout, held) + (prior - guess);
   given.held = problem.held_translations;
-  given.data = WithVarianceOfTangentialTerms(information, state, layout, held, known);
-  given.solved = known;
+  given.data = WithVarianceOfHeldTerms(information, state, layout, held, prior - guess);
+  given.solved = InformationWithFixed(information, state, layout, held) + (prior - guess);
   given.guess = guess;
   given.limits = CalibrationLimits(state, layout);
   return given;

@@ -114,7 +114,7 @@ auto Members(LidarPointObservation& observation) {
 auto Members(LandmarkSet& set) { return std::tie(set.points, set.observations, set.begin, set.lidar_points); }
 // Of the problem what rounds hand on: planes are found anew in each, and guesses are the rig file's.
 auto Members(DriveTerms& drive) { return std::tie(drive.imu_sigma, drive.landmarks); }
-auto Members(CameraTerms& camera) { return std::tie(camera.fixed); }
+auto Members(CameraTerms& camera) { return std::tie(camera.fixed, camera.given_intrinsics); }
 auto Members(Adjustment& adjustment) {
   return std::tie(
       adjustment.state, adjustment.contradicted_guesses, adjustment.plane_noise, adjustment.problem.drives,
