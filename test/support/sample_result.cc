@@ -142,6 +142,13 @@ CalibrationResult SampleResult() {
   coverage.failure = "cam_front: landmarks cover little of its image";
   coverage.remedy = "turn so that structure crosses all of it";
   result.checks = {convergence, coverage};
+  HalvesDifference rotation;
+  rotation.difference = {1e-4, -2e-4, 3e-4};
+  rotation.sigma = {2e-4, 2e-4, 0.0};
+  rotation.directions = 2;
+  rotation.deviation = 0.6;
+  rotation.largest = 1.0;
+  result.halves = {{"front_lidar", {rotation}}};
   result.imu_frame_id = "imu_link";
   Random random(3);
   result.imu.gyroscope_bias = NormalVector(random, 0.002);

@@ -22,10 +22,10 @@ Halves CutByTurning(const CalibrationState& state);
 
 // The calibration of either half alone, from the found state on and with its association: planes and points
 // are estimated anew from the half's observations, and so are trajectory, biases and all that the
-// calibration's solve leaves free. No change of what the adjustment holds. Returns for each LiDAR, then each
-// camera by how much the halves differ against what their covariances allow; these grow by the same factors
-// as the whole's. What priors and guesses say is the same in both halves: its error is common, and no
-// agreement. Empty where a half's equations have no solution. docs/method.md, section 12.
+// calibration's solve leaves free. Returns for each LiDAR, then each camera by how much the halves differ
+// against what their covariances allow; these grow as the whole's, by what observations share within the
+// halves. What priors and guesses say is the same in both: its error is common, and no agreement. Empty where
+// a half's equations have no solution. docs/method.md, section 12.
 std::vector<SensorHalves> CompareHalves(const Adjustment& adjustment, const Dataset& dataset,
                                         const CancellationToken& cancellation);
 

@@ -34,6 +34,7 @@ TEST(Report, ShowsTheChecksThatFailedFirst) {
   EXPECT_TRUE(Contains(html, "1 of 2 checks passed"));
   EXPECT_LT(html.find("<td>coverage_image</td>"), html.find("<td>convergence</td>"));
   EXPECT_TRUE(Contains(html, "turn so that structure crosses all of it"));
+  EXPECT_TRUE(Contains(html, "<td>front_lidar</td><td class=\"n\">5.73<small>&plusmn; 11.46</small>"));
 }
 
 TEST(Report, SaysWhereTheTimeWent) {
