@@ -67,8 +67,8 @@ void AddCameras(const Rig& rig, const CameraInitialization& cameras, const std::
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
     const CameraConfig& config = rig.cameras[c];
     const bool still = config.fixed || !cameras.found[c];
-    problem.cameras.push_back({config.fixed ? std::nullopt : config.guess, cameras.held[c]});
-    problem.cameras.back().given_intrinsics = config.intrinsics;
+    problem.cameras.push_back(
+        {config.fixed ? std::nullopt : config.guess, cameras.held[c], config.intrinsics});
     adjusted.always_fixed.push_back({still, still, still, !cameras.found[c], {}});
     adjusted.always_fixed.back().intrinsics.assign(state.cameras[c].intrinsics.parameters.size(),
                                                    !cameras.found[c]);
