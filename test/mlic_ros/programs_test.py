@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """Exit statuses and messages of the installed programs: ros_programs_test.py PROGRAM_DIRECTORY [DRIVE.bag RIG.yaml]."""
+import csv
 import fcntl
 import os
 import signal
@@ -178,7 +179,8 @@ class Programs(unittest.TestCase):
         self.assertNotIn("lidar", last)
         self.assertNotIn("imu", last)
         with open(table) as file:
-            self.assertEqual([line.split(",")[2] for line in file], ["moved", "0", "1"])
+            moved = {row["sensor"]: row["moved"] for row in csv.DictReader(file)}
+        self.assertEqual(moved, {"lidar": "0", "cam_left": "1"})
         self.expect_error(self.run_program("verify", "--calibration", DRIVE[1], "--bag", DRIVE[0]), "verify", "format")
 
     def test_killed_run_goes_on_to_the_same_bytes(self):
