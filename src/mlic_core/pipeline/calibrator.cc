@@ -192,6 +192,7 @@ void HalvesStage(const StageContext& context, Adjustment* adjustment) {
   if (context.options.check_of) return;
   StageClock stage("halves of the drive", context);
   adjustment->halves = CompareHalves(*adjustment, context.dataset, context.cancellation);
+  if (adjustment->halves.empty()) stage.Line("not compared: the equations of one have no solution");
   const SensorOrder order = adjustment->state.Sensors();
   for (std::size_t s = 0; s < adjustment->halves.size(); ++s) {
     const std::string difference = Describe(adjustment->halves[s]);

@@ -28,6 +28,10 @@ using Quantity = HalvesDifference::Quantity;
 // to a tenth of a sigma. from: guard
 constexpr int kSteps = 2;
 
+// 1/rad^2 and 1/m^2: next to the cut are control points that hardly any measurement of the half touches, and
+// rounding would outweigh these. from: guard, 1e-6 of what a segment's IMU samples say, or less
+constexpr double kControlPoint = 1.0;
+
 // One half's calibration.
 struct Half {
   Eigen::VectorXd moved;        // from the found state
@@ -75,6 +79,7 @@ void MeasureGrowth(const Adjustment& adjustment, const JointProblem& problem, co
   const Eigen::MatrixXd covariance =
       InverseInLimits(half->information + half->prior, CalibrationLimits(state, layout));
   half->cameras = MeasureCameraInflation(problem, state, adjustment.cameras.landmark_options, covariance);
+  if (half->cameras.IsEmpty()) half->cameras = adjustment.scale.inflation.cameras;
 }
 
 std::optional<Half> EstimateHalf(const Adjustment& adjustment, double scale,
@@ -93,7 +98,8 @@ std::optional<Half> EstimateHalf(const Adjustment& adjustment, double scale,
   for (int step = 0; step < kSteps; ++step) {
     cancellation.ThrowIfCancelled();
     std::vector<LandmarkCoupling> couplings;
-    const Accumulator sum = Linearize({problem, state, layout}, &couplings);
+    Accumulator sum = Linearize({problem, state, layout}, &couplings);
+    sum.band.row(0).array() += kControlPoint;
     const NormalSolution solution = SolveNormalEquations(
         sum, couplings, scale * half.prior, scale * half.prior * half.moved, free_calibration, 0.0, false);
     if (!solution.solved) return std::nullopt;
