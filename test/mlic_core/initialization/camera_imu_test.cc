@@ -180,7 +180,7 @@ TEST(VisualInitialization, FindsEverythingFromTheFieldOfView) {
 // Squared errors of all cameras' poses and offsets by their covariance; in the mean one.
 double NormalizedSquare(const Case& c, const Initialization& result, const CameraInitialization& cameras) {
   JointProblem problem;
-  for (const FixedCameraParameters& held : cameras.held) problem.cameras.push_back({std::nullopt, held});
+  for (const FixedCameraParameters& held : cameras.held) problem.cameras.emplace_back().fixed = held;
   const ObservabilityAnalysis analysis = AnalyzeCalibration(problem, result.state, cameras.information);
   const int size = 7 * static_cast<int>(c.truth.size());
   Eigen::VectorXd error(size);
@@ -283,8 +283,11 @@ TEST(VisualInitialization, RefusesAScaleThatTheMotionDoesNotShow) {
     ASSERT_FALSE(result.problems.empty());
     const bool still =
         result.problems.back().find("stands still or moves evenly for 100 %") != std::string::npos;
-    if (scenario == sim::Scenario::kStatic) EXPECT_TRUE(still);
-    if (scenario == sim::Scenario::kCircle) EXPECT_FALSE(still);
+    if (scenario == sim::Scenario::kStatic) {
+      EXPECT_TRUE(still);
+    } else if (scenario == sim::Scenario::kCircle) {
+      EXPECT_FALSE(still);
+    }
   }
 }
 
