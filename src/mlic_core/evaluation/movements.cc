@@ -122,14 +122,14 @@ Movement MovementOf(const Eigen::Vector3d& change, const Eigen::Vector3d& sigma,
                     double limit) {
   Movement movement;
   movement.value = change.norm();
-  movement.sigmas = movement.shown = kNone;
+  movement.sigmas = MostSigmas(change, sigma);
+  movement.shown = kNone;
   for (int k = 0; k < 3; ++k) {
     if (!(sigma[k] <= largest_sigma) || sigma[k] == 0.0) {
       movement.not_checked.emplace_back(1, "xyz"[k]);
     } else {
       movement.shown = std::fmax(movement.shown, limit * sigma[k]);
     }
-    if (sigma[k] > 0.0) movement.sigmas = std::fmax(movement.sigmas, std::abs(change[k]) / sigma[k]);
   }
   return movement;
 }

@@ -3,18 +3,13 @@
 #include <cstdio>
 #include <utility>
 
+#include "mlic_core/common/join.h"
 #include "mlic_core/evaluation/movements.h"
 
 namespace mlic {
 namespace {
 
 constexpr double kDegreesPerRadian = 180.0 / M_PI;
-
-std::string Joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
 
 // Value, sigmas and what would have been told, or dashes.
 std::string Columns(const Movement& movement, double factor, int decimals) {
@@ -108,8 +103,7 @@ std::string WhatMoved(const Movements& movements) {
     }
     if (!by.empty()) moved.push_back(body.name + " by " + Joined(by));
   }
-  std::string text;
-  for (const std::string& one : moved) text += (text.empty() ? "" : "; ") + one;
+  std::string text = Joined(moved, "; ");
   if (!text.empty() && !movements.or_instead.empty()) {
     text += "; or instead: " + Joined(movements.or_instead) + ", which the drive does not tell apart";
   }

@@ -6,15 +6,10 @@
 #include <sstream>
 
 #include "mlic_core/common/error.h"
+#include "mlic_core/common/join.h"
 
 namespace mlic {
 namespace {
-
-std::string Join(const std::vector<std::string>& words) {
-  std::string joined;
-  for (const std::string& word : words) joined += (joined.empty() ? "" : ", ") + word;
-  return joined;
-}
 
 std::string KindOf(const YAML::Node& node) {
   if (node.IsMap()) return "a mapping";
@@ -56,11 +51,11 @@ void YamlReader::CheckIsMap(const std::string& meaning) const {
 }
 
 void YamlReader::CheckKeys(const std::vector<std::string>& allowed) const {
-  CheckIsMap("a mapping with the keys " + Join(allowed));
+  CheckIsMap("a mapping with the keys " + Joined(allowed));
   for (const YamlReader& entry : Entries()) {
     bool known = false;
     for (const std::string& key : allowed) known = known || key == entry.Name();
-    if (!known) entry.Fail("unknown key '" + entry.Name() + "'; allowed here: " + Join(allowed));
+    if (!known) entry.Fail("unknown key '" + entry.Name() + "'; allowed here: " + Joined(allowed));
   }
 }
 
@@ -165,7 +160,7 @@ std::size_t YamlReader::Choice(const std::vector<std::string>& choices) const {
   for (std::size_t i = 0; i < choices.size(); ++i) {
     if (choices[i] == text) return i;
   }
-  Fail("'" + text + "' is not known; choose one of: " + Join(choices));
+  Fail("'" + text + "' is not known; choose one of: " + Joined(choices));
 }
 
 std::string QuotedYaml(const std::string& text) {

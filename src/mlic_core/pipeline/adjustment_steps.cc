@@ -75,6 +75,10 @@ void AddCameras(const Rig& rig, const CameraInitialization& cameras, const std::
   }
 }
 
+const std::string& NameOf(SensorId sensor, const Rig& rig) {
+  return sensor.IsLidar() ? rig.lidars[sensor.index].name : rig.cameras[sensor.index].name;
+}
+
 void AssociateWithPlanes(const AdjustmentContext& context, const std::vector<bool>& lidars,
                          std::size_t points_per_scan, Adjustment* adjustment) {
   const Dataset& dataset = context.dataset;

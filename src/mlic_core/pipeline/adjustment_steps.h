@@ -37,6 +37,9 @@ Adjustment StartAdjustment(const Rig& rig, const Dataset& dataset, Initializatio
 void AddCameras(const Rig& rig, const CameraInitialization& cameras, const std::vector<TrackSet>& tracks,
                 Adjustment* adjustment);
 
+// In the rig file.
+const std::string& NameOf(SensorId sensor, const Rig& rig);
+
 // Ties points of the LiDARs that take part to planes of a map drawn with the state.
 void AssociateWithPlanes(const AdjustmentContext& context, const std::vector<bool>& lidars,
                          std::size_t points_per_scan, Adjustment* adjustment);

@@ -147,7 +147,11 @@ void RejectCameras(const CameraInitialization& cameras, CalibrationResult* resul
   }
 }
 
-void HoldLenses(Adjustment* adjustment) {
+// A check holds their lenses.
+void TakeCameras(const StageContext& context, const CameraInitialization& cameras,
+                 const std::vector<TrackSet>& tracks, Adjustment* adjustment) {
+  AddCameras(context.rig, cameras, tracks, adjustment);
+  if (!context.options.check_of) return;
   for (FixedCameraParameters& fixed : adjustment->cameras.always_fixed) {
     fixed.readout = true;
     fixed.intrinsics.assign(fixed.intrinsics.size(), true);
@@ -180,8 +184,7 @@ Adjustment CameraStages(const StageContext& context, const std::vector<CameraSta
     SharedCameraStage(context, SharedPass::kAll, intrinsics, tracks, state, &cameras);
     RejectCameras(cameras, context.result);
   }
-  AddCameras(context.rig, cameras, tracks, &adjustment);
-  if (context.options.check_of) HoldLenses(&adjustment);
+  TakeCameras(context, cameras, tracks, &adjustment);
   adjustment = JointAdjustmentStage(context, Landmarks::kTracks, !map, std::move(adjustment));
   if (!map) return adjustment;
   return JointAdjustmentStage(context, Landmarks::kTracksAndMap, true, std::move(adjustment));
@@ -197,10 +200,7 @@ void HalvesStage(const StageContext& context, Adjustment* adjustment) {
   for (std::size_t s = 0; s < adjustment->halves.size(); ++s) {
     const std::string difference = Describe(adjustment->halves[s]);
     if (difference.empty()) continue;
-    const SensorId id = order.At(s);
-    const std::string& name =
-        id.IsLidar() ? context.rig.lidars[id.index].name : context.rig.cameras[id.index].name;
-    stage.Line(name + ": they differ in " + difference);
+    stage.Line(NameOf(order.At(s), context.rig) + ": they differ in " + difference);
   }
 }
 
@@ -239,8 +239,7 @@ Adjustment CheckCameras(const StageContext& context, Adjustment adjustment) {
   const CameraInitialization found =
       CameraInitializationStage(context, "cameras", starts, tracks, adjustment.state);
   RejectCameras(found, context.result);
-  AddCameras(context.rig, found, tracks, &adjustment);
-  HoldLenses(&adjustment);
+  TakeCameras(context, found, tracks, &adjustment);
   return JointAdjustmentStage(context, Landmarks::kTracks, true, std::move(adjustment));
 }
 

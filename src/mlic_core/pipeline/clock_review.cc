@@ -60,13 +60,11 @@ std::vector<SensorId> MayDrift(const AdjustmentContext& context, const Adjustmen
 
 void Report(const AdjustmentContext& context, const ObservabilityAnalysis& analysis, SensorId sensor,
             const Adjustment& adjustment) {
-  const std::string& name =
-      sensor.IsLidar() ? context.rig.lidars[sensor.index].name : context.rig.cameras[sensor.index].name;
   const std::optional<double>& drift = adjustment.state.Sensor(sensor).clock_drift;
   char text[120];
   std::snprintf(text, sizeof(text), ": its clock drifts by %.2f ppm (sigma %.2f)", 1e6 * drift.value_or(0.0),
                 1e6 * analysis.sensors[adjustment.state.Sensors().PlaceOf(sensor)].drift_sigma);
-  context.monitor.line(name + (drift ? text : ": its clock does not drift"));
+  context.monitor.line(NameOf(sensor, context.rig) + (drift ? text : ": its clock does not drift"));
 }
 
 }  // namespace

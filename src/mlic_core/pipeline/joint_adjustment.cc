@@ -151,9 +151,8 @@ bool FindContradictedGuesses(const AdjustmentContext& context, const Calibration
     last.T_imu_sensor = before.Sensor(id).T_imu_sensor;
     if (SigmasFromGuess(last, now) > 1.0 || !ContradictsGuess(*guess, now)) continue;
     found = adjustment->contradicted_guesses[s] = true;
-    const std::string& name =
-        id.IsLidar() ? context.rig.lidars[id.index].name : context.rig.cameras[id.index].name;
-    context.monitor.line(name + ": the given T_imu_sensor contradicts the data and counts no more");
+    context.monitor.line(NameOf(id, context.rig) +
+                         ": the given T_imu_sensor contradicts the data and counts no more");
   }
   if (found) DropContradictedGuesses(adjustment);
   return found;

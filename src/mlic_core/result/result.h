@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <optional>
@@ -50,6 +51,8 @@ struct HalvesDifference {
   // What a normal variable exceeds, in its sigmas, as rarely as these directions together differ by so much.
   double deviation = 0.0;
   double largest = 0.0;  // of the single parameters, in sigmas
+
+  double Worst() const { return std::max(deviation, largest); }
 };
 
 // Of one sensor; quantities that a half alone does not show are left out.

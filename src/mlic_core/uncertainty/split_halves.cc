@@ -352,7 +352,7 @@ double LargestByChance(const std::vector<SensorHalves>& sensors) {
 double WorstOf(const SensorHalves& sensor) {
   double worst = 0.0;
   for (const HalvesDifference& difference : sensor.quantities) {
-    worst = std::max({worst, difference.deviation, difference.largest});
+    worst = std::max(worst, difference.Worst());
   }
   return worst;
 }
@@ -364,7 +364,7 @@ std::string Describe(const SensorHalves& sensor) {
     for (const double d : quantity.difference) squares += d * d;
     const double size = std::sqrt(squares);
     char text[120];
-    const double worst = std::max(quantity.deviation, quantity.largest);
+    const double worst = quantity.Worst();
     switch (quantity.quantity) {
       case Quantity::kRotation:
         std::snprintf(text, sizeof(text), "rotation by %.4f deg (%.1f sigma)", size * 180.0 / M_PI, worst);

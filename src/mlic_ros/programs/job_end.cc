@@ -5,6 +5,7 @@
 #include <exception>
 
 #include "mlic_core/common/error.h"
+#include "mlic_core/common/join.h"
 #include "mlic_core/io/report/report_verdict.h"
 #include "mlic_core/io/text_file.h"
 #include "mlic_ros/programs/program.h"
@@ -43,12 +44,6 @@ std::string GivenPairs(const CalibrationResult& result) {
          ShortNumber(1e3 * worst.translation, 2) + " mm" + UnobservableOf(result.pairs);
 }
 
-std::string Joined(const std::vector<std::string>& lines) {
-  std::string text;
-  for (const std::string& line : lines) text += (text.empty() ? "" : "; ") + line;
-  return text;
-}
-
 JobEnd Failure(int status, const std::string& reason, const fs::path& log, const std::string& advice) {
   return {
       status,
@@ -66,14 +61,16 @@ JobEnd EndWithResult(const CalibrationResult& result, const fs::path& directory)
     case Verdict::kPartial:
       if (!result.root.empty()) {
         return {kPartial,
-                {"PARTIAL: " + GivenPairs(result) + ". Not tied to the IMU: " + Joined(result.reasons),
+                {"PARTIAL: " + GivenPairs(result) + ". Not tied to the IMU: " + Joined(result.reasons, "; "),
                  report, use}};
       }
-      return {kPartial, {"PARTIAL: " + Given(result) + ". Rejected: " + Joined(result.reasons), report, use}};
+      return {kPartial,
+              {"PARTIAL: " + Given(result) + ". Rejected: " + Joined(result.reasons, "; "), report, use}};
     case Verdict::kRefused:
       break;
   }
-  const std::string why = result.reasons.empty() ? "a check failed, see the log" : Joined(result.reasons);
+  const std::string why =
+      result.reasons.empty() ? "a check failed, see the log" : Joined(result.reasons, "; ");
   return {kRefused, {"REFUSED: " + why, report, "to do: " + NextSteps(result, directory).front()}};
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "mlic_core/common/error.h"
+#include "mlic_core/common/join.h"
 #include "mlic_core/evaluation/movements.h"
 #include "mlic_core/evaluation/truth_comparison.h"
 #include "mlic_core/inspection/imu_findings.h"
@@ -55,19 +56,16 @@ class Lines : public CalibrationObserver {
   bool shown_;
 };
 
-void StartAt(const SensorResult& sensor, LidarConfig* config) {
+template <typename Config>
+void StartAt(const SensorResult& sensor, Config* config) {
   config->guess = ExtrinsicGuess();
   config->guess->T_imu_sensor = sensor.calibration.T_imu_sensor;
   config->time_offset = sensor.calibration.time_offset;
   config->fixed = false;
 }
 
-void StartAt(const SensorResult& sensor, CameraConfig* config) {
-  config->guess = ExtrinsicGuess();
-  config->guess->T_imu_sensor = sensor.calibration.T_imu_sensor;
-  config->time_offset = sensor.calibration.time_offset;
-  config->fixed = false;
-  if (!sensor.intrinsics) return;
+void StartCameraAt(const SensorResult& sensor, CameraConfig* config) {
+  StartAt(sensor, config);
   config->model = sensor.intrinsics->model;
   config->intrinsics = sensor.intrinsics->parameters;
   config->shutter = sensor.rolling_shutter_readout ? Shutter::kRolling : Shutter::kGlobal;
@@ -80,17 +78,17 @@ Rig AtCalibration(const Rig& rig, const CalibrationResult& calibration) {
   start.imu = rig.imu;
   start.imu.intrinsics = ImuIntrinsicsModel::kBias;  // its matrices are the calibration's
   for (const SensorResult& sensor : calibration.sensors) {
-    const auto take = [&](const auto& from, auto* to) {
+    const auto take = [&](const auto& from, auto* to, const auto& start_at) {
       for (const auto& config : from) {
         if (config.name != sensor.name) continue;
         to->push_back(config);
-        StartAt(sensor, &to->back());
+        start_at(sensor, &to->back());
       }
     };
     if (sensor.type == SensorResult::Type::kLidar) {
-      take(rig.lidars, &start.lidars);
+      take(rig.lidars, &start.lidars, StartAt<LidarConfig>);
     } else {
-      take(rig.cameras, &start.cameras);
+      take(rig.cameras, &start.cameras, StartCameraAt);
     }
   }
   return start;
@@ -182,9 +180,8 @@ int Verify(const VerifyOptions& options, const CancellationToken& cancellation) 
   const CalibrationResult calibration = ReadCalibration(options.calibration);
   const CalibrationResult check = CalibrateAgain(options, calibration, cancellation);
   if (check.verdict == Verdict::kRefused) {
-    std::string reasons;
-    for (const std::string& reason : check.reasons) reasons += (reasons.empty() ? "" : "; ") + reason;
-    std::printf("NOT CHECKED: the drive does not show the sensors' places: %s\n", reasons.c_str());
+    std::printf("NOT CHECKED: the drive does not show the sensors' places: %s\n",
+                Joined(check.reasons, "; ").c_str());
     return kPartial;
   }
   const Movements movements = FindMovements(check, calibration, kMoved);
@@ -192,10 +189,8 @@ int Verify(const VerifyOptions& options, const CancellationToken& cancellation) 
   std::fputs(TableOf(movements).c_str(), stdout);
   std::printf("sigma: of calibration and check together; shown: what would have been told, %.0f sigmas\n",
               kMoved);
-  std::string not_checked;
-  for (const std::string& line : NotChecked(calibration, check, movements)) {
-    not_checked += (not_checked.empty() ? "; not checked: " : ", ") + line;
-  }
+  std::string not_checked = Joined(NotChecked(calibration, check, movements));
+  if (!not_checked.empty()) not_checked = "; not checked: " + not_checked;
   const std::string moved = WhatMoved(movements);
   if (!moved.empty()) {
     std::printf("MOVED: %s%s\n", moved.c_str(), not_checked.c_str());
@@ -213,9 +208,8 @@ int Verify(const VerifyOptions& options, const CancellationToken& cancellation) 
 int main(int argc, char** argv) {
   mlic::VerifyOptions options;
   CLI::App app(
-      "Whether a calibration is still right, from a short drive, and if not, which sensor moved: exit status "
-      "0 "
-      "if it is, 2 if something moved, 4 if a sensor could not be checked",
+      "Whether a calibration is still right, from a short drive, and if not, which sensor moved: exit "
+      "status 0 if it is, 2 if something moved, 4 if a sensor could not be checked",
       "verify");
   std::string calibration, rig, output;
   std::vector<std::string> bags;

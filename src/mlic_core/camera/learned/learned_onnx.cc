@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "mlic_core/common/error.h"
+#include "mlic_core/common/join.h"
 
 namespace mlic {
 namespace {
@@ -125,12 +126,6 @@ class OnnxNetwork : public Network {
     return "";
   }
 
-  static std::string Join(const std::vector<std::string>& names) {
-    std::string text;
-    for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-    return text;
-  }
-
   void FindInputs() {
     const Ort::AllocatorWithDefaultOptions allocator;
     std::vector<std::string> in_file;
@@ -138,7 +133,7 @@ class OnnxNetwork : public Network {
       in_file.emplace_back(session_.GetInputNameAllocated(i, allocator).get());
     }
     const std::string expected =
-        file_ + ": inputs must be " + PortNames(signature_.inputs) + ", and are " + Join(in_file);
+        file_ + ": inputs must be " + PortNames(signature_.inputs) + ", and are " + Joined(in_file);
     if (in_file.size() != signature_.inputs.size()) throw InputError(expected);
     for (const NetworkPort& port : signature_.inputs) {
       const std::string name = Find(port, in_file);
@@ -180,7 +175,7 @@ class OnnxNetwork : public Network {
       output_names_.push_back(Find(port, in_file));
       if (!output_names_.back().empty()) continue;
       throw InputError(file_ + ": outputs must be " + PortNames(signature_.outputs) + ", and are " +
-                       Join(in_file));
+                       Joined(in_file));
     }
   }
 

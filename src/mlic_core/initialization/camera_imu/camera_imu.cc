@@ -68,7 +68,8 @@ double ShareAtRest(const Rig& rig, const Dataset& dataset) {
   return rest / all;
 }
 
-bool ScaleShown(const VisualPositions& positions, double at_rest, Initialization* result) {
+bool ScaleShown(const Rig& rig, const Dataset& dataset, const VisualPositions& positions,
+                Initialization* result) {
   if (!positions.failure.empty()) {
     result->problems.push_back(positions.failure);
     return false;
@@ -80,20 +81,16 @@ bool ScaleShown(const VisualPositions& positions, double at_rest, Initialization
       100.0 * positions.scale_sigma, 100.0 * positions.inlier_share, positions.accelerometer_rms);
   result->notes.push_back(line);
   if (positions.scale_sigma < kLargestScaleSigma) return true;
+  const double at_rest = ShareAtRest(rig, dataset);
   if (at_rest > 0.5) {
-    std::snprintf(
-        line, sizeof(line),
-        "the scale is not shown: the rig stands still or moves evenly for %.0f %% of the drive; move "
-        "with changing speed and direction, or add a LiDAR",
-        100.0 * at_rest);
+    std::snprintf(line, sizeof(line), "the rig stands still or moves evenly for %.0f %% of the drive",
+                  100.0 * at_rest);
   } else {
-    std::snprintf(
-        line, sizeof(line),
-        "the scale is not shown: the accelerometer tells it to %.0f %% only; move with changing speed "
-        "and direction, or add a LiDAR",
-        100.0 * std::min(10.0, positions.scale_sigma));
+    std::snprintf(line, sizeof(line), "the accelerometer tells it to %.0f %% only",
+                  100.0 * std::min(10.0, positions.scale_sigma));
   }
-  result->problems.push_back(line);
+  result->problems.push_back("the scale is not shown: " + std::string(line) +
+                             "; move with changing speed and direction, or add a LiDAR");
   return false;
 }
 
@@ -118,7 +115,7 @@ Initialization Solve(const Rig& rig, const Dataset& dataset, const std::vector<C
   for (const Drive& drive : dataset.drives) spacing.push_back(ChooseKnotSpacing(drive.imu));
   const KnownRotations known = Known(rig, dataset, start, tracks, result.imu_sigma, spacing, rotations);
   const VisualPositions positions = SolvePositions(known, cancellation);
-  if (!ScaleShown(positions, ShareAtRest(rig, dataset), &result)) return result;
+  if (!ScaleShown(rig, dataset, positions, &result)) return result;
   CalibrationState& state = result.state;
   state.cameras = rotations.cameras;
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {

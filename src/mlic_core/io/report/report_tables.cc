@@ -123,7 +123,7 @@ std::string DifferenceCells(const SensorHalves& sensor, HalvesDifference::Quanti
               : Cell("");
   }
   const bool compared = found != sensor.quantities.end();
-  return cells + Cell(compared ? FixedNumber(std::max(found->deviation, found->largest), 1) : "", "n");
+  return cells + Cell(compared ? FixedNumber(found->Worst(), 1) : "", "n");
 }
 
 const char* const kPoseHeader =
@@ -223,11 +223,9 @@ std::string HalvesTable(const CalibrationResult& result) {
   }
   return html +
          "</table></div>\n<p class=\"note\">The drive was cut in two, each half with half of the turning, "
-         "and "
-         "every sensor calibrated from each half alone: the second minus the first, with the sigma of the "
-         "difference. &sigma;s: how unlikely the quantity's difference is, as a deviation of one normal "
-         "variable. "
-         "What a half alone does not show is left out.</p>\n";
+         "and every sensor calibrated from each half alone: the second minus the first, with the sigma of "
+         "the difference. &sigma;s: how unlikely the quantity's difference is, as a deviation of one normal "
+         "variable. What a half alone does not show is left out.</p>\n";
 }
 
 std::string ImuTable(const CalibrationResult& result) {
