@@ -39,6 +39,12 @@ struct DriveTerms {
   PoseObservations poses;
 };
 
+// Where one drive's landmarks are.
+struct LandmarkGeometry {
+  std::vector<MapPlane> planes;
+  std::vector<PointLandmark> points;
+};
+
 struct LidarTerms {
   std::optional<ExtrinsicGuess> guess;  // the prior; none: nothing is given, or not any more
   bool fixed = false;                   // neither pose nor offset moves

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "mlic_core/common/error.h"
+#include "mlic_core/problem/landmark_terms.h"
 #include "mlic_core/problem/layout.h"
 #include "mlic_core/problem/linearizer.h"
 #include "mlic_core/problem/priors.h"
@@ -120,14 +121,24 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
     const bool last = settled || iteration + 1 == iterations;
     std::optional<Accumulator> next;
     if (!last) next = linearize(moved);
-    const double cost = last ? Cost({problem, moved, layout}) : next->cost;
+    double cost = last ? Cost({problem, moved, layout}) : next->cost;
     // Priors are squares: the trapezoid over their gradient is what the step adds to them.
     Eigen::VectorXd moved_gradient;
     CalibrationPrior(problem, moved, layout, &prior, &moved_gradient);
     AddHeldTranslations(problem, moved, &prior, &moved_gradient);
     const double of_priors = (prior_gradient + moved_gradient).dot(moves);
     // False also where the cost is not a number.
-    const bool accepted = cost + of_priors <= sum.cost * (1.0 + kAllowedIncrease) + 1e-9;
+    const auto lowers = [&](double moved_cost) {
+      return moved_cost + of_priors <= sum.cost * (1.0 + kAllowedIncrease) + 1e-9;
+    };
+    bool accepted = lowers(cost);
+    if (!accepted) {
+      SettlePoints(moved, layout, before, &problem);
+      cost = Cost({problem, moved, layout});
+      accepted = lowers(cost);
+      if (accepted && !last) next = linearize(moved);
+    }
+    if (damping == 0.0) summary.refused_step = accepted ? Eigen::VectorXd() : Eigen::VectorXd(moves);
     if (!accepted) {
       PlaceLandmarks(std::move(before), &problem);
       damping = std::max(1e-4, 10.0 * damping);

@@ -57,9 +57,15 @@ double ChangeInSigmas(const Adjustment& adjustment, const Dataset& dataset, cons
     largest = std::max(largest, std::isfinite(drift) ? std::abs(drift) : kUnknownChange);
   };
   const SensorOrder order = state.Sensors();
+  const Eigen::VectorXd& refused = adjustment.last_solve.refused_step;
   for (std::size_t s = 0; s < order.size(); ++s) {
-    compare(before.Sensor(order.At(s)), state.Sensor(order.At(s)), analysis.sigmas[s],
-            analysis.sensors[s].drift_sigma);
+    const PoseSigma& sigma = analysis.sigmas[s];
+    compare(before.Sensor(order.At(s)), state.Sensor(order.At(s)), sigma, analysis.sensors[s].drift_sigma);
+    if (refused.size() == 0) continue;
+    Eigen::Matrix<double, 7, 1> sigmas;
+    sigmas << sigma.rotation, sigma.translation, sigma.time_offset;
+    const auto step = refused.segment<7>(Layout::Sensor(s));
+    largest = std::max(largest, step.cwiseQuotient(sigmas).cwiseAbs().maxCoeff());
   }
   return largest;
 }

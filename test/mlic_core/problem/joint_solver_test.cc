@@ -81,6 +81,7 @@ TEST_F(StandingLidar, AStepToWhereTheCostIsNotANumberIsTakenBack) {
     const SolveSummary summary = Solve(iterations);
     EXPECT_EQ(summary.iterations, iterations);
     EXPECT_LT(summary.last_cost, 1e-9) << iterations;
+    EXPECT_GT(summary.refused_step.size(), 0) << iterations;
     EXPECT_TRUE(IsFinite(state_)) << iterations;
     EXPECT_EQ(state_.lidars[0].T_imu_sensor.translation.norm(), 0.0) << iterations;
   }
