@@ -22,7 +22,7 @@ constexpr double kLargestOffset = 1.05;  // s; from: definition, offsets up to 1
 constexpr double kSmallestSigma = 2e-6;  // rad: below it robust weights would follow rounding; from: guard
 // from: guard, of the Jacobian alone.
 constexpr double kRateHalfWidth = 0.05;  // s: the offset's Jacobian takes mean rates, which are less noisy
-constexpr double kBiasPriorSigma = 0.2;  // rad/s; from: guard, 0.05 is large for any IMU (priors.cc)
+constexpr double kBiasPriorSigma = 0.2;  // rad/s; from: guard, beyond any IMU's (bias_prior.h)
 constexpr double kShownSigma = 0.5 * M_PI / 180.0;  // from: definition, the limit of observable rotation
 
 using Vector7d = Eigen::Matrix<double, 7, 1>;

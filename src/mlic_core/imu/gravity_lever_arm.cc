@@ -11,6 +11,7 @@
 #include "mlic_core/imu/robust.h"
 #include "mlic_core/imu/rotation_fit.h"
 #include "mlic_core/imu/specific_force_integration.h"
+#include "mlic_core/sensors/bias_prior.h"
 
 namespace mlic {
 namespace {
@@ -19,7 +20,6 @@ constexpr double kGravity = 9.81;  // m/s^2; from: definition
 // from: guard, far below noise.
 constexpr double kSmallestSigma = 1e-6;  // m: below it robust weights would follow rounding
 constexpr double kSmallestTilt = 1e-7;   // rad; from: guard, far below noise
-constexpr double kBiasPriorSigma = 0.2;  // m/s^2; from: guard, large for any IMU (priors.cc)
 constexpr double kNoGuessSigma = 10.0;   // m; from: guard, longer than a vehicle's lever arms
 
 using Vector9d = Eigen::Matrix<double, 9, 1>;
@@ -219,7 +219,7 @@ struct Priors {
 
   // The lever arm's own prior is left out where what the data alone show is asked for.
   void AddTo(const State& x, bool with_lever_arm, System* system) const {
-    const double bias_information = 1.0 / (kBiasPriorSigma * kBiasPriorSigma);
+    const double bias_information = 1.0 / (kAccelerometerBiasSigma * kAccelerometerBiasSigma);
     system->H.diagonal().segment<3>(3).array() += bias_information;
     system->b.segment<3>(3) -= bias_information * x.bias;
     system->H.bottomRightCorner<3, 3>() += rotation_information;

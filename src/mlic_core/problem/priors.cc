@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/sensors/bias_prior.h"
 
 namespace mlic {
 namespace {
@@ -124,14 +125,15 @@ void CalibrationPrior(const JointProblem& problem, const CalibrationState& state
     (*gradient)[layout.drift[s]] = kDriftWeight * *state.Sensor(layout.order.At(s)).clock_drift;
   }
   AddImu(problem.imu, state, layout, information, gradient);
-  // An accelerometer bias of 0.2 m/s^2 and a gyroscope bias of 0.05 rad/s are large for any IMU in use.
+  constexpr double kGyroscopeWeight = 1.0 / (kGyroscopeBiasSigma * kGyroscopeBiasSigma);
+  constexpr double kAccelerometerWeight = 1.0 / (kAccelerometerBiasSigma * kAccelerometerBiasSigma);
   for (std::size_t d = 0; d < state.drives.size(); ++d) {
     const int at = layout.Bias(d);
     for (int a = 0; a < 3; ++a) {
-      (*information)(at + a, at + a) = 1.0 / (0.05 * 0.05);
-      (*gradient)[at + a] = state.drives[d].gyroscope_bias[a] / (0.05 * 0.05);
-      (*information)(at + 3 + a, at + 3 + a) = 1.0 / (0.2 * 0.2);
-      (*gradient)[at + 3 + a] = state.drives[d].accelerometer_bias[a] / (0.2 * 0.2);
+      (*information)(at + a, at + a) = kGyroscopeWeight;
+      (*gradient)[at + a] = kGyroscopeWeight * state.drives[d].gyroscope_bias[a];
+      (*information)(at + 3 + a, at + 3 + a) = kAccelerometerWeight;
+      (*gradient)[at + 3 + a] = kAccelerometerWeight * state.drives[d].accelerometer_bias[a];
     }
   }
   if (layout.matrices < 0) return;
