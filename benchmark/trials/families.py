@@ -137,6 +137,7 @@ EFFECTS = {
     'accelerometer_turned_3': turned(3.0),
     'imu_scale': scaled_imu,                      # 0.3 % of scale and shear
     'imu_filtered': on_imu(low_pass={'gyroscope': 0.1, 'accelerometer': 0.1}),  # cut-off as a share of the rate
+    'imu_lag': on_imu(low_pass={'gyroscope': 0.2, 'accelerometer': 0.1}),  # the accelerometer 5.6 ms later
     'vibration': on_imu(vibration=[{'frequency': 73, 'specific_force': 3, 'angular_velocity': 0.02}]),
     'gravity': on_imu(gravity=9.79),
     'clock_drift': on_lidars(clock_drift_ppm=50),

@@ -10,56 +10,79 @@
 namespace mlic {
 
 // The IMU residuals (docs/method.md, section 3.1) of one sample, not whitened, with Jacobians:
-//   r_w = M_w w(t) + b_w - w_m,   r_a = M_a R(t)^T (p''(t) - g) + b_a - a_m
+//   r_w = M_w w(t) + b_w - w_m,   r_a = M_a f(t - lag) + b_a - a_m,   f = R^T (p'' - g)
 // Columns: 4 rotation control points (12), 4 position control points (12), gyroscope bias (3), accelerometer
-// bias (3), gravity's magnitude (1), rotation of the accelerometer (M_a <- Exp(delta) M_a, 3), gyroscope
-// matrix row by row (9), lower triangle of the accelerometer matrix row by row (6).
+// bias (3), gravity's magnitude (1), lag of the accelerometer (1), rotation of the accelerometer (M_a <-
+// Exp(delta) M_a, 3), gyroscope matrix row by row (9), lower triangle of the accelerometer matrix row by row
+// (6).
 struct ImuResidual {
   static constexpr int kPosition = 12;                  // from: structural, places of columns
   static constexpr int kBias = 24;                      // from: structural, places of columns
   static constexpr int kGravity = 30;                   // from: structural, places of columns
-  static constexpr int kAlignment = 31;                 // from: structural, places of columns
-  static constexpr int kMatrices = 34;                  // from: structural, places of columns
-  static constexpr int kColumns = 49;                   // from: structural, places of columns
+  static constexpr int kLag = 31;                       // from: structural, places of columns
+  static constexpr int kAlignment = 32;                 // from: structural, places of columns
+  static constexpr int kMatrices = 35;                  // from: structural, places of columns
+  static constexpr int kColumns = 50;                   // from: structural, places of columns
   using Jacobian = Eigen::Matrix<double, kColumns, 6>;  // one column for each residual component
 
-  // gravity: map frame, m/s^2. Rows 0-2 of the result: rad/s, 3-5: m/s^2. jacobian may be null.
+  // Bases: at the sample's time. The lag is short against the knots' spacing: their segments serve for the
+  // specific force too. gravity: map frame, m/s^2. Rows 0-2 of the result: rad/s, 3-5: m/s^2. jacobian may be
+  // null.
   static Eigen::Matrix<double, 6, 1> Evaluate(const SplitSpline& trajectory,
                                               const SplineBasis& rotation_basis,
                                               const SplineBasis& position_basis, const ImuCalibration& imu,
                                               const Eigen::Vector3d& gravity, const ImuSample& sample,
                                               Jacobian* jacobian) {
     So3Spline::Jacobians J;
-    const So3Spline::Value value = jacobian != nullptr
-                                       ? trajectory.rotation.Evaluate(rotation_basis, true, &J)
-                                       : trajectory.rotation.Evaluate(rotation_basis);
-    const Eigen::Vector3d force =
-        value.rotation.transpose() * (trajectory.position.Acceleration(position_basis) - gravity);
+    So3Spline::Value value = jacobian != nullptr ? trajectory.rotation.Evaluate(rotation_basis, true, &J)
+                                                 : trajectory.rotation.Evaluate(rotation_basis);
     Eigen::Matrix<double, 6, 1> residual;
     residual.head<3>() =
         imu.gyroscope_matrix * value.angular_velocity + imu.gyroscope_bias - sample.angular_velocity;
+    if (jacobian != nullptr) FillGyroscope(imu, value, J, jacobian);
+    SplineBasis position_then = position_basis;
+    if (imu.accelerometer_lag != 0.0) {
+      const double then = sample.time - imu.accelerometer_lag;
+      const SplineBasis rotation_then(trajectory.rotation.knots(), rotation_basis.first, then);
+      position_then = SplineBasis(trajectory.position.knots(), position_basis.first, then);
+      value = jacobian != nullptr ? trajectory.rotation.Evaluate(rotation_then, false, &J)
+                                  : trajectory.rotation.Evaluate(rotation_then);
+    }
+    const Eigen::Vector3d force =
+        value.rotation.transpose() * (trajectory.position.Acceleration(position_then) - gravity);
     residual.tail<3>() = imu.accelerometer_matrix * force + imu.accelerometer_bias - sample.specific_force;
     if (jacobian == nullptr) return residual;
-    jacobian->setZero();
-    const Eigen::Matrix3d force_to_rotation = imu.accelerometer_matrix * Hat(force);
     const Eigen::Matrix3d force_to_position = imu.accelerometer_matrix * value.rotation.transpose();
-    const Eigen::Vector4d weights = SplineBasis::Weights(position_basis.lambda_ddot);
+    const Eigen::Matrix3d force_to_rotation = imu.accelerometer_matrix * Hat(force);
+    const Eigen::Vector4d weights = SplineBasis::Weights(position_then.lambda_ddot);
     for (int j = 0; j < 4; ++j) {
-      jacobian->block<3, 3>(3 * j, 0) = (imu.gyroscope_matrix * J.angular_velocity[j]).transpose();
       jacobian->block<3, 3>(3 * j, 3) = (force_to_rotation * J.rotation[j]).transpose();
       jacobian->block<3, 3>(kPosition + 3 * j, 3) = weights[j] * force_to_position.transpose();
     }
-    jacobian->block<3, 3>(kBias, 0).setIdentity();
     jacobian->block<3, 3>(kBias + 3, 3).setIdentity();
     // g = |g| * down, and the map's axes are aligned to it.
     jacobian->block<1, 3>(kGravity, 3) = -(force_to_position * gravity.normalized()).transpose();
+    jacobian->block<1, 3>(kLag, 3) = (force_to_rotation * -value.angular_velocity -
+                                      force_to_position * trajectory.position.Jerk(position_then))
+                                         .transpose();
     jacobian->block<3, 3>(kAlignment, 3) = Hat(imu.accelerometer_matrix * force);  // (-Hat)^T
     int lower = kMatrices + 9;
     for (int r = 0; r < 3; ++r) {
-      jacobian->block<3, 1>(kMatrices + 3 * r, r) = value.angular_velocity;
       for (int c = 0; c <= r; ++c) (*jacobian)(lower++, 3 + r) = force[c];
     }
     return residual;
+  }
+
+ private:
+  // Its components' columns; the specific force's are zero but for what Evaluate fills.
+  static void FillGyroscope(const ImuCalibration& imu, const So3Spline::Value& value,
+                            const So3Spline::Jacobians& J, Jacobian* jacobian) {
+    jacobian->setZero();
+    for (int j = 0; j < 4; ++j) {
+      jacobian->block<3, 3>(3 * j, 0) = (imu.gyroscope_matrix * J.angular_velocity[j]).transpose();
+    }
+    jacobian->block<3, 3>(kBias, 0).setIdentity();
+    for (int r = 0; r < 3; ++r) jacobian->block<3, 1>(kMatrices + 3 * r, r) = value.angular_velocity;
   }
 };
 

@@ -23,6 +23,10 @@ constexpr double kLargestOwnError = 8.0;
 // at the equator and 9.832 at the poles
 constexpr double kGravitySigma = 0.03;
 
+// Of the accelerometer's lag, s. from: derivation, low-passes of second order with cut-offs of 10 to 50 Hz
+// delay by 22 to 5 ms, and those of gyroscope and accelerometer need not be alike
+constexpr double kLagSigma = 10e-3;
+
 }  // namespace
 
 Adjustment StartAdjustment(const Rig& rig, const Dataset& dataset, Initialization start) {
@@ -42,6 +46,7 @@ Adjustment StartAdjustment(const Rig& rig, const Dataset& dataset, Initializatio
   // The accelerometer's scale, where it is estimated, and gravity look alike.
   const bool gravity_moves = !rig.imu.gravity && rig.imu.intrinsics == ImuIntrinsicsModel::kBias;
   problem.imu.gravity_sigma = gravity_moves ? kGravitySigma : 0.0;
+  problem.imu.lag_sigma = kLagSigma;
   adjustment.state.gravity = rig.imu.gravity.value_or(kStandardGravity);
   for (const LidarConfig& lidar : rig.lidars) {
     problem.lidars.push_back({lidar.fixed ? std::nullopt : lidar.guess, lidar.fixed});

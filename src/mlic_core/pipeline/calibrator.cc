@@ -223,6 +223,8 @@ Adjustment StartAt(const StageContext& context, Initialization start) {
   if (context.options.check_of) {
     adjustment.state.gyroscope_matrix = context.options.check_of->imu.gyroscope_matrix;
     adjustment.state.accelerometer_matrix = context.options.check_of->imu.accelerometer_matrix;
+    adjustment.state.accelerometer_lag = context.options.check_of->imu.accelerometer_lag;
+    adjustment.problem.imu.lag_sigma = 0.0;
   }
   return adjustment;
 }

@@ -52,6 +52,7 @@ void AddImu(const LinearizationPoint& at, std::size_t d, std::size_t chunk, Accu
   std::vector<int> calibration;
   for (int i = 0; i < 6; ++i) calibration.push_back(at.layout.Bias(d) + i);
   calibration.push_back(at.layout.gravity);
+  calibration.push_back(at.layout.lag);
   for (int i = 0; i < 3; ++i) calibration.push_back(at.layout.alignment + i);
   for (int i = 0; i < 15 && at.layout.matrices >= 0; ++i) calibration.push_back(at.layout.matrices + i);
   const int width = 24 + static_cast<int>(calibration.size());

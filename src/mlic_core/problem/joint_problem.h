@@ -29,6 +29,7 @@ struct ImuFreedom {
   // gyroscope stands where it is.
   Eigen::Matrix3d alignment_held = Eigen::Matrix3d::Identity();
   double gravity_sigma = 0.0;  // m/s^2, of the prior about kStandardGravity; 0: gravity is held
+  double lag_sigma = 0.0;      // s, of the prior about no lag of the accelerometer; 0: the lag is held
 };
 
 // What one drive adds to the problem beside its IMU samples; empty where it has none of a kind.

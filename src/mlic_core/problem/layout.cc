@@ -68,6 +68,7 @@ Layout::Layout(const CalibrationState& state, bool with_imu_matrices) {
     drift.push_back(state.Sensor(order.At(s)).clock_drift ? calibration++ : -1);
   }
   gravity = calibration++;
+  lag = calibration++;
   alignment = calibration;
   calibration += 3;
   if (with_imu_matrices) {
@@ -100,6 +101,7 @@ void Layout::Update(const Eigen::VectorXd& delta, CalibrationState* state) const
     }
   }
   state->gravity += delta[knots + gravity];
+  state->accelerometer_lag += delta[knots + lag];
   state->accelerometer_matrix = ExpMatrix(delta.segment<3>(knots + alignment)) * state->accelerometer_matrix;
   if (matrices < 0) return;
   int lower = knots + matrices + 9;

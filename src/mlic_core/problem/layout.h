@@ -10,8 +10,8 @@ namespace mlic {
 // (which keeps the matrix banded), then the calibration: for each LiDAR, then for each camera, rotation
 // (left perturbation, 3), translation (3) and time offset (1); for each camera readout (1, rolling shutters
 // only) and intrinsics (as many as its model has); for each sensor whose clock's drift is estimated that (1);
-// gravity's magnitude (1); the accelerometer's rotation (left perturbation of its matrix, 3); the IMU's
-// matrices (15, if estimated); for each drive gyroscope and accelerometer bias (6).
+// gravity's magnitude (1); the accelerometer's lag (1) and rotation (left perturbation of its matrix, 3); the
+// IMU's matrices (15, if estimated); for each drive gyroscope and accelerometer bias (6).
 struct Layout {
   static constexpr int kOfSensor = 7;  // scalars of one sensor's pose and offset; from: structural
 
@@ -25,6 +25,7 @@ struct Layout {
   int calibration = 0;  // scalars
   int poses = 0;        // scalars of the sensors' poses and offsets, which come first in the calibration
   int gravity = 0;      // index within the calibration
+  int lag = 0;          // index within the calibration of the accelerometer's lag
   int alignment = 0;    // index within the calibration of the accelerometer's rotation
   int matrices = -1;    // index within the calibration, -1: not estimated
   int biases = 0;       // index within the calibration of the first drive's

@@ -32,7 +32,8 @@ bool IsFinite(const DriveState& drive) {
 bool IsFinite(const CalibrationState& state) {
   const auto finite = [](const auto& part) { return IsFinite(part); };
   return state.gyroscope_matrix.allFinite() && state.accelerometer_matrix.allFinite() &&
-         std::isfinite(state.gravity) && std::all_of(state.lidars.begin(), state.lidars.end(), finite) &&
+         std::isfinite(state.gravity) && std::isfinite(state.accelerometer_lag) &&
+         std::all_of(state.lidars.begin(), state.lidars.end(), finite) &&
          std::all_of(state.cameras.begin(), state.cameras.end(), finite) &&
          std::all_of(state.drives.begin(), state.drives.end(), finite);
 }

@@ -45,6 +45,7 @@ struct CalibrationState {
   Eigen::Matrix3d gyroscope_matrix = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d accelerometer_matrix = Eigen::Matrix3d::Identity();
   double gravity = kStandardGravity;  // m/s^2, its magnitude
+  double accelerometer_lag = 0.0;     // s, ImuCalibration
   std::vector<DriveState> drives;
 
   SensorOrder Sensors() const { return {lidars.size(), cameras.size()}; }
@@ -55,7 +56,7 @@ struct CalibrationState {
   Eigen::Vector3d Gravity() const { return {0.0, 0.0, -gravity}; }  // in the map, m/s^2
   ImuCalibration Imu(std::size_t drive) const {
     return {drives[drive].gyroscope_bias, drives[drive].accelerometer_bias, gyroscope_matrix,
-            accelerometer_matrix};
+            accelerometer_matrix, accelerometer_lag};
   }
 };
 

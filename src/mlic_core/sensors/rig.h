@@ -77,6 +77,8 @@ struct ImuCalibration {
   Eigen::Vector3d accelerometer_bias = Eigen::Vector3d::Zero();
   Eigen::Matrix3d gyroscope_matrix = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d accelerometer_matrix = Eigen::Matrix3d::Identity();
+  // s, by which the accelerometer's readings are later than the gyroscope's under the same stamp
+  double accelerometer_lag = 0.0;
 };
 
 // Pose and clock of one sensor: p_imu = T_imu_sensor * p_sensor,

@@ -13,10 +13,14 @@ UniformKnots UniformKnots::Covering(double start, double end, double spacing) {
   return {start, spacing, segments + 3};
 }
 
-SplineBasis::SplineBasis(const UniformKnots& knots, double time) {
-  const double position = (time - knots.start) / knots.spacing;
-  first = std::min(std::max(static_cast<int>(std::floor(position)), 0), knots.Segments() - 1);
-  const double u = position - first;
+SplineBasis::SplineBasis(const UniformKnots& knots, double time)
+    : SplineBasis(knots,
+                  std::clamp(static_cast<int>(std::floor((time - knots.start) / knots.spacing)), 0,
+                             knots.Segments() - 1),
+                  time) {}
+
+SplineBasis::SplineBasis(const UniformKnots& knots, int segment, double time) : first(segment) {
+  const double u = (time - knots.start) / knots.spacing - first;
   const double u2 = u * u;
   const double u3 = u2 * u;
   const double rate = 1.0 / knots.spacing;

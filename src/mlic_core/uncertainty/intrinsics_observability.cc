@@ -159,6 +159,7 @@ Eigen::VectorXd CalibrationLimits(const CalibrationState& state, const Layout& l
     limits[at + 6] = kTimeLimit;
     if (layout.drift[s] >= 0) limits[layout.drift[s]] = kDriftLimit;
   }
+  limits[layout.lag] = kTimeLimit;
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
     if (layout.Readout(c) >= 0) limits[layout.Readout(c)] = kTimeLimit;
     const std::vector<double> displacements = ImageDisplacements(state.cameras[c].intrinsics);

@@ -39,6 +39,7 @@ CalibrationState RandomState(std::uint64_t seed) {
   state.gyroscope_matrix += 0.01 * Eigen::Matrix3d::Random();
   state.accelerometer_matrix = ExpMatrix(0.05 * RandomVector(&random));
   state.gravity = 9.79;
+  state.accelerometer_lag = 0.004;
   return state;
 }
 
@@ -172,6 +173,7 @@ TEST(ImuResidual, JacobianAgreesWithNumericOne) {
   std::vector<int> columns = KnotColumns(layout, state, kTime);
   for (int i = 0; i < 6; ++i) columns.push_back(layout.knots + layout.Bias(0) + i);
   columns.push_back(layout.knots + layout.gravity);
+  columns.push_back(layout.knots + layout.lag);
   for (int i = 0; i < 3; ++i) columns.push_back(layout.knots + layout.alignment + i);
   for (int i = 0; i < 15; ++i) columns.push_back(layout.knots + layout.matrices + i);
   ExpectNumericJacobian(J, ImuResidual::kColumns, [&](int column, double step) {

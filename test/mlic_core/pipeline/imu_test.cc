@@ -63,5 +63,22 @@ TEST(TurnedAccelerometer, IsFoundWithinSigmasInNoise) {
   EXPECT_LT(result.alignment->sigma.maxCoeff(), 0.03 * kDegree);
 }
 
+// Butterworth low-passes of second order delay slow signals by sqrt(2) / (2 pi cut-off).
+TEST(LaggingAccelerometer, IsFoundWhereItsFilterIsSlowerThanTheGyroscopes) {
+  sim::SensorSet sensors = ConfiguredSensors("handheld.yaml");
+  sensors.imu.gyroscope_low_pass = 0.2;
+  sensors.imu.accelerometer_low_pass = 0.1;
+  const auto delay = [&](double cut_off) {
+    return std::sqrt(2.0) / (2.0 * M_PI * cut_off * sensors.imu.rate);
+  };
+  const CalibrationResult result = CalibrateHandheld(sensors, 15.0, true);
+  ASSERT_TRUE(result.Trusted());
+  EXPECT_NEAR(result.imu.accelerometer_lag, delay(0.1) - delay(0.2), 3e-4);
+  const SensorResult& lidar = result.sensors[0];
+  const Eigen::Vector3d translation =
+      lidar.calibration.T_imu_sensor.translation - sensors.lidars[0].calibration.T_imu_sensor.translation;
+  EXPECT_LT(translation.cwiseQuotient(lidar.sigma.translation).cwiseAbs().maxCoeff(), 4.0);
+}
+
 }  // namespace
 }  // namespace mlic

@@ -75,7 +75,7 @@ auto Members(CameraCalibration& camera) {
 }
 auto Members(CalibrationState& state) {
   return std::tie(state.lidars, state.rings, state.ranges, state.cameras, state.gyroscope_matrix,
-                  state.accelerometer_matrix, state.gravity, state.drives);
+                  state.accelerometer_matrix, state.gravity, state.accelerometer_lag, state.drives);
 }
 
 auto Members(AngularRateAlignment& alignment) {

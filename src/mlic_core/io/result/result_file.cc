@@ -181,6 +181,8 @@ void WriteCalibrationFile(const std::filesystem::path& path, const CalibrationRe
   text += "  gyroscope_matrix: " + RowByRow(result.imu.gyroscope_matrix) +
           "  # measured = matrix * true + bias\n";
   text += "  accelerometer_matrix: " + RowByRow(result.imu.accelerometer_matrix) + "\n";
+  text += "  accelerometer_lag: " + ShortNumber(result.imu.accelerometer_lag, 6) +
+          "  # s, by which it is later than the gyroscope under the same stamp\n";
   text += AlignmentText(result.alignment);
   text += "# p_imu = T_imu_sensor * p_sensor, t_imu = t_sensor + time_offset; metres, seconds, x y z w.\n";
   text += "# Sigmas along the axes of the IMU (pairs: of the first sensor), of rotations in degrees.\n";

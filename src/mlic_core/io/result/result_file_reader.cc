@@ -157,6 +157,7 @@ void ReadImu(const YamlReader& imu, CalibrationResult* result) {
   vector("gravity", &result->gravity);
   matrix("gyroscope_matrix", &result->imu.gyroscope_matrix);
   matrix("accelerometer_matrix", &result->imu.accelerometer_matrix);
+  if (imu.Has("accelerometer_lag")) result->imu.accelerometer_lag = imu.Get("accelerometer_lag").Number();
   if (!imu.Has("axes")) return;
   ImuAlignment alignment;
   alignment.axes = static_cast<ImuAxes>(imu.Get("axes").Choice(ImuAxesNames()));
