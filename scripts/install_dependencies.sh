@@ -35,7 +35,7 @@ required=(
   python3-visualization-msgs python3-tf2-msgs python3-yaml
   # mathematics, files, command line
   libeigen3-dev libceres-dev libopenblas-dev libtbb-dev libboost-dev libyaml-cpp-dev libcli11-dev libspdlog-dev
-  robin-map-dev libembree-dev
+  libxml2-dev robin-map-dev libembree-dev
   # images, point clouds, structure from motion
   libopencv-dev libpcl-dev colmap libsqlite3-dev
   # tests

@@ -13,7 +13,8 @@ import xml.etree.ElementTree
 KEY_OF_PACKAGE = {
     'Boost': 'libboost-dev', 'CLI11': 'cli11', 'Ceres': 'libceres-dev', 'Eigen3': 'eigen', 'GTest': 'gtest',
     'OpenCV': 'libopencv-dev', 'PCL': 'libpcl-all-dev', 'pcl_io': 'libpcl-all-dev', 'SQLite3': 'libsqlite3-dev',
-    'TBB': 'tbb', 'benchmark': 'benchmark', 'embree': 'embree', 'openblas': 'libopenblas-dev', 'spdlog': 'spdlog',
+    'LibXml2': 'libxml2', 'TBB': 'tbb', 'benchmark': 'benchmark', 'embree': 'embree', 'openblas': 'libopenblas-dev',
+    'spdlog': 'spdlog',
     'tsl-robin-map': 'robin-map-dev', 'yaml-cpp': 'yaml-cpp', 'catkin': 'catkin',
     'opengv': None, 'Threads': None, 'OnnxRuntime': None, 'Torch': None, 'onnxruntime': None, 'Python3': None,
 }
@@ -23,7 +24,7 @@ KEY_OF_INCLUDE = {
     'cblas.h': 'libopenblas-dev',
     'ceres': 'libceres-dev', 'embree3': 'embree', 'embree4': 'embree', 'gmock': 'gtest', 'gtest': 'gtest',
     'opencv2': 'libopencv-dev', 'pcl': 'libpcl-all-dev', 'ros': 'roscpp', 'spdlog': 'spdlog',
-    'sqlite3.h': 'libsqlite3-dev', 'tbb': 'tbb', 'tsl': 'robin-map-dev', 'yaml-cpp': 'yaml-cpp',
+    'libxml': 'libxml2', 'sqlite3.h': 'libsqlite3-dev', 'tbb': 'tbb', 'tsl': 'robin-map-dev', 'yaml-cpp': 'yaml-cpp',
     'opengv': None,  # compared with in a benchmark where it is installed
     'ATen': None, 'torch': None, 'onnxruntime_cxx_api.h': None,  # the learned matcher, which is optional
     'emmintrin.h': None, 'immintrin.h': None, 'fcntl.h': None, 'malloc.h': None, 'poll.h': None, 'sched.h': None, 'signal.h': None, 'sys': None,

@@ -45,8 +45,8 @@ class EndToEnd(unittest.TestCase):
         drive, rig, truth = self.simulate('handheld', 25, '--no-guess')
         done, output = self.calibrate(drive, rig)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        for name in ['calibration.yaml', 'static_transforms.launch', 'sensors.urdf.xacro', 'trajectory.tum', 'map.pcd',
-                     'report.html', 'log.txt']:
+        for name in ['calibration.yaml', 'static_transforms.launch', 'sensors.urdf.xacro', 'sensors_macro.xacro',
+                     'trajectory.tum', 'map.pcd', 'report.html', 'log.txt']:
             self.assertGreater((output / name).stat().st_size, 0, name)
         calibration = yaml.safe_load((output / 'calibration.yaml').read_text())
         self.assertEqual(calibration['format'], 'mlic_calibration/1')

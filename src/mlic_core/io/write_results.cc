@@ -7,6 +7,7 @@
 #include "mlic_core/io/result/kalibr_camchain.h"
 #include "mlic_core/io/result/point_cloud_file.h"
 #include "mlic_core/io/result/result_file.h"
+#include "mlic_core/io/result/sensor_tree.h"
 #include "mlic_core/io/result/static_transforms.h"
 #include "mlic_core/io/result/trajectory_file.h"
 #include "mlic_core/io/result/urdf.h"
@@ -57,8 +58,11 @@ void WriteResults(const fs::path& directory, const CalibrationResult& result, co
   }
   WriteReport(directory / "report.html", result, place);
   if (result.Usable()) {
-    WriteStaticTransforms(directory / "static_transforms.launch", result);
-    WriteUrdf(directory / "sensors.urdf.xacro", result);
+    const SensorTree tree = TreeOf(result);
+    WriteFileAtomically(directory / "static_transforms.launch",
+                        StaticTransformsText(tree, TransformPublisher::kTf2));
+    WriteFileAtomically(directory / "sensors.urdf.xacro", UrdfText(tree));
+    WriteFileAtomically(directory / "sensors_macro.xacro", UrdfMacroText(tree));
     WriteCameraInfos(directory / "camera_info", result);
     WriteKalibrCamchain(directory / "kalibr_camchain.yaml", result);
   }

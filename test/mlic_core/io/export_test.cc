@@ -6,6 +6,7 @@
 #include "mlic_core/io/result/export_frames.h"
 #include "mlic_core/io/result/point_cloud_file.h"
 #include "mlic_core/io/result/result_file.h"
+#include "mlic_core/io/result/sensor_tree.h"
 #include "mlic_core/io/result/static_transforms.h"
 #include "mlic_core/io/result/trajectory_file.h"
 #include "mlic_core/io/result/urdf.h"
@@ -32,7 +33,7 @@ TEST(Export, UrdfHoldsThePosesAndCheckUrdfAcceptsIt) {
   TemporaryDirectory directory;
   const CalibrationResult result = SampleResult();
   const std::filesystem::path path = directory.Path() / "sensors.urdf.xacro";
-  WriteUrdf(path, result);
+  WriteFileAtomically(path, UrdfText(TreeOf(result)));
   const std::string text = ReadFile(path);
   for (std::size_t i = 0; i < result.sensors.size(); ++i) {
     const RigidTransform& pose = result.sensors[i].calibration.T_imu_sensor;
@@ -50,7 +51,8 @@ TEST(Export, UrdfHoldsThePosesAndCheckUrdfAcceptsIt) {
 TEST(Export, StaticTransformsHoldPositionQuaternionAndFrames) {
   TemporaryDirectory directory;
   const CalibrationResult result = SampleResult();
-  WriteStaticTransforms(directory.Path() / "static.launch", result);
+  WriteFileAtomically(directory.Path() / "static.launch",
+                      StaticTransformsText(TreeOf(result), TransformPublisher::kTf2));
   const std::string text = ReadFile(directory.Path() / "static.launch");
   const std::vector<double> numbers = Numbers(text, "args", 1);
   ASSERT_EQ(numbers.size(), 7u);
@@ -60,6 +62,67 @@ TEST(Export, StaticTransformsHoldPositionQuaternionAndFrames) {
   EXPECT_NEAR(numbers[6], pose.rotation.w(), 1e-11);
   EXPECT_TRUE(Contains(text, " imu_link left_lidar_link\""));
   EXPECT_TRUE(Contains(text, "pkg=\"tf2_ros\" type=\"static_transform_publisher\" name=\"mlic_left_lidar\""));
+}
+
+// The poses in the file are checked by what roslaunch and the publishers make of it: arguments as words.
+TEST(Export, TfHasAPeriodAndTheImuBelowAnotherParent) {
+  const CalibrationResult result = SampleResult();
+  const RigidTransform T_base_imu{FromRollPitchYaw({0.01, -0.02, 1.5}), {0.3, -0.1, 0.7}};
+  const SensorTree tree = TreeAbout(result, "base_link", T_base_imu);
+  const std::string text = StaticTransformsText(tree, TransformPublisher::kTf);
+  ASSERT_EQ(tree.frames.size(), 5u);
+  for (std::size_t i = 0; i < tree.frames.size(); ++i) {
+    const std::vector<double> numbers = Numbers(text, "args", i);
+    ASSERT_EQ(numbers.size(), 7u);
+    const RigidTransform expected =
+        i == 0 ? T_base_imu : T_base_imu * result.sensors[i - 1].calibration.T_imu_sensor;
+    EXPECT_LT((Eigen::Vector3d(numbers[0], numbers[1], numbers[2]) - expected.translation).norm(), 1e-9);
+    const Eigen::Quaterniond q(numbers[6], numbers[3], numbers[4], numbers[5]);
+    EXPECT_LT(AngleBetween(q, expected.rotation), 1e-9);
+  }
+  EXPECT_TRUE(Contains(text, "pkg=\"tf\" type=\"static_transform_publisher\" name=\"mlic_imu\""));
+  EXPECT_TRUE(Contains(text, " base_link imu_link 100\""));
+  EXPECT_TRUE(Contains(text, "t_imu = t_sensor + offset:\n       front_lidar 0.012357679 s"));
+}
+
+TEST(Export, ASensorMayBeTheParent) {
+  const CalibrationResult result = SampleResult();
+  for (const char* parent : {"left_lidar", "left_lidar_link"}) {
+    const std::optional<RigidTransform> T_left_imu = RootInFrame(result, parent);
+    ASSERT_TRUE(T_left_imu);
+    const SensorTree tree = TreeAbout(result, FrameNamed(result, parent), *T_left_imu);
+    EXPECT_EQ(tree.parent, "left_lidar_link");
+    ASSERT_EQ(tree.frames.size(), 4u);
+    EXPECT_EQ(tree.frames[2].frame, "right_lidar_link");
+    const RigidTransform expected =
+        result.sensors[1].calibration.T_imu_sensor.Inverse() * result.sensors[2].calibration.T_imu_sensor;
+    EXPECT_LT((tree.frames[2].T_parent_frame.translation - expected.translation).norm(), 1e-12);
+  }
+  EXPECT_EQ(FrameNamed(result, "imu"), "imu_link");
+  EXPECT_FALSE(RootInFrame(result, "base_link"));
+}
+
+// xacro itself expands the macro into a model that has the IMU's link already.
+TEST(Export, TheMacroGoesIntoAModelOfItsOwn) {
+  if (std::system("command -v xacro > /dev/null") != 0) GTEST_SKIP() << "no xacro on this machine";
+  TemporaryDirectory directory;
+  const CalibrationResult result = SampleResult();
+  WriteFileAtomically(directory.Path() / "sensors_macro.xacro", UrdfMacroText(TreeOf(result)));
+  WriteFileAtomically(directory.Path() / "robot.xacro",
+                      "<robot name=\"car\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">\n"
+                      "<xacro:include filename=\"sensors_macro.xacro\"/>\n<link name=\"imu_link\"/>\n"
+                      "<link name=\"other\"/>\n<xacro:mlic_sensors/>\n</robot>\n");
+  const std::string command = "cd '" + directory.Path().string() + "' && xacro robot.xacro > robot.urdf";
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  const std::string text = ReadFile(directory.Path() / "robot.urdf");
+  for (std::size_t i = 0; i < result.sensors.size(); ++i) {
+    const RigidTransform& pose = result.sensors[i].calibration.T_imu_sensor;
+    const std::vector<double> rpy = Numbers(text, "rpy", i), xyz = Numbers(text, "xyz", i);
+    EXPECT_LT(AngleBetween(FromRollPitchYaw({rpy[0], rpy[1], rpy[2]}), pose.rotation), 1e-9);
+    EXPECT_LT((Eigen::Vector3d(xyz[0], xyz[1], xyz[2]) - pose.translation).norm(), 1e-9);
+  }
+  EXPECT_TRUE(Contains(text, "<parent link=\"imu_link\"/>"));
+  EXPECT_EQ(text.find("<link name=\"imu_link\"/>"), text.rfind("<link name=\"imu_link\"/>"));
 }
 
 TEST(Export, FramesAreUniqueAndWithoutSlash) {
@@ -92,8 +155,9 @@ TEST(Export, PairsAreAboutTheRoot) {
   EXPECT_EQ(exported[1].name, "rear");
   EXPECT_LT((exported[1].T_root_sensor.translation - T.translation).norm(), 1e-12);
   EXPECT_EQ(FramesOf(result).root, "roof_link");
-  WriteStaticTransforms(directory.Path() / "static.launch", result);
-  WriteUrdf(directory.Path() / "sensors.urdf", result);
+  WriteFileAtomically(directory.Path() / "static.launch",
+                      StaticTransformsText(TreeOf(result), TransformPublisher::kTf2));
+  WriteFileAtomically(directory.Path() / "sensors.urdf", UrdfText(TreeOf(result)));
   EXPECT_TRUE(Contains(ReadFile(directory.Path() / "static.launch"), " roof_link rear_link\""));
   EXPECT_TRUE(Contains(ReadFile(directory.Path() / "sensors.urdf"), "<parent link=\"roof_link\"/>"));
   EXPECT_FALSE(Contains(ReadFile(directory.Path() / "sensors.urdf"), "imu"));
@@ -177,8 +241,9 @@ TEST(Export, FilesAreReadBackWithTheFramesThatTheyGot) {
     GTEST_SKIP() << "no python3 on this machine";
   TemporaryDirectory directory;
   const CalibrationResult result = ResultWithHostileFrames();
-  WriteStaticTransforms(directory.Path() / "static.launch", result);
-  WriteUrdf(directory.Path() / "sensors.urdf", result);
+  WriteFileAtomically(directory.Path() / "static.launch",
+                      StaticTransformsText(TreeOf(result), TransformPublisher::kTf2));
+  WriteFileAtomically(directory.Path() / "sensors.urdf", UrdfText(TreeOf(result)));
   for (const char* name : {"static.launch", "sensors.urdf"}) {
     EXPECT_EQ(ReadFile(directory.Path() / name).find('$'), std::string::npos) << name;
   }
@@ -205,10 +270,11 @@ TEST(WriteResults, RefusedGetsNothingThatOthersWouldLoad) {
   CalibrationResult result = SampleResult();
   result.trajectories.push_back(result.trajectories[0]);
   WriteResults(directory.Path() / "trusted", result, "/data");
-  for (const char* name : {"calibration.yaml", "report.html", "trajectory.tum", "trajectory_2.tum", "map.pcd",
-                           "static_transforms.launch", "sensors.urdf.xacro", "kalibr_camchain.yaml",
-                           "camera_info/cam_front.yaml", "images/cam_front_tracks.png",
-                           "images/keyframes.csv", "initial_calibration.yaml"}) {
+  for (const char* name :
+       {"calibration.yaml", "report.html", "trajectory.tum", "trajectory_2.tum", "map.pcd",
+        "static_transforms.launch", "sensors.urdf.xacro", "sensors_macro.xacro", "kalibr_camchain.yaml",
+        "camera_info/cam_front.yaml", "images/cam_front_tracks.png", "images/keyframes.csv",
+        "initial_calibration.yaml"}) {
     EXPECT_TRUE(std::filesystem::exists(directory.Path() / "trusted" / name)) << name;
   }
   result.verdict = Verdict::kPartial;

@@ -4,23 +4,27 @@
 #include "mlic_core/io/text_file.h"
 
 namespace mlic {
+namespace {
 
-void WriteStaticTransforms(const std::filesystem::path& path, const CalibrationResult& result) {
-  const ExportFrames frames = FramesOf(result);
-  const std::vector<ExportedSensor> sensors = ExportedSensors(result);
-  const std::string root = result.root.empty() ? "the IMU's frame" : "the frame of " + result.root;
-  std::string text =
-      "<!-- Sensor poses found by MLIC: metres and quaternions x y z w, in " + root + ". -->\n<launch>\n";
-  for (std::size_t i = 0; i < sensors.size(); ++i) {
-    const RigidTransform& pose = sensors[i].T_root_sensor;
+constexpr const char* kPeriod = " 100";  // ms, as often as tf's own examples publish; from: standard
+
+}  // namespace
+
+std::string StaticTransformsText(const SensorTree& tree, TransformPublisher publisher) {
+  const bool tf = publisher == TransformPublisher::kTf;
+  std::string text = XmlComment(tree, "") + "<!-- args: x y z qx qy qz qw PARENT CHILD" +
+                     (tf ? " MILLISECONDS" : "") + " -->\n<launch>\n";
+  for (const TreeFrame& frame : tree.frames) {
+    const RigidTransform& pose = frame.T_parent_frame;
     std::string arguments;
-    for (int k = 0; k < 3; ++k) arguments += FixedNumber(pose.translation[k], 9) + " ";
+    for (int k = 0; k < 3; ++k) arguments += FixedNumber(pose.translation[k], 12) + " ";
     for (int k = 0; k < 4; ++k) arguments += FixedNumber(pose.rotation.coeffs()[k], 12) + " ";
-    text += "  <node pkg=\"tf2_ros\" type=\"static_transform_publisher\" name=\"mlic_" +
-            EscapeXml(sensors[i].name) + "\"\n        args=\"" + arguments +
-            EscapeXml(ShellQuoted(frames.root)) + " " + EscapeXml(ShellQuoted(frames.sensors[i])) + "\"/>\n";
+    text += "  <node pkg=\"" + std::string(tf ? "tf" : "tf2_ros") +
+            "\" type=\"static_transform_publisher\" name=\"mlic_" + EscapeXml(frame.name) +
+            "\"\n        args=\"" + arguments + EscapeXml(ShellQuoted(tree.parent)) + " " +
+            EscapeXml(ShellQuoted(frame.frame)) + (tf ? kPeriod : "") + "\"/>\n";
   }
-  WriteFileAtomically(path, text + "</launch>\n");
+  return text + "</launch>\n";
 }
 
 }  // namespace mlic

@@ -1,15 +1,17 @@
 #pragma once
 
-#include <filesystem>
+#include <string>
 
-#include "mlic_core/result/result.h"
+#include "mlic_core/io/result/sensor_tree.h"
 
 namespace mlic {
 
-// Writes a launch file that publishes every sensor's pose in the frame of the IMU or of
-// CalibrationResult::root, one tf2_ros
-// static_transform_publisher each (x y z qx qy qz qw parent child; roslaunch splits them as a
-// shell does). roslaunch runs it as it is.
-void WriteStaticTransforms(const std::filesystem::path& path, const CalibrationResult& result);
+// The package whose static_transform_publisher is started. Both take x y z qx qy qz qw PARENT CHILD; that of
+// tf also a period, and publishes on /tf.
+enum class TransformPublisher { kTf2, kTf };
+
+// A launch file that publishes every frame's pose in the parent, one static_transform_publisher each
+// (roslaunch splits the arguments as a shell does). roslaunch runs it as it is.
+std::string StaticTransformsText(const SensorTree& tree, TransformPublisher publisher);
 
 }  // namespace mlic

@@ -7,29 +7,48 @@
 namespace mlic {
 namespace {
 
+constexpr const char* kHead = "<?xml version=\"1.0\"?>\n";
+constexpr const char* kNamespace = "xmlns:xacro=\"http://www.ros.org/wiki/xacro\"";
+
 std::string Triple(const Eigen::Vector3d& v) {
   return FixedNumber(v.x(), 12) + " " + FixedNumber(v.y(), 12) + " " + FixedNumber(v.z(), 12);
 }
 
+// The link of each frame and its joint; `parent` is XML already.
+std::string LinksAndJoints(const SensorTree& tree, const std::string& parent, const std::string& indent) {
+  std::string text;
+  for (const TreeFrame& frame : tree.frames) {
+    const std::string link = EscapeXml(frame.frame);
+    text += indent + "<link name=\"" + link + "\"/>\n";
+    text += indent + "<joint name=\"" + link + "_joint\" type=\"fixed\">\n";
+    text += indent + "  <parent link=\"" + parent + "\"/>\n" + indent + "  <child link=\"" + link + "\"/>\n";
+    text += indent + "  <origin xyz=\"" + OriginXyz(frame.T_parent_frame) + "\" rpy=\"" +
+            OriginRpy(frame.T_parent_frame) + "\"/>\n" + indent + "</joint>\n";
+  }
+  return text;
+}
+
 }  // namespace
 
-void WriteUrdf(const std::filesystem::path& path, const CalibrationResult& result) {
-  const ExportFrames frames = FramesOf(result);
-  std::string text =
-      "<?xml version=\"1.0\"?>\n<!-- Sensor poses found by MLIC: metres, fixed-axis rpy in radians. -->\n";
-  text += "<robot name=\"sensors\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">\n";
-  text += "  <link name=\"" + EscapeXml(frames.root) + "\"/>\n";
-  const std::vector<ExportedSensor> sensors = ExportedSensors(result);
-  for (std::size_t i = 0; i < sensors.size(); ++i) {
-    const RigidTransform& pose = sensors[i].T_root_sensor;
-    const std::string link = EscapeXml(frames.sensors[i]);
-    text += "  <link name=\"" + link + "\"/>\n";
-    text += "  <joint name=\"" + link + "_joint\" type=\"fixed\">\n";
-    text += "    <parent link=\"" + EscapeXml(frames.root) + "\"/>\n    <child link=\"" + link + "\"/>\n";
-    text += "    <origin xyz=\"" + Triple(pose.translation) + "\" rpy=\"" +
-            Triple(ToRollPitchYaw(pose.rotation)) + "\"/>\n  </joint>\n";
-  }
-  WriteFileAtomically(path, text + "</robot>\n");
+std::string OriginXyz(const RigidTransform& pose) { return Triple(pose.translation); }
+
+std::string OriginRpy(const RigidTransform& pose) { return Triple(ToRollPitchYaw(pose.rotation)); }
+
+std::string UrdfText(const SensorTree& tree) {
+  const std::string parent = EscapeXml(tree.parent);
+  return kHead + XmlComment(tree, "") + "<robot name=\"sensors\" " + kNamespace + ">\n  <link name=\"" +
+         parent + "\"/>\n" + LinksAndJoints(tree, parent, "  ") + "</robot>\n";
+}
+
+std::string UrdfMacroText(const SensorTree& tree) {
+  // A default with a blank or a quote in it is more than xacro's list of parameters takes.
+  const bool plain = tree.parent.find_first_of(" '\"") == std::string::npos;
+  return kHead + XmlComment(tree, "") +
+         "<!-- In a model that has the parent's link: <xacro:include filename=\"sensors_macro.xacro\"/> "
+         "<xacro:mlic_sensors/> -->\n<robot " +
+         kNamespace + ">\n  <xacro:macro name=\"mlic_sensors\" params=\"parent" +
+         (plain ? ":=" + EscapeXml(tree.parent) : "") + "\">\n" + LinksAndJoints(tree, "${parent}", "    ") +
+         "  </xacro:macro>\n</robot>\n";
 }
 
 }  // namespace mlic

@@ -1,14 +1,22 @@
 #pragma once
 
-#include <filesystem>
+#include <Eigen/Core>
+#include <string>
 
-#include "mlic_core/result/result.h"
+#include "mlic_core/io/result/sensor_tree.h"
 
 namespace mlic {
 
-// Writes sensors.urdf.xacro: a link for the IMU (or CalibrationResult::root) and one for each sensor, fixed
-// joints between them. It holds no macro, so xacro, check_urdf and robot_state_publisher all take it as it
-// is; a vehicle's own xacro includes it and adds the joint from its base to it.
-void WriteUrdf(const std::filesystem::path& path, const CalibrationResult& result);
+// A whole model: a link for the parent and one for each frame, fixed joints between them. It holds no macro,
+// so xacro, check_urdf and robot_state_publisher all take it as it is.
+std::string UrdfText(const SensorTree& tree);
+
+// A file for a vehicle's own xacro to include: the macro mlic_sensors makes the links of all frames but the
+// parent, and their joints below the link that its parameter `parent` names.
+std::string UrdfMacroText(const SensorTree& tree);
+
+// What the attributes of a URDF origin hold.
+std::string OriginXyz(const RigidTransform& pose);
+std::string OriginRpy(const RigidTransform& pose);
 
 }  // namespace mlic
