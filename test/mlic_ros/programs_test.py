@@ -12,6 +12,17 @@ import unittest
 
 import yaml
 
+CALIBRATION = """format: mlic_calibration/1
+imu: {frame_id: imu_link}
+sensors:
+  lidar: {type: lidar, frame_id: velodyne, T_imu_sensor: {translation: [1, 2, 3], rotation: [0, 0, 0, 1]}, time_offset: 0.01}
+"""
+ROBOT = """<robot name="r">
+  <link name="base_link"/> <!-- ours -->
+  <link name="imu_link"/>
+  <joint name="j" type="fixed"><parent link="base_link"/><child link="imu_link"/><origin xyz="10 0 0"/></joint>
+</robot>
+"""
 RIG = "imu: {topic: /imu/data}\nlidars:\n  one: {topic: /velodyne_points}\n"
 
 
@@ -73,6 +84,35 @@ class Programs(unittest.TestCase):
             self.assertFalse(os.path.exists(self.output))
         self.expect_error(self.run_program("inspect_bag", self.path("none.bag")), "none.bag", "no such file")
         self.expect_error(self.run_program("compare", rig, self.path("none.yaml")), "compare: ", rig)
+
+    def test_export(self):
+        calibration, robot = self.write("c.yaml", CALIBRATION), self.write("robot.urdf", ROBOT)
+
+        def export(*arguments):
+            return self.run_program("export", "--calibration", calibration, "--format", *arguments)
+
+        about_imu = export("tf2")
+        self.assertEqual(about_imu.returncode, 0, about_imu.stderr)
+        self.assertRegex(about_imu.stdout, r'args="1\.0* 2\.0* 3\.0* 0\.0* 0\.0* 0\.0* 1\.0* imu_link velodyne"')
+        about_base = export("tf2", "--parent", "base_link", "--urdf", robot)
+        self.assertRegex(about_base.stdout, r'args="11\.0* 2\.0* 3\.0* .* base_link velodyne"')
+        self.assertNotIn("imu_link", about_base.stdout, "the model publishes it")
+        self.assertIn("imu is left out", about_base.stderr)
+        merged = export("urdf", "--urdf", robot, "--output", robot)
+        self.assertIn("imu_link stays where the model has it; updated: none; appended: velodyne", merged.stderr)
+        with open(robot) as file:
+            text = file.read()
+        self.assertIn('<link name="base_link"/> <!-- ours -->', text)
+        self.assertIn('<child link="velodyne"/>', text)
+        self.assertEqual(export("fast_lio", "--output", self.path("slam")).returncode, 0)
+        self.assertEqual(os.listdir(self.path("slam")), ["lidar.yaml"])
+        self.expect_error(export("tf2", "--parent", "base_link"), "--parent base_link", "imu_link, velodyne", "--urdf")
+        self.expect_error(export("fast_lio"), "give a directory by --output")
+        self.expect_error(export("kalibr"), "c.yaml: has no sensor that --format kalibr could hold", "camera")
+        self.expect_error(export("kalibr", "--parent", "velodyne"), "leave out --parent")
+        self.expect_error(export("pdf"), "pdf", "tf2")
+        self.write("c.yaml", CALIBRATION.replace("imu:", "verdict: refused\nreasons: [parked]\nimu:"))
+        self.expect_error(export("tf2"), "its verdict is refused", "parked")
 
     def test_unknown_key_names_the_line(self):
         rig = self.write("rig.yaml", RIG + "  two: {topic: /x, range: 5}\n")

@@ -61,7 +61,7 @@ TEST(KalibrCamchain, ModelsPosesAndTimeShiftFollowKalibr) {
                     Camera("k3", CameraModel::kPlumbBob, {500, 501, 640, 400, 0.1, 0.2, 0.3, 0.4, 0.5}),
                     Camera("fisheye", CameraModel::kEquidistant, {300, 301, 640, 400, 1, 2, 3, 4}),
                     Camera("sphere", CameraModel::kDoubleSphere, {300, 301, 640, 400, 0.1, 0.6})};
-  const std::string text = KalibrCamchainText(result);
+  const std::string text = KalibrCamchainText(result, CamchainReader::kKalibr);
   EXPECT_TRUE(Contains(text, "# k3 is omitted"));
   const YAML::Node chain = YAML::Load(text);
   ASSERT_EQ(chain.size(), 3u);
@@ -89,7 +89,7 @@ TEST(KalibrCamchain, ATopicIsDataWhateverItHolds) {
     CalibrationResult result;
     result.sensors = {Camera("front", CameraModel::kPlumbBob, {500, 501, 640, 400, 0.1, 0.2, 0.3, 0.4, 0})};
     result.sensors[0].topic = topic;
-    const std::string text = KalibrCamchainText(result);
+    const std::string text = KalibrCamchainText(result, CamchainReader::kKalibr);
     const YAML::Node chain = YAML::Load(text);
     EXPECT_EQ(chain.size(), 1u);
     EXPECT_EQ(chain["cam0"]["rostopic"].as<std::string>(), topic);
@@ -103,7 +103,7 @@ TEST(KalibrCamchain, ASmallThirdCoefficientIsFitted) {
   SensorResult camera = Camera("left", CameraModel::kPlumbBob,
                                {692.8, 692.1, 641.4, 393.9, -0.0914, 0.0183, 0.0004, -0.0006, -0.0011});
   result.sensors = {camera};
-  const std::string text = KalibrCamchainText(result);
+  const std::string text = KalibrCamchainText(result, CamchainReader::kKalibr);
   EXPECT_TRUE(Contains(text, "fitted to the camera's plumb_bob"));
   const YAML::Node cam0 = YAML::Load(text)["cam0"];
   std::vector<double> parameters = Numbers(cam0["intrinsics"]);

@@ -21,8 +21,10 @@ std::string CameraInfoText(const SensorResult& camera) {
   const std::vector<double>& p = intrinsics.parameters;
   // CameraInfo lists rational_polynomial as k1 k2 p1 p2 k3 k4 k5 k6, as we do.
   const std::vector<double> distortion(p.begin() + 4, p.end());
-  return "image_width: " + std::to_string(intrinsics.width) +
-         "\nimage_height: " + std::to_string(intrinsics.height) + "\ncamera_name: " + camera.name + "\n" +
+  return "# Stamps: t_imu = t_camera + (" + FixedNumber(camera.calibration.time_offset, 9) +
+         " s). The file has no place for that, nor for the pose.\nimage_width: " +
+         std::to_string(intrinsics.width) + "\nimage_height: " + std::to_string(intrinsics.height) +
+         "\ncamera_name: " + camera.name + "\n" +
          Matrix("camera_matrix", 3, 3, {p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1}) +
          "distortion_model: " + CameraModelNames()[static_cast<std::size_t>(intrinsics.model)] + "\n" +
          Matrix("distortion_coefficients", 1, static_cast<int>(distortion.size()), distortion) +
