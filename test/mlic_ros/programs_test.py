@@ -203,6 +203,15 @@ class Programs(unittest.TestCase):
         pair["translation"] = [old + 0.01 * by for old, by in zip(pair["translation"], row)]
         return self.write("moved.yaml", yaml.safe_dump(moved))
 
+    def rig_with_intrinsics(self, calibration):
+        """The drive's rig file with the camera's intrinsics as calibrated."""
+        with open(calibration) as file:
+            params = yaml.safe_load(file)["sensors"]["cam_left"]["intrinsics"]["params"]
+        with open(DRIVE[1]) as file:
+            rig = yaml.safe_load(file)
+        rig["cameras"]["cam_left"]["intrinsics"] = params
+        return self.write("rig_with_intrinsics.yaml", yaml.safe_dump(rig))
+
     def test_verify_names_what_moved(self):
         if not DRIVE:
             self.skipTest("no drive given")
@@ -222,6 +231,12 @@ class Programs(unittest.TestCase):
             moved = {row["sensor"]: row["moved"] for row in csv.DictReader(file)}
         self.assertEqual(moved, {"lidar": "0", "cam_left": "1"})
         self.expect_error(self.run_program("verify", "--calibration", DRIVE[1], "--bag", DRIVE[0]), "verify", "format")
+        self.expect_error(self.run_program("verify", "--bag", DRIVE[0]), "verify", "--urdf")
+        self.run_program("export", "--calibration", self.path("moved.yaml"), "--format", "urdf", "--output", self.path("r.urdf"))
+        model = self.run_program("verify", "--urdf", self.path("r.urdf"), "--bag", DRIVE[0], "--rig", self.rig_with_intrinsics(found))
+        self.assertEqual(model.returncode, 2, model.stdout + model.stderr)
+        self.assertIn("MOVED: cam_left by ", model.stdout.splitlines()[-1])
+        self.assertIn("poses of " + self.path("r.urdf") + " are taken as exact", model.stderr)
 
     def test_killed_run_goes_on_to_the_same_bytes(self):
         if not DRIVE:

@@ -45,7 +45,7 @@ struct Movements {
 // The body that is no sensor, in Movements.
 constexpr const char* kImuBody = "imu";
 
-// limit: sigmas, by which a relation differs.
+// limit: sigmas, by which a relation differs. Offsets whose sigma is NaN are not known and not compared.
 Movements FindMovements(const CalibrationResult& check, const CalibrationResult& calibration, double limit);
 
 // For people: degrees, millimetres, milliseconds; one line for each sensor.

@@ -1,6 +1,6 @@
-// verify --calibration C.yaml --bag SHORT.bag [--bag MORE.bag]: whether a calibration is still right, and if
-// not, which sensor moved and by how much. Exit statuses: 0 still right, 2 something moved, 4 nothing moved
-// of what could be checked, others see program.h.
+// verify --calibration C.yaml|--urdf ROBOT.urdf --bag SHORT.bag [--bag MORE.bag]: whether a calibration is
+// still right, and if not, which sensor moved and by how much. Exit statuses: 0 still right, 2 something
+// moved, 4 nothing moved of what could be checked, others see program.h.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -14,6 +14,7 @@
 #include "mlic_core/evaluation/truth_comparison.h"
 #include "mlic_core/inspection/imu_findings.h"
 #include "mlic_core/inspection/rotation_findings.h"
+#include "mlic_core/io/result/model_calibration.h"
 #include "mlic_core/io/result/result_file.h"
 #include "mlic_core/io/rig/rig_file.h"
 #include "mlic_core/io/text_file.h"
@@ -21,6 +22,7 @@
 #include "mlic_ros/bag/bag_loader.h"
 #include "mlic_ros/bag/imu_messages.h"
 #include "mlic_ros/bag/message_reader.h"
+#include "mlic_ros/bag/rig_draft.h"
 #include "mlic_ros/programs/evaluation_inputs.h"
 #include "mlic_ros/programs/interrupt.h"
 #include "mlic_ros/programs/program.h"
@@ -36,7 +38,7 @@ namespace fs = std::filesystem;
 constexpr double kMoved = 5.0;
 
 struct VerifyOptions {
-  fs::path calibration, rig, output;
+  fs::path calibration, urdf, rig, output;
   std::vector<fs::path> bags;
   double start = -1.0;     // s; negative: the liveliest part; from: structural
   double duration = 20.0;  // s; 0: all. from: measured, half a minute of work for two cameras and a LiDAR
@@ -60,7 +62,7 @@ template <typename Config>
 void StartAt(const SensorResult& sensor, Config* config) {
   config->guess = ExtrinsicGuess();
   config->guess->T_imu_sensor = sensor.calibration.T_imu_sensor;
-  config->time_offset = sensor.calibration.time_offset;
+  if (!std::isnan(sensor.sigma.time_offset)) config->time_offset = sensor.calibration.time_offset;
   config->fixed = false;
 }
 
@@ -92,6 +94,41 @@ Rig AtCalibration(const Rig& rig, const CalibrationResult& calibration) {
     }
   }
   return start;
+}
+
+template <typename Config>
+void TakeFrames(const std::vector<Config>& from, std::vector<Config>* to) {
+  for (Config& config : *to) {
+    for (const Config& other : from) {
+      if (config.frame_id.empty() && other.topic == config.topic) config.frame_id = other.frame_id;
+    }
+  }
+}
+
+// The rig file, or what the bag shows of the rig; with the frames of the messages.
+Rig GivenRig(const VerifyOptions& options, const BagSet& bags) {
+  std::vector<std::string> notes;
+  const Rig draft = DraftRig(bags, notes);
+  if (options.rig.empty()) return draft;
+  Rig rig = LoadRigFile(options.rig);
+  if (rig.imu.frame_id.empty() && rig.imu.topic == draft.imu.topic) rig.imu.frame_id = draft.imu.frame_id;
+  TakeFrames(draft.lidars, &rig.lidars);
+  TakeFrames(draft.cameras, &rig.cameras);
+  return rig;
+}
+
+// What a robot's model says of the bag's sensors; left_out: a line for each that it does not place.
+CalibrationResult ReadModel(const VerifyOptions& options, std::vector<std::string>* left_out) {
+  const BagSet bags(options.bags);
+  CalibrationResult calibration =
+      CalibrationOfModel(RobotModel::Open(options.urdf), GivenRig(options, bags), left_out);
+  if (calibration.sensors.empty()) {
+    throw InputError(options.urdf.string() +
+                     ": nothing to verify: it places no sensor of the bag: " + Joined(*left_out));
+  }
+  std::fprintf(stderr, "verify: the poses of %s are taken as exact, time offsets are not compared\n",
+               options.urdf.c_str());
+  return calibration;
 }
 
 CalibrationResult ReadCalibration(const fs::path& path) {
@@ -128,6 +165,7 @@ double LiveliestStart(const BagSet& bags, const std::string& imu_topic, double d
 }
 
 Rig RigOf(const VerifyOptions& options, const BagSet& bags, const CalibrationResult& calibration) {
+  if (!options.urdf.empty()) return AtCalibration(GivenRig(options, bags), calibration);
   const Rig rig = options.rig.empty() ? RigOfCalibration(bags, calibration) : LoadRigFile(options.rig);
   return AtCalibration(rig, calibration);
 }
@@ -177,7 +215,9 @@ std::vector<std::string> NotChecked(const CalibrationResult& calibration, const 
 
 int Verify(const VerifyOptions& options, const CancellationToken& cancellation) {
   const ThreadLimit threads(options.threads);
-  const CalibrationResult calibration = ReadCalibration(options.calibration);
+  std::vector<std::string> left_out;
+  const CalibrationResult calibration =
+      options.urdf.empty() ? ReadCalibration(options.calibration) : ReadModel(options, &left_out);
   const CalibrationResult check = CalibrateAgain(options, calibration, cancellation);
   if (check.verdict == Verdict::kRefused) {
     std::printf("NOT CHECKED: the drive does not show the sensors' places: %s\n",
@@ -189,7 +229,8 @@ int Verify(const VerifyOptions& options, const CancellationToken& cancellation) 
   std::fputs(TableOf(movements).c_str(), stdout);
   std::printf("sigma: of calibration and check together; shown: what would have been told, %.0f sigmas\n",
               kMoved);
-  std::string not_checked = Joined(NotChecked(calibration, check, movements));
+  for (const std::string& line : NotChecked(calibration, check, movements)) left_out.push_back(line);
+  std::string not_checked = Joined(left_out);
   if (!not_checked.empty()) not_checked = "; not checked: " + not_checked;
   const std::string moved = WhatMoved(movements);
   if (!moved.empty()) {
@@ -211,9 +252,12 @@ int main(int argc, char** argv) {
       "Whether a calibration is still right, from a short drive, and if not, which sensor moved: exit "
       "status 0 if it is, 2 if something moved, 4 if a sensor could not be checked",
       "verify");
-  std::string calibration, rig, output;
+  std::string calibration, urdf, rig, output;
   std::vector<std::string> bags;
-  app.add_option("--calibration", calibration, "the calibration.yaml in use")->required();
+  CLI::Option_group* of_what = app.add_option_group("of what", "one of them");
+  of_what->add_option("--calibration", calibration, "the calibration.yaml in use");
+  of_what->add_option("--urdf", urdf, "the robot's model in place of it");
+  of_what->require_option(1);
   app.add_option("--bag", bags, "ROS 1 bag of the rig as it is now; give it again for more")->required();
   app.add_option("--rig", rig,
                  "rig file that names the topics and masks; by default topics are found by their frames");
@@ -229,6 +273,7 @@ int main(int argc, char** argv) {
   int status = 0;
   if (!mlic::ParseArguments(app, argc, argv, status)) return status;
   options.calibration = calibration;
+  options.urdf = urdf;
   options.rig = rig;
   options.output = output;
   options.bags.assign(bags.begin(), bags.end());

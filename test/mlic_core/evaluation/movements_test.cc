@@ -135,6 +135,23 @@ TEST(Movements, OfAClockAreNoneOfTheMount) {
   EXPECT_FALSE(FindMovements(check, drifting, kLimit).sensors[1].clock.told);
 }
 
+// As of a robot's model, which has poses alone.
+TEST(Movements, OfOffsetsThatAreNotKnownAreNone) {
+  CalibrationResult model = WithMoved(2, {FromRollPitchYaw({0.0, 0.0, 0.01}), Eigen::Vector3d::Zero()});
+  for (SensorResult& sensor : model.sensors) {
+    sensor.sigma = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), NAN};
+    sensor.calibration.time_offset = 0.0;
+  }
+  for (PairResult& pair : model.pairs) pair.sigma = model.sensors[0].sigma;
+  const Movements movements = FindMovements(Three(), model, kLimit);
+  EXPECT_EQ(Moved(movements), Names{"camera"});
+  for (const BodyMovement& body : movements.sensors) {
+    EXPECT_FALSE(body.clock.told);
+    EXPECT_TRUE(std::isnan(body.clock.sigmas));
+    EXPECT_FALSE(std::isnan(body.rotation.sigmas));
+  }
+}
+
 TEST(Movements, SayWhatIsNotChecked) {
   CalibrationResult calibration = Three(), check = Three();
   for (CalibrationResult* result : {&calibration, &check}) result->pairs.clear();

@@ -1,9 +1,11 @@
 #include "mlic_core/io/result/urdf_merge.h"
 
+#include <cmath>
 #include <cstdlib>
 #include <sstream>
 
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/io/result/model_calibration.h"
 #include "mlic_core/io/result/sensor_tree.h"
 #include "mlic_core/io/text_file.h"
 #include "support/files.h"
@@ -163,6 +165,38 @@ TEST_F(UrdfMerge, AnyLinkOfTheModelHasAPlace) {
   ExpectPose(placement.InRoot("base_link"), InBase(model, "imu_link").Inverse());
   ExpectPose(placement.InRoot("bracket"), SampleResult().sensors[0].calibration.T_imu_sensor *
                                               RigidTransform{FromRollPitchYaw({0, 0.4, 0}), {0, 0.1, 0}});
+}
+
+TEST_F(UrdfMerge, AModelIsACalibrationWithoutSigmas) {
+  const RobotModel model = Model(kRobot);
+  Rig rig;
+  rig.imu.frame_id = "/imu_link";
+  for (const char* frame : {"front_lidar_link", "none"}) {
+    rig.lidars.emplace_back();
+    rig.lidars.back().name = frame;
+    rig.lidars.back().frame_id = frame;
+  }
+  CameraConfig camera;
+  camera.name = "cam";
+  camera.frame_id = "cam_front_link";
+  rig.cameras.push_back(camera);
+  camera.name = "cam_2";
+  camera.intrinsics = {500, 501, 320, 240, 0, 0, 0, 0, 0};
+  rig.cameras.push_back(camera);
+  std::vector<std::string> left_out;
+  const CalibrationResult calibration = CalibrationOfModel(model, rig, &left_out);
+  ASSERT_EQ(left_out.size(), 2u);
+  EXPECT_TRUE(Contains(left_out[0], "none (the model has no fixed joints from imu_link"));
+  EXPECT_TRUE(Contains(left_out[1], "cam (no intrinsics"));
+  ASSERT_EQ(calibration.sensors.size(), 2u);
+  const RigidTransform T_imu_lidar = InBase(model, "imu_link").Inverse() * InBase(model, "front_lidar_link");
+  ExpectPose(calibration.sensors[0].calibration.T_imu_sensor, T_imu_lidar);
+  EXPECT_EQ(calibration.sensors[0].sigma.translation.norm(), 0.0);
+  EXPECT_TRUE(std::isnan(calibration.sensors[0].sigma.time_offset));
+  ASSERT_EQ(calibration.pairs.size(), 1u);
+  ExpectPose(T_imu_lidar * calibration.pairs[0].T_a_b, calibration.sensors[1].calibration.T_imu_sensor);
+  rig.imu.frame_id = "imu";
+  EXPECT_TRUE(Contains(InputErrorOf([&] { CalibrationOfModel(model, rig, &left_out); }), "no link 'imu'"));
 }
 
 TEST_F(UrdfMerge, ModelsThatDoNotFitAreOneLine) {

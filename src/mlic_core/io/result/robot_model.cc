@@ -155,6 +155,13 @@ std::optional<RobotModel::Ascent> RobotModel::Climb(const std::string& start,
   return std::nullopt;
 }
 
+std::optional<RigidTransform> RobotModel::Pose(const std::string& a, const std::string& b) const {
+  const std::vector<std::string> above_a = FixedChain(a);
+  const auto from_b = Climb(b, {above_a.begin(), above_a.end()});
+  if (!Has(a) || !Has(b) || !from_b) return std::nullopt;
+  return Climb(a, {from_b->link})->T_link_start.Inverse() * from_b->T_link_start;
+}
+
 void RobotModel::Place(const std::string& link, const RigidTransform& T_parent_link) {
   const Joint* joint = JointOf(link);
   if (joint == nullptr) {

@@ -37,6 +37,9 @@ class RobotModel {
   // there is none. InputError where a joint on the way has no numbers.
   std::optional<Ascent> Climb(const std::string& start, const std::set<std::string>& ends) const;
 
+  // T_a_b over fixed joints; none where there is no such way or no such link. InputError as of Climb.
+  std::optional<RigidTransform> Pose(const std::string& a, const std::string& b) const;
+
   // Puts a link that hangs at another one by a fixed joint into this place. InputError where it does not.
   void Place(const std::string& link, const RigidTransform& T_parent_link);
   // Adds a link and its fixed joint at the end.
