@@ -23,22 +23,22 @@ constexpr double kLooseTurn = 0.3, kLooseForce = 3.0;
 constexpr double kGivenOffset = 0.005;    // s; from: definition, the limit of what counts as shown
 constexpr double kUnknownOffset = 0.035;  // s; from: derivation, a stamp is at start or end of a 0.1 s scan
 
-// The root's extrinsic and its sigma are part of what is known of another LiDAR against it.
+// The root's extrinsic and its sigma are part of what is known of another sensor against it.
 std::optional<ExtrinsicGuess> GuessAgainst(const std::optional<ExtrinsicGuess>& root,
-                                           const std::optional<ExtrinsicGuess>& lidar) {
-  if (!root || !lidar) return std::nullopt;
+                                           const std::optional<ExtrinsicGuess>& sensor) {
+  if (!root || !sensor) return std::nullopt;
   const RigidTransform T_root_imu = root->T_imu_sensor.Inverse();
   const Eigen::Matrix3d R = T_root_imu.rotation.toRotationMatrix();
-  const Eigen::Matrix3d arm = Hat(lidar->T_imu_sensor.translation - root->T_imu_sensor.translation);
+  const Eigen::Matrix3d arm = Hat(sensor->T_imu_sensor.translation - root->T_imu_sensor.translation);
   const auto squared = [](const Eigen::Vector3d& sigma) {
     return Eigen::Matrix3d(sigma.cwiseAbs2().asDiagonal());
   };
   const Eigen::Matrix3d of_root = squared(root->sigma_rotation);
-  const Eigen::Matrix3d rotation = of_root + squared(lidar->sigma_rotation);
+  const Eigen::Matrix3d rotation = of_root + squared(sensor->sigma_rotation);
   const Eigen::Matrix3d translation =
-      squared(root->sigma_translation) + squared(lidar->sigma_translation) + arm * of_root * arm.transpose();
+      squared(root->sigma_translation) + squared(sensor->sigma_translation) + arm * of_root * arm.transpose();
   ExtrinsicGuess guess;
-  guess.T_imu_sensor = T_root_imu * lidar->T_imu_sensor;
+  guess.T_imu_sensor = T_root_imu * sensor->T_imu_sensor;
   guess.sigma_rotation = (R * rotation * R.transpose()).diagonal().cwiseSqrt();
   guess.sigma_translation = (R * translation * R.transpose()).diagonal().cwiseSqrt();
   return guess;
@@ -56,7 +56,7 @@ OffsetStart OffsetOf(const LidarConfig& config, const AngularRateAlignment& alig
   return {0.0, kUnknownOffset};
 }
 
-// What is known of each LiDAR against the root.
+// What is known of each LiDAR, and then of each camera, against the root.
 struct AgainstRoot {
   std::vector<std::optional<ExtrinsicGuess>> guesses;
   std::vector<OffsetStart> offsets;
@@ -71,6 +71,12 @@ AgainstRoot MakeAgainstRoot(const Rig& rig, const DriveOdometry& odometry, std::
     against.guesses.push_back(GuessAgainst(rig.lidars[root].guess, rig.lidars[l].guess));
   }
   against.offsets[root] = {};
+  for (const CameraConfig& camera : rig.cameras) {
+    const OffsetStart own = camera.time_offset ? OffsetStart{*camera.time_offset, kGivenOffset}
+                                               : OffsetStart{of_root.value, kUnknownOffset};
+    against.offsets.push_back({own.value - of_root.value, std::hypot(own.sigma, of_root.sigma)});
+    against.guesses.push_back(GuessAgainst(rig.lidars[root].guess, camera.guess));
+  }
   return against;
 }
 
@@ -160,6 +166,12 @@ Rig RigAbout(const Rig& rig, const AgainstRoot& against, std::size_t root) {
     about.lidars[l].fixed = l == root;
   }
   about.lidars[root].guess = ExtrinsicGuess{};
+  about.cameras = rig.cameras;
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+    about.cameras[c].guess = against.guesses[rig.lidars.size() + c];
+    about.cameras[c].time_offset = against.offsets[rig.lidars.size() + c].value;
+    about.cameras[c].fixed = false;
+  }
   return about;
 }
 
@@ -185,6 +197,7 @@ LidarsAlone InitializeLidarsAlone(const Rig& rig, const Dataset& dataset, const 
     maps.push_back(MakeOwnMap(used, l, odometry.lidars[l], moment - offset));
   }
   const std::size_t root = alone.root = RichestMap(maps);
+  if (maps[root].planes.empty()) return alone;
   const AgainstRoot against = MakeAgainstRoot(rig, odometry, root);
   Initialization& start = alone.start;
   start.notes.push_back("about " + rig.lidars[root].name + ", which has the richest map");
@@ -192,19 +205,22 @@ LidarsAlone InitializeLidarsAlone(const Rig& rig, const Dataset& dataset, const 
   for (std::size_t l = 0; l < lidars; ++l) {
     alone.tied.push_back(found[l].has_value());
     start.state.lidars.push_back({found[l].value_or(RigidTransform{}), against.offsets[l].value});
-    alone.time_offset_sigmas.push_back(against.offsets[l].sigma);
     if (!found[l]) {
       start.problems.push_back(rig.lidars[l].name +
                                ": its map is not found in the others' at one clear place; drive, so that one "
                                "LiDAR sees what another has seen, or give T_imu_sensor of both");
     }
   }
-  if (std::count(alone.tied.begin(), alone.tied.end(), true) < 2) return alone;
+  for (const OffsetStart& offset : against.offsets) alone.time_offset_sigmas.push_back(offset.sigma);
   alone.rig = RigAbout(rig, against, root);
+  const bool camera = std::any_of(alone.rig.cameras.begin(), alone.rig.cameras.end(),
+                                  [](const CameraConfig& config) { return config.guess.has_value(); });
+  if (std::count(alone.tied.begin(), alone.tied.end(), true) < 2 && !camera) return alone;
   start.base_lidar = root;
   start.unaligned.assign(lidars, false);
   start.imu_sigma = {{Eigen::Vector3d::Constant(kLooseTurn), Eigen::Vector3d::Constant(kLooseForce)}};
   used.lidars = ScansWithin(stretches.rounds, drive);
+  used.cameras = drive.cameras;
   const std::vector<TimedPose> poses = PosesWithin(stretches.rounds, maps[root].poses);
   SplitSpline& trajectory = start.state.drives.emplace_back().trajectory;
   trajectory = SplineThrough(poses, SpacingOf(drive.imu, poses));

@@ -11,6 +11,7 @@
 #include "mlic_core/pipeline/joint_adjustment.h"
 #include "mlic_core/pipeline/lidar_adjustment.h"
 #include "mlic_core/pipeline/pair_adjustment.h"
+#include "mlic_core/pipeline/pair_cameras.h"
 #include "mlic_core/pipeline/stage_clock.h"
 #include "mlic_core/problem/state.h"
 #include "mlic_core/summary/checks.h"
@@ -266,27 +267,54 @@ bool OnlyNotTied(const CalibrationResult& result) {
   });
 }
 
-// What the LiDARs' maps show of each other where the whole is refused: without the IMU.
+// A check looks for its sensors where they were: it says of cameras what the IMU shows of them.
+bool WithCameras(const StageContext& context) {
+  return !context.rig.cameras.empty() && !context.options.check_of;
+}
+
+// The cameras' pairs; why others are in none joins the reasons.
+std::vector<PairResult> CameraPairs(const StageContext& context, const Adjustment& lidars,
+                                    LidarsAlone* alone) {
+  if (!WithCameras(context)) return {};
+  PairedCameras paired = PairCameras(context, lidars, alone);
+  CalibrationResult* result = context.result;
+  for (const SensorProblem& problem : paired.problems) {
+    result->reasons.push_back(problem.reason);
+    std::vector<RejectedSensor>& rejected = result->rejected;
+    const bool known = std::any_of(rejected.begin(), rejected.end(), [&](const RejectedSensor& sensor) {
+      return sensor.name == problem.sensor;
+    });
+    if (!known) rejected.push_back({problem.sensor, SensorResult::Type::kCamera, problem.reason});
+  }
+  return std::move(paired.pairs);
+}
+
+// What the LiDARs' maps show of each other and of cameras where the whole is refused: without the IMU.
 void PairStage(const StageContext& context, const DriveOdometry& odometry) {
   CalibrationResult* result = context.result;
   if (result->verdict != Verdict::kRefused) return;
   result->pairs.clear();
-  if (context.rig.lidars.size() < 2 || !OnlyNotTied(*result)) return;
+  const bool any = context.rig.lidars.size() > 1 || WithCameras(context);
+  if (!any || !OnlyNotTied(*result)) return;
   constexpr const char* kFile = "pair_adjustment";
-  StageClock stage("pairs of LiDARs without the IMU", context);
-  const auto alone = InitializeLidarsAlone(context.rig, context.dataset, odometry, context.cancellation);
-  for (const std::string& note : alone.start.notes) stage.Line(note);
-  const std::vector<std::string>& problems = alone.start.problems;
-  result->reasons.insert(result->reasons.end(), problems.begin(), problems.end());
-  if (alone.start.state.drives.empty()) return stage.Line("no LiDAR's map is found in another's");
-  const AdjustmentContext of_stage{alone.rig, alone.dataset, context.observer,
-                                   ContextOf(context, &stage).monitor};
-  bool found;
-  Adjustment adjustment = TakeOver(context, kFile, StartPairAdjustment(alone), &found);
-  if (found) stage.TakeOver(adjustment.lines, " up to round " + std::to_string(adjustment.rounds.done));
-  adjustment = AdjustPairs(std::move(adjustment), of_stage,
-                           [&](const Adjustment& now) { Keep(context, stage, kFile, now); });
-  AssemblePairs(context.rig, alone, adjustment, result);
+  LidarsAlone alone = InitializeLidarsAlone(context.rig, context.dataset, odometry, context.cancellation);
+  Adjustment adjustment;
+  {
+    StageClock stage("pairs without the IMU", context);
+    for (const std::string& note : alone.start.notes) stage.Line(note);
+    const std::vector<std::string>& problems = alone.start.problems;
+    result->reasons.insert(result->reasons.end(), problems.begin(), problems.end());
+    if (alone.start.state.drives.empty()) return stage.Line("no sensor is found in a LiDAR's map");
+    const AdjustmentContext of_stage{alone.rig, alone.dataset, context.observer,
+                                     ContextOf(context, &stage).monitor};
+    bool found;
+    adjustment = TakeOver(context, kFile, StartPairAdjustment(alone), &found);
+    if (found) stage.TakeOver(adjustment.lines, " up to round " + std::to_string(adjustment.rounds.done));
+    adjustment = AdjustPairs(std::move(adjustment), of_stage,
+                             [&](const Adjustment& now) { Keep(context, stage, kFile, now); });
+  }
+  const std::vector<PairResult> of_cameras = CameraPairs(context, adjustment, &alone);
+  AssemblePairs(context.rig, alone, adjustment, of_cameras, result);
 }
 
 bool ColmapWanted(const StageContext& context) {

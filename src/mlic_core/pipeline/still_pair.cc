@@ -8,8 +8,7 @@
 
 #include "mlic_core/camera/features/image_quality.h"
 #include "mlic_core/common/error.h"
-#include "mlic_core/crossmodal/camera_to_map.h"
-#include "mlic_core/crossmodal/structure_alignment.h"
+#include "mlic_core/crossmodal/still_alignment.h"
 #include "mlic_core/crossmodal/view_selection.h"
 #include "mlic_core/geometry/so3.h"
 
@@ -20,12 +19,8 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 constexpr double kDegree = M_PI / 180.0;
-constexpr double kLeastScore = 0.15;     // of structure
-constexpr double kLeastDistinct = 0.05;  // by which the score exceeds that of poses degrees off
 // from: definition, limits of observability.
 constexpr double kLargestSigmaRotation = 0.5 * kDegree, kLargestSigmaTranslation = 0.05;  // as a drive
-// from: guard, the covariance decides.
-constexpr std::size_t kFewestMatches = 60;  // that refine what all pixels together have found
 // from: structural, how a picture looks.
 constexpr std::size_t kMostPoints = 400000;  // of a scan, in an overlay
 // from: structural, how a picture looks.
@@ -42,16 +37,6 @@ class OnePhoto : public ImageSource {
  private:
   cv::Mat photo_;
 };
-
-// Covariance of a small left rotation and translation of T_body_camera from that of T_camera_body, or back.
-Matrix6d OfInverse(const RigidTransform& T, const Matrix6d& covariance) {
-  const Eigen::Matrix3d R = T.rotation.conjugate().toRotationMatrix();
-  Matrix6d J = Matrix6d::Zero();
-  J.topLeftCorner<3, 3>() = -R;
-  J.bottomLeftCorner<3, 3>() = Hat(T.Inverse().translation) * R;
-  J.bottomRightCorner<3, 3>() = -R;
-  return J * covariance * J.transpose();
-}
 
 Matrix6d CovarianceOf(const ExtrinsicGuess& guess) {
   Vector6d variances;
@@ -111,33 +96,6 @@ double MeanNid(const std::vector<StillPair>& pairs, const CameraIntrinsics& intr
   return sum / static_cast<double>(pairs.size());
 }
 
-// Refines by single matches where scans are dense enough for them: of one pair that is one scan by itself.
-std::optional<CameraToMapResult> RefineByMatches(const std::vector<StillPair>& pairs,
-                                                 const CameraIntrinsics& intrinsics,
-                                                 const StructureAlignment& found) {
-  if (pairs.size() != 1) return std::nullopt;
-  const CameraIntrinsics small = ScaledIntrinsics(intrinsics, found.last_scale);
-  PhotoOnMap photo;
-  cv::resize(pairs[0].gray, photo.gray, {small.width, small.height}, 0.0, 0.0, cv::INTER_AREA);
-  if (!pairs[0].mask.empty()) {
-    cv::resize(pairs[0].mask, photo.mask, photo.gray.size(), 0.0, 0.0, cv::INTER_NEAREST);
-  }
-  photo.T_map_body = [](double) { return RigidTransform(); };
-  CameraUncertainty uncertainty;
-  uncertainty.pose = found.covariance;
-  return AlignCameraToMap(*pairs[0].map, small, {photo}, found.T_body_camera, uncertainty, {});
-}
-
-// Whether the matches agree with what all pixels together have found, and say more.
-bool IsBetter(const CameraToMapResult& refined, const StructureAlignment& found) {
-  if (!refined.settled || refined.matches[0].size() < kFewestMatches) return false;
-  if (refined.covariance.determinant() >= found.covariance.determinant()) return false;
-  const RigidTransform a = found.T_body_camera.Inverse(), b = refined.T_body_camera.Inverse();
-  Vector6d move;
-  move << Log(b.rotation * a.rotation.conjugate()), b.translation - a.translation;
-  return move.dot(found.covariance.ldlt().solve(move)) < 9.0 * 6.0;
-}
-
 // The directions of one quantity whose sigma from the data alone exceeds the limit, or the guess's.
 void FindUnobservable(const Eigen::Matrix3d& of_data, const Eigen::Matrix3d& of_guess,
                       const Eigen::Matrix3d& claimed, UnobservableDirection::Quantity quantity, double limit,
@@ -167,18 +125,18 @@ SensorResult DescribeCamera(const CameraConfig& config, const CameraIntrinsics& 
   camera.intrinsics_fixed.assign(intrinsics.parameters.size(), true);
   camera.time_offset_observable = false;
   camera.unobservable.push_back({UnobservableDirection::Quantity::kTimeOffset, Eigen::Vector3d::Zero(), 0.0});
-  const RigidTransform T_camera_lidar = T_lidar_camera.Inverse();
-  const Matrix6d claimed = OfInverse(T_camera_lidar, covariance_of_camera);
+  const Matrix6d claimed = CovarianceOfInverse(T_lidar_camera, covariance_of_camera);
   camera.sigma.rotation = claimed.diagonal().head<3>().cwiseSqrt();
   camera.sigma.translation = claimed.diagonal().tail<3>().cwiseSqrt();
   // A metre and a radian of prior make directions invertible that the data do not show at all. Translations
   // are held at the guess where they are not shown; rotations are judged with them so held.
   const Matrix6d of_data =
-      OfInverse(T_camera_lidar, (information_of_camera + Matrix6d::Identity()).inverse());
+      CovarianceOfInverse(T_lidar_camera, (information_of_camera + Matrix6d::Identity()).inverse());
   Matrix6d held = information_of_camera + 1e-6 * Matrix6d::Identity();
-  held.bottomRightCorner<3, 3>() +=
-      OfInverse(start.T_lidar_camera, start.covariance).bottomRightCorner<3, 3>().inverse();
-  const Matrix6d with_translation = OfInverse(T_camera_lidar, held.inverse());
+  held.bottomRightCorner<3, 3>() += CovarianceOfInverse(start.T_lidar_camera.Inverse(), start.covariance)
+                                        .bottomRightCorner<3, 3>()
+                                        .inverse();
+  const Matrix6d with_translation = CovarianceOfInverse(T_lidar_camera, held.inverse());
   using Quantity = UnobservableDirection::Quantity;
   FindUnobservable(with_translation.topLeftCorner<3, 3>(), start.covariance.topLeftCorner<3, 3>(),
                    claimed.topLeftCorner<3, 3>(), Quantity::kRotation, kLargestSigmaRotation, &camera,
@@ -222,14 +180,14 @@ CameraProjection MakeProjection(const std::string& name, const ScanPhoto& pair, 
 }
 
 // Why the result cannot be used; none: it can.
-std::vector<std::string> ReasonsAgainst(const StructureAlignment& found, const SensorResult& camera) {
+std::vector<std::string> ReasonsAgainst(const StillAlignment& still, const SensorResult& camera) {
   std::vector<std::string> reasons;
-  if (found.score_after < kLeastScore || found.score_after - found.elsewhere < kLeastDistinct) {
+  if (!still.IsClear()) {
     char text[240];
     std::snprintf(text, sizeof(text),
                   "the photo does not show the scan's structure at one clear place (score %.2f, %.2f degrees "
                   "away); check that cloud and image are of one moment and the guess is within its sigma",
-                  found.score_after, found.elsewhere);
+                  still.found.score_after, still.found.elsewhere);
     reasons.push_back(text);
   } else if (!camera.rotation_observable[0] || !camera.rotation_observable[1] ||
              !camera.rotation_observable[2]) {
@@ -270,16 +228,16 @@ PairRegistration RegisterPairs(const Rig& rig, const std::vector<ScanPhoto>& pai
   for (std::size_t i = 0; i < pairs.size(); ++i)
     stills[i] = {&maps[i], ToGray(pairs[i].photo), pairs[i].mask};
 
-  const Matrix6d prior = OfInverse(start.T_lidar_camera, start.covariance);
-  const StructureAlignment found = AlignByStructure(stills, intrinsics, start.T_lidar_camera, prior, {});
-  const auto refined = RefineByMatches(stills, intrinsics, found);
+  const Matrix6d prior = CovarianceOfInverse(start.T_lidar_camera.Inverse(), start.covariance);
+  const StillAlignment still = AlignStill(stills, intrinsics, start.T_lidar_camera, prior);
+  const StructureAlignment& found = still.found;
+  const RigidTransform& T_lidar_camera = still.T_body_camera;
 
   PairRegistration out;
   out.score_before = found.score_before;
   out.score_after = found.score_after;
   out.score_elsewhere = found.elsewhere;
-  out.matched = refined && IsBetter(*refined, found);
-  const RigidTransform T_lidar_camera = out.matched ? refined->T_body_camera : found.T_body_camera;
+  out.matched = still.refined.has_value();
   out.nid_before = MeanNid(stills, intrinsics, kPictureScale, start.T_lidar_camera);
   out.nid_after = MeanNid(stills, intrinsics, kPictureScale, T_lidar_camera);
 
@@ -289,19 +247,18 @@ PairRegistration RegisterPairs(const Rig& rig, const std::vector<ScanPhoto>& pai
   base.type = SensorResult::Type::kLidar;
   base.frame_id = lidar.frame_id.empty() ? lidar.name : lidar.frame_id;
   base.topic = lidar.topic;
-  SensorResult camera = DescribeCamera(
-      rig.cameras[0], intrinsics, start, T_lidar_camera, out.matched ? refined->covariance : found.covariance,
-      out.matched ? Matrix6d(refined->covariance.inverse()) : found.information);
+  SensorResult camera =
+      DescribeCamera(rig.cameras[0], intrinsics, start, T_lidar_camera, still.covariance, still.information);
 
   CalibrationResult& result = out.result;
   result.imu_frame_id = base.frame_id;
-  result.reasons = ReasonsAgainst(found, camera);
+  result.reasons = ReasonsAgainst(still, camera);
   result.verdict = result.reasons.empty() ? Verdict::kTrusted : Verdict::kRefused;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const std::string name = camera.name + (i == 0 ? "" : "_" + std::to_string(i + 1));
     result.projections.push_back(MakeProjection(name, pairs[i], *stills[i].map,
                                                 {intrinsics, start.T_lidar_camera, T_lidar_camera},
-                                                out.matched ? &*refined : nullptr, found.last_scale));
+                                                still.refined ? &*still.refined : nullptr, found.last_scale));
   }
   if (result.Trusted()) {
     result.pairs.push_back({base.name, camera.name, T_lidar_camera, camera.sigma});

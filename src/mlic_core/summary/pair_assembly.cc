@@ -3,8 +3,11 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+#include <limits>
+#include <string>
+#include <utility>
 
+#include "mlic_core/geometry/so3.h"
 #include "mlic_core/problem/observability_limits.h"
 #include "mlic_core/summary/snapshot.h"
 
@@ -39,36 +42,52 @@ double Worst(const Eigen::Matrix3d& covariance) {
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance, Eigen::EigenvaluesOnly).eigenvalues()[2]);
 }
 
-std::vector<PairResult> MakePairs(const LidarsAlone& alone, const Adjustment& adjustment,
-                                  const ObservabilityAnalysis& analysis) {
-  const std::vector<SensorCalibration>& lidars = adjustment.state.lidars;
+// With its names and what it does not show; nothing where it is hardly known.
+std::optional<PairResult> Given(PairResult pair, const Matrix7d& claimed, const Matrix7d& shown) {
+  // False also where a number is none.
+  const bool known = Worst(claimed.block<3, 3>(0, 0)) < kWorstRotation &&
+                     Worst(claimed.block<3, 3>(3, 3)) < kWorstTranslation;
+  if (!known) return std::nullopt;
+  AddUnobservable(shown.block<3, 3>(3, 3), claimed.block<3, 3>(3, 3), kTranslationLimit,
+                  Quantity::kTranslation, &pair.unobservable);
+  AddUnobservable(shown.block<3, 3>(0, 0), claimed.block<3, 3>(0, 0), kRotationLimit, Quantity::kRotation,
+                  &pair.unobservable);
+  if (!(shown(6, 6) <= kTimeLimit * kTimeLimit)) {
+    pair.unobservable.push_back({Quantity::kTimeOffset, Eigen::Vector3d::Zero(), pair.sigma.time_offset});
+  }
+  return pair;
+}
+
+const std::string& NameAt(const Rig& rig, std::size_t place) {
+  return place < rig.lidars.size() ? rig.lidars[place].name : rig.cameras[place - rig.lidars.size()].name;
+}
+
+// Of the sensors at two places of the order.
+std::optional<PairResult> PairOf(const LidarsAlone& alone, const Adjustment& adjustment,
+                                 const ObservabilityAnalysis& analysis, std::size_t a, std::size_t b) {
+  const SensorOrder order = adjustment.state.Sensors();
+  const SensorCalibration& of_a = adjustment.state.Sensor(order.At(a));
+  const SensorCalibration& of_b = adjustment.state.Sensor(order.At(b));
+  const auto joint = JointCovariance(analysis.covariance, a, b);
+  PairResult pair = MakePair(of_a, of_b, joint);
+  pair.a = NameAt(alone.rig, a);
+  pair.b = NameAt(alone.rig, b);
+  // Of a parked vehicle the rounds hold the offsets.
+  if (alone.parked) {
+    pair.sigma.time_offset = std::hypot(alone.time_offset_sigmas[a], alone.time_offset_sigmas[b]);
+  }
+  return Given(std::move(pair), PairCovariance(of_a, of_b, joint),
+               PairCovariance(of_a, of_b, JointCovariance(analysis.data_covariance, a, b)));
+}
+
+std::vector<PairResult> LidarPairs(const LidarsAlone& alone, const Adjustment& adjustment) {
+  const ObservabilityAnalysis analysis = Analyze(adjustment, alone.dataset);
   std::vector<PairResult> pairs;
-  for (std::size_t a = 0; a < lidars.size(); ++a) {
-    for (std::size_t b = a + 1; b < lidars.size(); ++b) {
+  for (std::size_t a = 0; a < alone.tied.size(); ++a) {
+    for (std::size_t b = a + 1; b < alone.tied.size(); ++b) {
       if (!alone.tied[a] || !alone.tied[b]) continue;
-      const auto joint = JointCovariance(analysis.covariance, a, b);
-      const Matrix7d claimed = PairCovariance(lidars[a], lidars[b], joint);
-      const Matrix7d shown =
-          PairCovariance(lidars[a], lidars[b], JointCovariance(analysis.data_covariance, a, b));
-      // False also where a number is none.
-      const bool known = Worst(claimed.block<3, 3>(0, 0)) < kWorstRotation &&
-                         Worst(claimed.block<3, 3>(3, 3)) < kWorstTranslation;
-      if (!known) continue;
-      PairResult pair = MakePair(lidars[a], lidars[b], joint);
-      pair.a = alone.rig.lidars[a].name;
-      pair.b = alone.rig.lidars[b].name;
-      // Of a parked vehicle the rounds hold the offsets.
-      if (alone.parked) {
-        pair.sigma.time_offset = std::hypot(alone.time_offset_sigmas[a], alone.time_offset_sigmas[b]);
-      }
-      AddUnobservable(shown.block<3, 3>(3, 3), claimed.block<3, 3>(3, 3), kTranslationLimit,
-                      Quantity::kTranslation, &pair.unobservable);
-      AddUnobservable(shown.block<3, 3>(0, 0), claimed.block<3, 3>(0, 0), kRotationLimit, Quantity::kRotation,
-                      &pair.unobservable);
-      if (!(shown(6, 6) <= kTimeLimit * kTimeLimit)) {
-        pair.unobservable.push_back({Quantity::kTimeOffset, Eigen::Vector3d::Zero(), pair.sigma.time_offset});
-      }
-      pairs.push_back(pair);
+      const auto pair = PairOf(alone, adjustment, analysis, a, b);
+      if (pair) pairs.push_back(*pair);
     }
   }
   return pairs;
@@ -111,15 +130,77 @@ std::vector<QualityCheck> MakePairChecks(const Adjustment& adjustment) {
 
 }  // namespace
 
+Eigen::Matrix<double, 7, 1> ErrorOfOffset(const SplitSpline& T_map_root,
+                                          const RigidTransform& T_root_camera) {
+  constexpr int kSteps = 50;  // from: structural
+  const double step = (T_map_root.End() - T_map_root.Start()) / kSteps;
+  Eigen::Vector3d turn = Eigen::Vector3d::Zero(), shift = Eigen::Vector3d::Zero();
+  for (int k = 0; k < kSteps; ++k) {
+    const double t = T_map_root.Start() + k * step;
+    const RigidTransform move = T_map_root.Pose(t).Inverse() * T_map_root.Pose(t + step);
+    turn += Log(move.rotation) / (kSteps * step);
+    shift += move.translation / (kSteps * step);
+  }
+  Eigen::Matrix<double, 7, 1> error;
+  error << turn, shift + turn.cross(T_root_camera.translation), -1.0;
+  return error;
+}
+
+std::vector<PairResult> MakeCameraPairs(const LidarsAlone& alone, const Adjustment& adjustment) {
+  constexpr double kNothingKnown = 1.0;  // s, of an offset; from: definition, the search of a drive's
+  const CalibrationState& state = adjustment.state;
+  ObservabilityAnalysis analysis = Analyze(adjustment, alone.dataset);
+  const std::size_t lidars = state.lidars.size(), sensors = state.Sensors().size();
+  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
+    const Eigen::Matrix<double, 7, 1> error =
+        ErrorOfOffset(state.drives[0].trajectory, state.cameras[c].sensor.T_imu_sensor);
+    const auto at = static_cast<Eigen::Index>(7 * (lidars + c));
+    const double sigma = alone.time_offset_sigmas[lidars + c];
+    analysis.covariance.block<7, 7>(at, at) += sigma * sigma * error * error.transpose();
+    analysis.data_covariance.block<7, 7>(at, at) += kNothingKnown * kNothingKnown * error * error.transpose();
+  }
+  std::vector<PairResult> pairs;
+  for (std::size_t a = 0; a < sensors; ++a) {
+    for (std::size_t b = std::max(a + 1, lidars); b < sensors; ++b) {
+      if (a < lidars && !alone.tied[a]) continue;
+      const auto pair = PairOf(alone, adjustment, analysis, a, b);
+      if (pair) pairs.push_back(*pair);
+    }
+  }
+  return pairs;
+}
+
+std::optional<PairResult> MakeStillPair(const LidarsAlone& alone, std::size_t camera,
+                                        const CameraPlace& place) {
+  const double sigma = alone.time_offset_sigmas[alone.rig.lidars.size() + camera];
+  PairResult pair;
+  pair.a = alone.rig.lidars[alone.root].name;
+  pair.b = alone.rig.cameras[camera].name;
+  pair.T_a_b = place.T_root_camera;
+  pair.sigma.rotation = place.claimed.diagonal().head<3>().cwiseSqrt();
+  pair.sigma.translation = place.claimed.diagonal().tail<3>().cwiseSqrt();
+  pair.sigma.time_offset = sigma;
+  // What stands still shows nothing of clocks.
+  const auto with_time = [](const Eigen::Matrix<double, 6, 6>& pose, double time_variance) {
+    Matrix7d covariance = Matrix7d::Zero();
+    covariance.topLeftCorner<6, 6>() = pose;
+    covariance(6, 6) = time_variance;
+    return covariance;
+  };
+  return Given(pair, with_time(place.claimed, sigma * sigma),
+               with_time(place.shown, std::numeric_limits<double>::infinity()));
+}
+
 void AssemblePairs(const Rig& rig, const LidarsAlone& alone, const Adjustment& adjustment,
-                   CalibrationResult* result) {
+                   const std::vector<PairResult>& of_cameras, CalibrationResult* result) {
   bool good = true;
   for (const QualityCheck& check : MakePairChecks(adjustment)) {
     result->checks.push_back(check);
     good = good && check.Passed();
   }
   if (!good) return;
-  std::vector<PairResult> pairs = MakePairs(alone, adjustment, Analyze(adjustment, alone.dataset));
+  std::vector<PairResult> pairs = LidarPairs(alone, adjustment);
+  pairs.insert(pairs.end(), of_cameras.begin(), of_cameras.end());
   const std::string& root = rig.lidars[alone.root].name;
   const auto with_root = [&](const PairResult& pair) { return pair.a == root || pair.b == root; };
   if (std::none_of(pairs.begin(), pairs.end(), with_root)) return;

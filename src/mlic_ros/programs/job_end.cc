@@ -39,7 +39,7 @@ std::string Given(const CalibrationResult& result) {
 std::string GivenPairs(const CalibrationResult& result) {
   const LargestSigmas worst = FindLargestSigmas(result);
   const std::size_t count = result.pairs.size();
-  return std::to_string(count) + (count == 1 ? " pair" : " pairs") + " of LiDARs about " + result.root +
+  return std::to_string(count) + (count == 1 ? " pair" : " pairs") + " of sensors about " + result.root +
          ", worst sigma " + ShortNumber(worst.rotation * 180.0 / M_PI, 2) + " deg, " +
          ShortNumber(1e3 * worst.translation, 2) + " mm" + UnobservableOf(result.pairs);
 }

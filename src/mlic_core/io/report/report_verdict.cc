@@ -43,7 +43,7 @@ std::string Tiles(const CalibrationResult& result) {
   const LargestSigmas sigmas = FindLargestSigmas(result);
   std::string html =
       "<div class=\"tiles\">" + Tile(std::to_string(result.sensors.size()), "sensors calibrated");
-  if (!result.root.empty()) html += Tile(std::to_string(result.pairs.size()), "pairs of LiDARs");
+  if (!result.root.empty()) html += Tile(std::to_string(result.pairs.size()), "pairs of sensors");
   if (!result.sensors.empty() || !result.root.empty()) {
     html +=
         Tile(FixedNumber(kDegreesPerRadian * sigmas.rotation, 4) + "&deg;", "largest &sigma; of a rotation");
@@ -108,7 +108,7 @@ std::string VerdictBlock(const CalibrationResult& result) {
   title[0] = static_cast<char>(std::toupper(title[0]));
   std::string html = "<section class=\"verdict " + name + "\">\n<h1>" + title + "</h1>\n<p class=\"lead\">";
   if (!result.root.empty()) {
-    html += "The pairs of LiDARs below can be used, and launch file and URDF, which are about " +
+    html += "The pairs of sensors below can be used, and launch file and URDF, which are about " +
             EscapeXml(result.root) + ". Nothing ties them to the IMU:</p>\n" + List(result.reasons);
   } else if (result.verdict == Verdict::kPartial) {
     html += "The sensors below can be used. Others of the rig were rejected and are not given:</p>\n" +
