@@ -273,10 +273,10 @@ bool WithCameras(const StageContext& context) {
 }
 
 // The cameras' pairs; why others are in none joins the reasons.
-std::vector<PairResult> CameraPairs(const StageContext& context, const Adjustment& lidars,
-                                    LidarsAlone* alone) {
+std::vector<PairResult> CameraPairs(const StageContext& context, const Adjustment* whole,
+                                    const Adjustment& lidars, LidarsAlone* alone) {
   if (!WithCameras(context)) return {};
-  PairedCameras paired = PairCameras(context, lidars, alone);
+  PairedCameras paired = PairCameras(context, whole, lidars, alone);
   CalibrationResult* result = context.result;
   for (const SensorProblem& problem : paired.problems) {
     result->reasons.push_back(problem.reason);
@@ -290,7 +290,8 @@ std::vector<PairResult> CameraPairs(const StageContext& context, const Adjustmen
 }
 
 // What the LiDARs' maps show of each other and of cameras where the whole is refused: without the IMU.
-void PairStage(const StageContext& context, const DriveOdometry& odometry) {
+// whole: the refused calibration; null: it has not come that far.
+void PairStage(const StageContext& context, const DriveOdometry& odometry, const Adjustment* whole) {
   CalibrationResult* result = context.result;
   if (result->verdict != Verdict::kRefused) return;
   result->pairs.clear();
@@ -313,7 +314,7 @@ void PairStage(const StageContext& context, const DriveOdometry& odometry) {
     adjustment = AdjustPairs(std::move(adjustment), of_stage,
                              [&](const Adjustment& now) { Keep(context, stage, kFile, now); });
   }
-  const std::vector<PairResult> of_cameras = CameraPairs(context, adjustment, &alone);
+  const std::vector<PairResult> of_cameras = CameraPairs(context, whole, adjustment, &alone);
   AssemblePairs(context.rig, alone, adjustment, of_cameras, result);
 }
 
@@ -347,7 +348,7 @@ void CalibrateFromLidars(const StageContext& context) {
   if (start.state.drives.size() < context.dataset.drives.size()) {
     result->reasons = start.problems;
     FinishRefused(result);
-    return PairStage(context, odometry[0]);
+    return PairStage(context, odometry[0], nullptr);
   }
   result->warnings = start.problems;
   const bool cameras = !context.rig.cameras.empty();
@@ -371,7 +372,7 @@ void CalibrateFromLidars(const StageContext& context) {
   }
   HalvesStage(context, &adjustment);
   ResultStage(context, adjustment);
-  PairStage(context, odometry[0]);
+  PairStage(context, odometry[0], &adjustment);
 }
 
 // The trajectory comes from the cameras themselves and the IMU.

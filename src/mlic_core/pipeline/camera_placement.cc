@@ -167,11 +167,12 @@ PlacedCamera PlaceCamera(const LidarsAlone& alone, std::size_t camera, const Cam
 }  // namespace
 
 std::vector<PlacedCamera> PlaceCameras(const LidarsAlone& alone, const std::vector<CameraStart>& starts,
+                                       const std::vector<std::optional<CameraPlace>>& known,
                                        const CalibrationState& state, const CancellationToken& cancellation) {
   std::vector<PlacedCamera> places;
   for (std::size_t c = 0; c < alone.rig.cameras.size(); ++c) {
     cancellation.ThrowIfCancelled();
-    places.push_back(PlaceCamera(alone, c, starts[c], state));
+    places.push_back(known[c] ? PlacedCamera{*known[c], ""} : PlaceCamera(alone, c, starts[c], state));
   }
   return places;
 }

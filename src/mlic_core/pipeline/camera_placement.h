@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,9 +17,10 @@ struct PlacedCamera {
 };
 
 // docs/method.md, section 7.7: each camera of alone.rig from its guess by structure, a few of its photos
-// against what the tied LiDARs saw about their times. A parked vehicle's one photo shows all. state: of the
-// LiDARs, adjusted.
+// against what the tied LiDARs saw about their times. A parked vehicle's one photo shows all. known: of each
+// camera, where it is in the map already, if so. state: of the LiDARs, adjusted.
 std::vector<PlacedCamera> PlaceCameras(const LidarsAlone& alone, const std::vector<CameraStart>& starts,
+                                       const std::vector<std::optional<CameraPlace>>& known,
                                        const CalibrationState& state, const CancellationToken& cancellation);
 
 }  // namespace mlic

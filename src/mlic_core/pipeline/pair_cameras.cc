@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -141,12 +142,43 @@ void TakeOut(const std::string& camera, const std::string& problem, PairedCamera
   paired->problems.push_back({camera, problem});
 }
 
+// Where the calibration with the IMU has a camera against the root, if its photos matched the map there.
+std::optional<CameraPlace> PlaceIn(const Adjustment& whole, const ObservabilityAnalysis& analysis,
+                                   std::size_t root, std::size_t camera) {
+  if (whole.rejected_lidars[root] || !whole.cameras.found[camera] ||
+      !IsMatched(whole.problem.drives[0].landmarks, camera)) {
+    return std::nullopt;
+  }
+  const SensorCalibration& lidar = whole.state.lidars[root];
+  const SensorCalibration& sensor = whole.state.cameras[camera].sensor;
+  const std::size_t place = whole.state.Sensors().PlaceOf(CameraId(camera));
+  const auto covariance = PairCovariance(lidar, sensor, JointCovariance(analysis.covariance, root, place));
+  return CameraPlace{lidar.T_imu_sensor.Inverse() * sensor.T_imu_sensor, covariance.topLeftCorner<6, 6>(),
+                     covariance.topLeftCorner<6, 6>()};
+}
+
+// The cameras that the calibration with the IMU has in the map, with the lenses that it found.
+std::vector<std::optional<CameraPlace>> PlacesIn(const StageContext& context, const Adjustment* whole,
+                                                 std::size_t root, std::vector<CameraStart>* starts) {
+  std::vector<std::optional<CameraPlace>> places(starts->size());
+  if (whole == nullptr || whole->cameras.found.empty()) return places;
+  const ObservabilityAnalysis analysis = Analyze(*whole, context.dataset);
+  for (std::size_t c = 0; c < places.size(); ++c) {
+    places[c] = PlaceIn(*whole, analysis, root, c);
+    if (!places[c]) continue;
+    const CameraCalibration& camera = whole->state.cameras[c];
+    (*starts)[c] = {camera.intrinsics, false, camera.readout};
+  }
+  return places;
+}
+
 // Places the cameras; those without a place are left out of everything that follows.
-std::vector<CameraPlace> PlaceStage(const StageContext& context, LidarsAlone* alone,
+std::vector<CameraPlace> PlaceStage(const StageContext& context, const Adjustment* whole, LidarsAlone* alone,
                                     std::vector<CameraStart>* starts, const CalibrationState& state,
                                     std::vector<SensorProblem>* problems) {
   StageClock stage("places of cameras in the map", context);
-  const std::vector<PlacedCamera> places = PlaceCameras(*alone, *starts, state, context.cancellation);
+  const auto known = PlacesIn(context, whole, alone->root, starts);
+  const std::vector<PlacedCamera> places = PlaceCameras(*alone, *starts, known, state, context.cancellation);
   for (std::size_t c = 0; c < places.size(); ++c) {
     const std::string& name = alone->rig.cameras[c].name;
     if (!places[c].problem.empty()) {
@@ -165,7 +197,8 @@ std::vector<CameraPlace> PlaceStage(const StageContext& context, LidarsAlone* al
 
 }  // namespace
 
-PairedCameras PairCameras(const StageContext& whole, Adjustment adjustment, LidarsAlone* about_root) {
+PairedCameras PairCameras(const StageContext& context, const Adjustment* whole, Adjustment adjustment,
+                          LidarsAlone* about_root) {
   LidarsAlone& alone = *about_root;
   PairedCameras paired;
   std::vector<CameraStart> starts = StartFromRig(alone.rig, alone.dataset);
@@ -173,7 +206,7 @@ PairedCameras PairCameras(const StageContext& whole, Adjustment adjustment, Lida
     if (!alone.tied[l]) alone.dataset.drives[0].lidars[l].scans.clear();  // the map has no place for them
   }
   const std::vector<CameraPlace> places =
-      PlaceStage(whole, &alone, &starts, adjustment.state, &paired.problems);
+      PlaceStage(context, whole, &alone, &starts, adjustment.state, &paired.problems);
   if (places.empty()) return paired;
   if (alone.parked) {
     for (std::size_t c = 0; c < places.size(); ++c) {
@@ -181,8 +214,8 @@ PairedCameras PairCameras(const StageContext& whole, Adjustment adjustment, Lida
       if (pair) paired.pairs.push_back(*pair);
     }
   } else {
-    const StageContext about{alone.rig,      alone.dataset, whole.options, whole.cancellation,
-                             whole.observer, nullptr,       whole.result};
+    const StageContext about{alone.rig,        alone.dataset, context.options, context.cancellation,
+                             context.observer, nullptr,       context.result};
     adjustment = AdjustWithCameras(about, alone, starts, places, std::move(adjustment));
     paired.pairs = MakeCameraPairs(alone, adjustment);
     for (std::size_t c = 0; c < places.size(); ++c) {

@@ -16,9 +16,11 @@ struct PairedCameras {
 };
 
 // docs/method.md, section 7.7: places the cameras in the map; then, unless the vehicle is parked, the joint
-// adjustment about the root with their tracks and their matches with the map. lidars: as adjusted; a copy
-// goes on, so that no camera moves the pairs of LiDARs. alone: loses the cameras that have no place, and the
-// scans of LiDARs that are not tied.
-PairedCameras PairCameras(const StageContext& context, Adjustment lidars, LidarsAlone* alone);
+// adjustment about the root with their tracks and their matches with the map. whole: the calibration with the
+// IMU that was refused, whose matches with the map place cameras as well; null: there is none. lidars: as
+// adjusted; a copy goes on, so that no camera moves the pairs of LiDARs. alone: loses the cameras that have
+// no place, and the scans of LiDARs that are not tied.
+PairedCameras PairCameras(const StageContext& context, const Adjustment* whole, Adjustment lidars,
+                          LidarsAlone* alone);
 
 }  // namespace mlic

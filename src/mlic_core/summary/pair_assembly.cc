@@ -16,6 +16,7 @@ namespace {
 
 using Quantity = UnobservableDirection::Quantity;
 using Matrix7d = Eigen::Matrix<double, 7, 7>;
+using Vector7d = Eigen::Matrix<double, 7, 1>;
 
 // A pair that is known worse than this along some direction, guesses and clocks included, is not given: a
 // ruler does as well.
@@ -63,11 +64,11 @@ const std::string& NameAt(const Rig& rig, std::size_t place) {
 }
 
 // Of the sensors at two places of the order.
-std::optional<PairResult> PairOf(const LidarsAlone& alone, const Adjustment& adjustment,
+std::optional<PairResult> PairOf(const LidarsAlone& alone, const CalibrationState& state,
                                  const ObservabilityAnalysis& analysis, std::size_t a, std::size_t b) {
-  const SensorOrder order = adjustment.state.Sensors();
-  const SensorCalibration& of_a = adjustment.state.Sensor(order.At(a));
-  const SensorCalibration& of_b = adjustment.state.Sensor(order.At(b));
+  const SensorOrder order = state.Sensors();
+  const SensorCalibration& of_a = state.Sensor(order.At(a));
+  const SensorCalibration& of_b = state.Sensor(order.At(b));
   const auto joint = JointCovariance(analysis.covariance, a, b);
   PairResult pair = MakePair(of_a, of_b, joint);
   pair.a = NameAt(alone.rig, a);
@@ -80,13 +81,33 @@ std::optional<PairResult> PairOf(const LidarsAlone& alone, const Adjustment& adj
                PairCovariance(of_a, of_b, JointCovariance(analysis.data_covariance, a, b)));
 }
 
+// Frees the offset of a camera that was solved with it held: it is known to sigma, and where the camera then
+// is, to the guess. error: ErrorOfOffset. Moves pose and offset; variance of the offset, s^2.
+double FreeOffset(const std::optional<ExtrinsicGuess>& guess, double sigma, const Vector7d& error,
+                  SensorCalibration* camera) {
+  if (!guess) return sigma * sigma;
+  const RigidTransform& T = camera->T_imu_sensor;
+  Eigen::Matrix<double, 6, 1> off, weights;
+  off << Log(T.rotation * guess->T_imu_sensor.rotation.conjugate()),
+      T.translation - guess->T_imu_sensor.translation;
+  weights << guess->sigma_rotation.cwiseAbs2().cwiseInverse(),
+      guess->sigma_translation.cwiseAbs2().cwiseInverse();
+  const Eigen::Matrix<double, 6, 1> weighted = weights.cwiseProduct(error.head<6>());
+  const double variance = 1.0 / (1.0 / (sigma * sigma) + weighted.dot(error.head<6>()));
+  const Vector7d move = -variance * weighted.dot(off) * error;
+  camera->T_imu_sensor = {(ExpQuaternion(move.head<3>()) * T.rotation).normalized(),
+                          T.translation + move.segment<3>(3)};
+  camera->time_offset += move[6];
+  return variance;
+}
+
 std::vector<PairResult> LidarPairs(const LidarsAlone& alone, const Adjustment& adjustment) {
   const ObservabilityAnalysis analysis = Analyze(adjustment, alone.dataset);
   std::vector<PairResult> pairs;
   for (std::size_t a = 0; a < alone.tied.size(); ++a) {
     for (std::size_t b = a + 1; b < alone.tied.size(); ++b) {
       if (!alone.tied[a] || !alone.tied[b]) continue;
-      const auto pair = PairOf(alone, adjustment, analysis, a, b);
+      const auto pair = PairOf(alone, adjustment.state, analysis, a, b);
       if (pair) pairs.push_back(*pair);
     }
   }
@@ -141,29 +162,30 @@ Eigen::Matrix<double, 7, 1> ErrorOfOffset(const SplitSpline& T_map_root,
     turn += Log(move.rotation) / (kSteps * step);
     shift += move.translation / (kSteps * step);
   }
-  Eigen::Matrix<double, 7, 1> error;
+  Vector7d error;
   error << turn, shift + turn.cross(T_root_camera.translation), -1.0;
   return error;
 }
 
 std::vector<PairResult> MakeCameraPairs(const LidarsAlone& alone, const Adjustment& adjustment) {
   constexpr double kNothingKnown = 1.0;  // s, of an offset; from: definition, the search of a drive's
-  const CalibrationState& state = adjustment.state;
+  CalibrationState state = adjustment.state;
   ObservabilityAnalysis analysis = Analyze(adjustment, alone.dataset);
   const std::size_t lidars = state.lidars.size(), sensors = state.Sensors().size();
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
-    const Eigen::Matrix<double, 7, 1> error =
-        ErrorOfOffset(state.drives[0].trajectory, state.cameras[c].sensor.T_imu_sensor);
+    SensorCalibration& camera = state.cameras[c].sensor;
+    const Vector7d error = ErrorOfOffset(state.drives[0].trajectory, camera.T_imu_sensor);
+    const double variance =
+        FreeOffset(alone.rig.cameras[c].guess, alone.time_offset_sigmas[lidars + c], error, &camera);
     const auto at = static_cast<Eigen::Index>(7 * (lidars + c));
-    const double sigma = alone.time_offset_sigmas[lidars + c];
-    analysis.covariance.block<7, 7>(at, at) += sigma * sigma * error * error.transpose();
+    analysis.covariance.block<7, 7>(at, at) += variance * error * error.transpose();
     analysis.data_covariance.block<7, 7>(at, at) += kNothingKnown * kNothingKnown * error * error.transpose();
   }
   std::vector<PairResult> pairs;
   for (std::size_t a = 0; a < sensors; ++a) {
     for (std::size_t b = std::max(a + 1, lidars); b < sensors; ++b) {
       if (a < lidars && !alone.tied[a]) continue;
-      const auto pair = PairOf(alone, adjustment, analysis, a, b);
+      const auto pair = PairOf(alone, state, analysis, a, b);
       if (pair) pairs.push_back(*pair);
     }
   }

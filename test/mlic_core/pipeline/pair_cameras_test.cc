@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "mlic_core/common/join.h"
 #include "mlic_core/crossmodal/view_selection.h"
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/pipeline/calibrator.h"
@@ -57,7 +58,7 @@ TEST(PairCameras, AParkedCarGivesTheCameraThatSeesWhatItsLidarSeesAndNamesTheOth
   std::vector<CameraRecording>& recordings = input.dataset.drives[0].cameras;
   recordings.push_back(recordings[0]);
   const CalibrationResult result = Calibrated(input);
-  ASSERT_EQ(result.verdict, Verdict::kPartial);
+  ASSERT_EQ(result.verdict, Verdict::kPartial) << Joined(result.reasons, "\n");
   EXPECT_EQ(result.root, input.rig.lidars[0].name);
   ASSERT_EQ(result.pairs.size(), 1u);
   const PairResult& pair = result.pairs[0];
@@ -77,7 +78,7 @@ TEST(PairCameras, AParkedCarGivesTheCameraThatSeesWhatItsLidarSeesAndNamesTheOth
 TEST(PairCameras, AStraightDriveGivesTheCameraAboutTheLidar) {
   const SimulatedInput input = LidarAndCamera(sim::Scenario::kStraight, 6.0, 0.5);
   const CalibrationResult result = Calibrated(input);
-  ASSERT_EQ(result.verdict, Verdict::kPartial);
+  ASSERT_EQ(result.verdict, Verdict::kPartial) << Joined(result.reasons, "\n");
   ASSERT_EQ(result.pairs.size(), 1u);
   const PairError error = ErrorOf(result.pairs[0], input);
   ExpectHonest(result.pairs[0], error, 0.2);
