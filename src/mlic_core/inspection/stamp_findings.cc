@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "mlic_core/imu/imu_samples.h"
 #include "mlic_core/ingest/drive_notes.h"
@@ -154,7 +155,14 @@ Findings ArrivalFindings(const SensorTimes& sensor, const ClockFit& clock) {
 
 }  // namespace
 
-Findings StampFindings(const SensorTimes& sensor, TimeNs begin) {
+ClockFit ClockOf(const SensorTimes& sensor) {
+  if (sensor.messages.size() >= 2) return FitClock(sensor.messages);
+  ClockFit clock;
+  clock.drift_sigma_ppm = std::numeric_limits<double>::infinity();
+  return clock;
+}
+
+Findings StampFindings(const SensorTimes& sensor, const ClockFit& clock, TimeNs begin) {
   if (sensor.messages.size() < 2) {
     return {{Grade::kFail, sensor.name, "messages", std::to_string(sensor.messages.size()), "a whole drive",
              "check that the driver runs and the topic is recorded"}};
@@ -163,7 +171,6 @@ Findings StampFindings(const SensorTimes& sensor, TimeNs begin) {
   const double period = MedianPeriod(stamps);
   Findings findings{RateFinding(sensor, period)};
   if (period <= 0.0) return findings;
-  const ClockFit clock = FitClock(sensor.messages);
   findings.push_back(GapFinding(sensor, period, begin));
   findings.push_back(LossFinding(sensor, stamps, period));
   findings.push_back(OrderFinding(sensor, stamps.size()));
@@ -172,14 +179,12 @@ Findings StampFindings(const SensorTimes& sensor, TimeNs begin) {
   return findings;
 }
 
-Findings DriftFindings(const SensorTimes& sensor, const SensorTimes& imu) {
-  if (sensor.messages.size() < 2 || imu.messages.size() < 2) return {};
-  const ClockFit own = FitClock(sensor.messages), reference = FitClock(imu.messages);
-  const double drift = own.drift_ppm - reference.drift_ppm;
-  const double sigma = std::hypot(own.drift_sigma_ppm, reference.drift_sigma_ppm);
+Findings DriftFindings(const SensorTimes& sensor, const ClockFit& clock, const ClockFit& imu_clock) {
+  const double drift = clock.drift_ppm - imu_clock.drift_ppm;
+  const double sigma = std::hypot(clock.drift_sigma_ppm, imu_clock.drift_sigma_ppm);
+  if (!std::isfinite(sigma)) return {};
   const double length = SecondsSince(sensor.messages.front().record, sensor.messages.back().record);
   const double sum = 1e-6 * std::abs(drift) * length;
-  if (!std::isfinite(sigma)) return {};
   const bool shown = std::abs(drift) > kDriftSigmas * sigma;
   const Grade grade = !shown || sum < kDriftWarn ? Grade::kPass
                       : sum < kDriftFail         ? Grade::kWarn

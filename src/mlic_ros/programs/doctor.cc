@@ -77,10 +77,12 @@ void Report(const std::string& heading, const Findings& more, Findings* findings
   Append(more, findings);
 }
 
-Findings FindingsOfTimes(const SensorTimes& sensor, const SensorTimes& imu, TimeNs begin) {
-  Findings findings = StampFindings(sensor, begin);
+Findings FindingsOfTimes(const SensorTimes& sensor, const SensorTimes& imu, const ClockFit& imu_clock,
+                         TimeNs begin) {
+  const ClockFit clock = ClockOf(sensor);
+  Findings findings = StampFindings(sensor, clock, begin);
   Append(OverlapFindings(sensor, imu), &findings);
-  Append(DriftFindings(sensor, imu), &findings);
+  Append(DriftFindings(sensor, clock, imu_clock), &findings);
   return findings;
 }
 
@@ -121,20 +123,21 @@ void DiagnoseDrive(const BagSet& bags, const Rig& rig, const BagSet::Interval& i
                    const CancellationToken& cancellation, Findings* findings) {
   const RecordingSurvey survey = SurveyRecording(bags, rig, interval, cancellation);
   const TimeNs begin = interval.begin;
-  Findings imu = StampFindings(survey.imu_times, begin);
+  const ClockFit imu_clock = ClockOf(survey.imu_times);
+  Findings imu = StampFindings(survey.imu_times, imu_clock, begin);
   Append(ImuFindings("imu", survey.imu, begin), &imu);
   Report("IMU " + rig.imu.topic, imu, findings);
   const UsableImuSamples usable = UsableImu(survey.imu);
   const std::vector<ImuSample>& samples = usable.samples;
   ReportMotion(samples, findings);
   for (std::size_t i = 0; i < rig.lidars.size(); ++i) {
-    Findings lidar = FindingsOfTimes(survey.lidar_times[i], survey.imu_times, begin);
+    Findings lidar = FindingsOfTimes(survey.lidar_times[i], survey.imu_times, imu_clock, begin);
     Append(LidarFindings(survey.lidars[i], !rig.cameras.empty()), &lidar);
     Append(DeskewFindings(survey.lidars[i], samples, usable.epoch), &lidar);
     Report("LiDAR " + rig.lidars[i].topic, lidar, findings);
   }
   for (std::size_t i = 0; i < rig.cameras.size(); ++i) {
-    Findings camera = FindingsOfTimes(survey.camera_times[i], survey.imu_times, begin);
+    Findings camera = FindingsOfTimes(survey.camera_times[i], survey.imu_times, imu_clock, begin);
     Append(CameraFindings(survey.cameras[i], begin, Moves(samples)), &camera);
     Report("Camera " + rig.cameras[i].topic, camera, findings);
   }

@@ -24,15 +24,17 @@ SensorTimes Steady(SensorKind kind, double rate, double seconds, double jitter =
   return sensor;
 }
 
+Findings Stamps(const SensorTimes& sensor) { return StampFindings(sensor, ClockOf(sensor), kBegin); }
+
 Finding Stamps(const SensorTimes& sensor, const std::string& check) {
-  return FindingOf(StampFindings(sensor, kBegin), check);
+  return FindingOf(Stamps(sensor), check);
 }
 
 TEST(StampFindings, PassesASteadyTopic) {
   for (const double jitter : {1e-4, 1e-3, 5e-3}) {
-    for (const Finding& finding : StampFindings(Steady(SensorKind::kImu, 200.0, 60.0, jitter), kBegin))
+    for (const Finding& finding : Stamps(Steady(SensorKind::kImu, 200.0, 60.0, jitter)))
       EXPECT_EQ(finding.grade, Grade::kPass) << FindingLine(finding);
-    for (const Finding& finding : StampFindings(Steady(SensorKind::kLidar, 10.0, 60.0, jitter), kBegin))
+    for (const Finding& finding : Stamps(Steady(SensorKind::kLidar, 10.0, 60.0, jitter)))
       EXPECT_EQ(finding.grade, Grade::kPass) << FindingLine(finding);
   }
 }
@@ -105,10 +107,10 @@ TEST(StampFindings, TellsStampsOnArrival) {
 TEST(StampFindings, MeasuresDrift) {
   const SensorTimes imu = Steady(SensorKind::kImu, 200.0, 60.0);
   SensorTimes lidar = Steady(SensorKind::kLidar, 10.0, 60.0, 3e-4);
-  EXPECT_EQ(DriftFindings(lidar, imu).at(0).grade, Grade::kPass);
+  EXPECT_EQ(DriftFindings(lidar, ClockOf(lidar), ClockOf(imu)).at(0).grade, Grade::kPass);
   for (MessageTimes& m : lidar.messages) m.stamp = TimeFrom(m.stamp, 1e-4 * SecondsSince(kBegin, m.stamp));
   EXPECT_NEAR(FitClock(lidar.messages).drift_ppm, 100.0, 5.0);
-  EXPECT_EQ(DriftFindings(lidar, imu).at(0).grade, Grade::kWarn);
+  EXPECT_EQ(DriftFindings(lidar, ClockOf(lidar), ClockOf(imu)).at(0).grade, Grade::kWarn);
 }
 
 TEST(StampFindings, MeasuresOverlap) {
