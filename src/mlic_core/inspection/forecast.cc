@@ -13,10 +13,6 @@
 namespace mlic {
 namespace {
 
-// Noise of a sensor's poses in the map, white: 3e-5 rad and 0.3 mm at 10 Hz. from: measured, on the simulated
-// drives of the paper's rig
-constexpr double kPoseRotation = 9.5e-6;                 // rad/sqrt(Hz); from: measured, as above
-constexpr double kPosePosition = 9.5e-5;                 // m/sqrt(Hz); from: measured, as above
 constexpr double kObservableAngle = 0.5 * M_PI / 180.0;  // rad; from: definition, docs/conventions.md
 constexpr double kObservableShift = 0.05;                // m; from: definition, docs/conventions.md
 constexpr double kObservableOffset = 5e-3;               // s; from: definition, docs/conventions.md
@@ -29,6 +25,7 @@ constexpr double kHeld =
     1e-6;  // rad, m/s^2: sigma of what is not estimated; from: guard, far below all others
 
 constexpr double kDegrees = 180.0 / M_PI;
+constexpr double kUsualRate = 10.0;  // Hz, of poses in texts; from: structural
 
 // Columns: phi, p, tau, b_w, b_a, gamma (about gravity it does nothing), g, alpha.
 constexpr int kPhi = 0, kLever = 3, kOffset = 6, kGyroBias = 7, kForceBias = 10, kTilt = 13, kGravity = 16,
@@ -62,17 +59,56 @@ std::vector<ImuSample> Half(const std::vector<ImuSample>& samples, std::size_t f
   return half;
 }
 
+// Densities of the IMU's noise and of the poses' along axes on which the poses' noise is independent.
+struct AxisNoise {
+  Eigen::Matrix3d axes;  // columns, in the IMU's frame
+  Eigen::Vector3d imu, pose;
+
+  AxisNoise(const Eigen::Vector3d& imu_sigma, const Eigen::Matrix3d& pose_covariance) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(pose_covariance);
+    axes = eigen.eigenvectors();
+    pose = eigen.eigenvalues().cwiseMax(1e-30).cwiseSqrt();
+    imu = (axes.cwiseAbs2().transpose() * imu_sigma.cwiseAbs2()).cwiseSqrt();
+  }
+};
+
+// Whitens the rows of one sensor of the IMU; the cutoffs are where the poses' noise, differentiated, is the
+// IMU's.
+template <typename LowPass>
+class Whitening {
+ public:
+  // cutoffs: rad/s, along the axes of the noise.
+  Whitening(const AxisNoise& noise, const Eigen::Vector3d& cutoffs, double rate) : noise_(noise) {
+    for (const double cutoff : cutoffs) {
+      filters_.emplace_back(std::min(0.4 * rate, cutoff / (2.0 * M_PI)), rate);
+    }
+  }
+
+  Rows Next(const Rows& rows) {
+    Rows whitened = noise_.axes.transpose() * rows;
+    for (int i = 0; i < 3; ++i) whitened.row(i) = filters_[i].Next(whitened.row(i)) / noise_.imu[i];
+    return whitened;
+  }
+
+ private:
+  AxisNoise noise_;
+  std::vector<LowPass> filters_;
+};
+
+// What the samples are whitened with.
+struct NoiseDensities {
+  AxisNoise rotation, position;
+};
+
 // Whitened Jacobians of one half, sample by sample.
 class JacobianStream {
  public:
-  // sigma: densities along the axes.
-  JacobianStream(std::vector<ImuSample> samples, const Eigen::Vector3d& bias, const ImuSigma& sigma,
+  JacobianStream(std::vector<ImuSample> samples, const Eigen::Vector3d& bias, const NoiseDensities& noise,
                  double rate)
       : samples_(Smoothed(std::move(samples), rate)),
         bias_(bias),
-        sigma_(sigma),
-        gyro_(Cutoff(sigma.gyroscope.mean() / kPoseRotation, rate), rate),
-        force_(Cutoff(std::sqrt(sigma.accelerometer.mean() / kPosePosition), rate), rate) {
+        gyro_(noise.rotation, noise.rotation.imu.cwiseQuotient(noise.rotation.pose), rate),
+        force_(noise.position, noise.position.imu.cwiseQuotient(noise.position.pose).cwiseSqrt(), rate) {
     // Accelerations are zero in the mean, in the map's axes.
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (std::size_t i = 1; i < samples_.size(); ++i) {
@@ -104,8 +140,8 @@ class JacobianStream {
     forces.middleCols<3>(kTilt) = kStandardGravity * attitude_.conjugate().toRotationMatrix() * Hat(up_);
     forces.col(kGravity) = attitude_.conjugate() * up_;
     forces.middleCols<3>(kAlignment) = -Hat(a);
-    *gyro = sigma_.gyroscope.cwiseInverse().asDiagonal() * gyro_.Next(rates);
-    *force = sigma_.accelerometer.cwiseInverse().asDiagonal() * force_.Next(forces);
+    *gyro = gyro_.Next(rates);
+    *force = force_.Next(forces);
   }
 
  private:
@@ -115,16 +151,11 @@ class JacobianStream {
     attitude_ = (attitude_ * ExpQuaternion((samples_[i].angular_velocity - bias_) * step)).normalized();
   }
 
-  static double Cutoff(double radians_per_second, double rate) {
-    return std::min(0.4 * rate, radians_per_second / (2.0 * M_PI));
-  }
-
   std::vector<ImuSample> samples_;
   Eigen::Vector3d bias_, up_ = Eigen::Vector3d::UnitZ();
-  ImuSigma sigma_;
   Eigen::Quaterniond attitude_ = Eigen::Quaterniond::Identity();
-  FirstOrderLowPass<3, kColumns> gyro_;
-  SecondOrderLowPass<3, kColumns> force_;
+  Whitening<FirstOrderLowPass<1, kColumns>> gyro_;
+  Whitening<SecondOrderLowPass<1, kColumns>> force_;
 };
 
 // What of a half's own information is motion and not noise. Where own is K and the noise in it, own less
@@ -239,6 +270,23 @@ std::string UnseenText(const UnseenDirection& direction) {
   return direction.quantity + " along (" + TripleText(direction.direction, "%.2f") + ") of the IMU";
 }
 
+// What the forecast rests on, and where it is from.
+Finding NoiseFinding(const ObservabilityForecast& forecast) {
+  const PoseNoise& poses = forecast.pose_noise;
+  const Eigen::Vector3d angles = (kUsualRate * poses.rotation.diagonal()).cwiseSqrt() * kDegrees;
+  const Eigen::Vector3d shifts = (kUsualRate * poses.position.diagonal()).cwiseSqrt() * 1e3;
+  return {Grade::kPass,
+          "forecast",
+          "noise",
+          "gyroscope " + Number(forecast.imu_noise.gyroscope, "%.2g") + " rad/s/sqrt(Hz), accelerometer " +
+              Number(forecast.imu_noise.accelerometer, "%.2g") +
+              " m/s^2/sqrt(Hz), the larger of rig file and samples; poses at 10 Hz " +
+              TripleText(angles, "%.2g") + " deg and " + TripleText(shifts, "%.2g") + " mm, " +
+              (poses.measured ? "by the points of the LiDARs on planes" : "those of a typical rig"),
+          "",
+          ""};
+}
+
 Finding ShownFinding(const ObservabilityForecast& forecast, const std::string& quantity,
                      const std::string& measured, const std::string& limit) {
   Finding finding{Grade::kPass, "forecast", quantity, measured, limit, ""};
@@ -276,7 +324,7 @@ void AddSensor(const ObservabilityForecast& forecast, const Config& sensor, Find
 }  // namespace
 
 std::optional<ObservabilityForecast> ForecastObservability(const std::vector<ImuSample>& samples,
-                                                           const ImuConfig& imu) {
+                                                           const ImuConfig& imu, const PoseNoise& poses) {
   if (samples.size() < 20 || samples.back().time - samples.front().time < kShortest) return std::nullopt;
   const double rate = ImuRate(samples);
   // Vibration counts as noise, whatever the data sheet says.
@@ -285,13 +333,16 @@ std::optional<ObservabilityForecast> ForecastObservability(const std::vector<Imu
   sigma.gyroscope = sigma.gyroscope.cwiseMax(measured.gyroscope) / std::sqrt(rate);
   sigma.accelerometer = sigma.accelerometer.cwiseMax(measured.accelerometer) / std::sqrt(rate);
   const Eigen::Vector3d bias = RoughGyroscopeBias(samples);
+  const NoiseDensities noise{{sigma.gyroscope, poses.rotation}, {sigma.accelerometer, poses.position}};
   const Information information =
-      InformationOf(JacobianStream(Half(samples, 0), bias, sigma, 0.5 * rate),
-                    JacobianStream(Half(samples, 1), bias, sigma, 0.5 * rate), 0.5 * rate);
+      InformationOf(JacobianStream(Half(samples, 0), bias, noise, 0.5 * rate),
+                    JacobianStream(Half(samples, 1), bias, noise, 0.5 * rate), 0.5 * rate);
   Information known = WithPriors(information, imu);
   const Information from_data = InverseOf(known);
   const ExtrinsicGuess guess;
   ObservabilityForecast forecast;
+  forecast.imu_noise = {sigma.gyroscope.maxCoeff(), sigma.accelerometer.maxCoeff()};
+  forecast.pose_noise = poses;
   FindUnseen(from_data, {"rotation", kPhi, kObservableAngle, guess.sigma_rotation.x()}, &known,
              &forecast.unseen);
   FindUnseen(from_data, {"translation", kLever, kObservableShift, guess.sigma_translation.x()}, &known,
@@ -307,7 +358,7 @@ std::optional<ObservabilityForecast> ForecastObservability(const std::vector<Imu
 }
 
 Findings ForecastFindings(const ObservabilityForecast& forecast, const Rig& rig) {
-  Findings findings;
+  Findings findings{NoiseFinding(forecast)};
   findings.push_back(ShownFinding(
       forecast, "rotation",
       "sigma " + TripleText(forecast.rotation_sigma * kDegrees, "%.2g") + " deg about the IMU's axes",

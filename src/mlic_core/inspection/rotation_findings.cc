@@ -113,9 +113,10 @@ TimeInterval LiveliestStretch(const std::vector<ImuSample>& imu, double length) 
 
 LidarRotation MeasureRotation(const LidarConfig& config, const LidarRecording& recording,
                               const std::vector<ImuSample>& imu, const CancellationToken& cancellation) {
-  LidarRotation rotation{config.name, config.guess, {}};
+  LidarRotation rotation{config.name, config.guess, {}, {}};
   const std::vector<TimedPose> poses = RunOdometry(recording, nullptr, cancellation, [](double) {});
   rotation.alignment = AlignAngularRates(imu, poses, std::nullopt);
+  rotation.pose_information = MeasurePoseInformation(recording, poses);
   return rotation;
 }
 
@@ -134,6 +135,22 @@ Findings RotationFindings(const std::vector<LidarRotation>& lidars) {
     if (usable && lidar.guess) findings.push_back(GuessFinding(lidars, lidar));
   }
   return findings;
+}
+
+PoseNoise PoseNoiseOf(const std::vector<LidarRotation>& lidars) {
+  PoseInformation sum = PoseInformation::Zero();
+  bool any = false;
+  for (const LidarRotation& lidar : lidars) {
+    const bool shown = IsUsable(lidar.alignment) && lidar.alignment.rotation_directions_shown == 3;
+    if (!lidar.pose_information || (!shown && !lidar.guess)) continue;
+    PoseInformation turn = PoseInformation::Zero();
+    turn.topLeftCorner<3, 3>() =
+        (shown ? lidar.alignment.R_imu_lidar : lidar.guess->T_imu_sensor.rotation).toRotationMatrix();
+    turn.bottomRightCorner<3, 3>() = turn.topLeftCorner<3, 3>();
+    sum += turn * *lidar.pose_information * turn.transpose();
+    any = true;
+  }
+  return any ? NoiseOfPoses(sum) : TypicalPoseNoise();
 }
 
 Findings FrameFindings(const std::vector<SensorFrame>& sensors) {

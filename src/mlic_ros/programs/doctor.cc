@@ -99,10 +99,13 @@ void ReportMotion(const std::vector<ImuSample>& imu, Findings* findings) {
     std::printf("%s\n", line.c_str());
 }
 
-// The liveliest seconds of the drive, read again and followed by each LiDAR's odometry.
-void ReportAgreement(const BagSet& bags, const Rig& rig, const RecordingSurvey& survey,
-                     const UsableImuSamples& imu, const CancellationToken& cancellation, Findings* findings) {
+// The liveliest seconds of the drive, read again and followed by each LiDAR's odometry. Returns how well the
+// LiDARs tell the rig's poses.
+PoseNoise ReportAgreement(const BagSet& bags, const Rig& rig, const RecordingSurvey& survey,
+                          const UsableImuSamples& imu, const CancellationToken& cancellation,
+                          Findings* findings) {
   Findings agreement = FrameFindings(FramesOf(rig, survey.lidar_frames, survey.camera_frames));
+  PoseNoise poses = TypicalPoseNoise();
   if (imu.samples.size() >= 4 && !rig.lidars.empty()) {
     const TimeInterval stretch = LiveliestStretch(imu.samples, kStretch);
     // The recorder's clock may be another: messages are found by how far they are after the IMU's first.
@@ -115,8 +118,10 @@ void ReportAgreement(const BagSet& bags, const Rig& rig, const RecordingSurvey& 
       rotations[i] = MeasureRotation(rig.lidars[i], recordings[i], imu.samples, cancellation);
     });
     Append(RotationFindings(rotations), &agreement);
+    poses = PoseNoiseOf(rotations);
   }
   Report("LiDARs beside the gyroscope", agreement, findings);
+  return poses;
 }
 
 void DiagnoseDrive(const BagSet& bags, const Rig& rig, const BagSet::Interval& interval,
@@ -141,8 +146,8 @@ void DiagnoseDrive(const BagSet& bags, const Rig& rig, const BagSet::Interval& i
     Append(CameraFindings(survey.cameras[i], begin, Moves(samples)), &camera);
     Report("Camera " + rig.cameras[i].topic, camera, findings);
   }
-  ReportAgreement(bags, rig, survey, usable, cancellation, findings);
-  if (const auto forecast = ForecastObservability(samples, rig.imu)) {
+  const PoseNoise poses = ReportAgreement(bags, rig, survey, usable, cancellation, findings);
+  if (const auto forecast = ForecastObservability(samples, rig.imu, poses)) {
     Report("Forecast of what the motion shows", ForecastFindings(*forecast, rig), findings);
   }
 }

@@ -38,7 +38,7 @@ std::vector<ImuSample> Turning(const Eigen::Vector3d& amplitude, double seconds)
 }
 
 ObservabilityForecast Forecast(const Eigen::Vector3d& amplitude, double seconds) {
-  const auto forecast = ForecastObservability(Turning(amplitude, seconds), ImuConfig());
+  const auto forecast = ForecastObservability(Turning(amplitude, seconds), ImuConfig(), TypicalPoseNoise());
   EXPECT_TRUE(forecast.has_value());
   return forecast.value_or(ObservabilityForecast());
 }
@@ -69,7 +69,8 @@ TEST(Forecast, NoiseIsNoMotionHoweverLong) {
     EXPECT_EQ(CountOfUnseen(forecast, "translation"), 3u);
     EXPECT_EQ(CountOfUnseen(forecast, "time_offset"), 1u);
   }
-  EXPECT_FALSE(ForecastObservability(Turning({0.5, 0.5, 0.5}, 1.0), ImuConfig()).has_value());
+  EXPECT_FALSE(
+      ForecastObservability(Turning({0.5, 0.5, 0.5}, 1.0), ImuConfig(), TypicalPoseNoise()).has_value());
 }
 
 // The gyroscope alone tells the offset: sigma = density / (amplitude * frequency * sqrt(T / 2)); the forces
@@ -79,6 +80,21 @@ TEST(Forecast, TimeOffsetIsThatOfTheClosedForm) {
   const double sigma = Forecast({0.0, 0.0, 0.7}, 60.0).time_offset_sigma;
   EXPECT_LT(sigma, 1.1 * alone);
   EXPECT_GT(sigma, 0.5 * alone);
+}
+
+// Lever arms hang on where the poses are: less where these are bad along one axis than along all.
+TEST(Forecast, FollowsThePosesNoise) {
+  const std::vector<ImuSample> samples = Turning({0.5, 0.6, 0.7}, 60.0);
+  const auto lever_arm = [&](const Eigen::Vector3d& factors) {
+    PoseNoise poses = TypicalPoseNoise();
+    poses.position.diagonal() = poses.position.diagonal().cwiseProduct(factors);
+    const auto forecast = ForecastObservability(samples, ImuConfig(), poses);
+    return forecast ? forecast->translation_sigma.norm() : 0.0;
+  };
+  const double typical = lever_arm({1.0, 1.0, 1.0}), all = lever_arm({1e6, 1e6, 1e6});
+  EXPECT_GT(typical, 0.0);
+  EXPECT_GT(all, 5.0 * typical);
+  EXPECT_LT(lever_arm({1.0, 1.0, 1e6}), 0.5 * all);
 }
 
 TEST(Forecast, FailsASensorWithNothingToStandIn) {
