@@ -140,7 +140,17 @@ void WarnOfMovement(double moved, std::vector<std::string>* warnings) {
 // The offset is right for this drive alone.
 void WarnOfDrift(const SensorResult& sensor, std::vector<std::string>* warnings) {
   if (!sensor.calibration.clock_drift) return;
-  char text[240];
+  char text[280];
+  if (sensor.type == SensorResult::Type::kCamera &&
+      std::abs(*sensor.calibration.clock_drift) >= kFastestCrystals) {
+    std::snprintf(
+        text, sizeof(text),
+        ": its time offset moves by %.0f us a second (sigma %.0f), faster than clocks do, as where auto "
+        "exposure moves the middle of the exposure; its sigma has what it moves by; hold the exposure",
+        1e6 * *sensor.calibration.clock_drift, 1e6 * sensor.drift_sigma);
+    warnings->push_back(sensor.name + text);
+    return;
+  }
   std::snprintf(
       text, sizeof(text),
       ": its clock drifts by %.1f ppm (sigma %.1f) against the IMU's, so that its time offset holds in "

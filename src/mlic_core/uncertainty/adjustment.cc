@@ -13,6 +13,23 @@ namespace {
 
 constexpr double kUnknownChange = 1e9;  // from: guard, far beyond any that counts as settled
 
+// No clocks of crystals drift so fast: a camera's stamps do where auto exposure moves the middle of its
+// exposure against them, and go back. In another drive its offset is another, by about as much as it moves in
+// this one: by the variance of an even move.
+void AddWanderOfExposure(const CalibrationState& state, ObservabilityAnalysis* analysis) {
+  const SensorOrder order = state.Sensors();
+  for (std::size_t s = 0; s < order.size(); ++s) {
+    if (order.At(s).IsLidar()) continue;
+    const double drift = std::abs(state.Sensor(order.At(s)).clock_drift.value_or(0.0));
+    if (drift < kFastestCrystals) continue;
+    const SplitSpline& trajectory = state.drives[0].trajectory;
+    const double moved = drift * (trajectory.End() - trajectory.Start());
+    const int offset = Layout::Sensor(s) + 6;
+    analysis->covariance(offset, offset) += moved * moved / 12.0;
+    analysis->sigmas[s].time_offset = std::sqrt(analysis->covariance(offset, offset));
+  }
+}
+
 }  // namespace
 
 double VarianceScale(const Adjustment& adjustment, const Dataset& dataset) {
@@ -34,8 +51,11 @@ Eigen::MatrixXd ScaledInformation(const Adjustment& adjustment, const Dataset& d
 }
 
 ObservabilityAnalysis Analyze(const Adjustment& adjustment, const Dataset& dataset) {
-  return AnalyzeCalibration(adjustment.problem, adjustment.state, ScaledInformation(adjustment, dataset),
-                            adjustment.scale.inflation, VarianceScale(adjustment, dataset));
+  ObservabilityAnalysis analysis =
+      AnalyzeCalibration(adjustment.problem, adjustment.state, ScaledInformation(adjustment, dataset),
+                         adjustment.scale.inflation, VarianceScale(adjustment, dataset));
+  AddWanderOfExposure(adjustment.state, &analysis);
+  return analysis;
 }
 
 double ChangeInSigmas(const Adjustment& adjustment, const Dataset& dataset, const CalibrationState& before) {

@@ -101,8 +101,12 @@ double VarianceScale(const Adjustment& adjustment, const Dataset& dataset);
 // VarianceScale.
 Eigen::MatrixXd ScaledInformation(const Adjustment& adjustment, const Dataset& dataset);
 
+// By how much two crystals drift apart.
+constexpr double kFastestCrystals = 1e-4;  // s/s; from: standard, data sheets: 50 ppm each at most
+
 // What the data show at the last linearisation, with sigmas that grow by the VarianceScale and, for cameras,
-// by camera_covariance.h.
+// by camera_covariance.h. The offsets of cameras whose stamps drift faster than crystals (kFastestCrystals)
+// are as unsure as they move in the drive.
 ObservabilityAnalysis Analyze(const Adjustment& adjustment, const Dataset& dataset);
 
 // Largest change of a sensor since `before`, in sigmas of the last solve; very large where there was none or
