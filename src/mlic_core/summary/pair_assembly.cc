@@ -154,10 +154,13 @@ std::vector<QualityCheck> MakePairChecks(const Adjustment& adjustment) {
 Eigen::Matrix<double, 7, 1> ErrorOfOffset(const SplitSpline& T_map_root,
                                           const RigidTransform& T_root_camera) {
   constexpr int kSteps = 50;  // from: structural
-  const double step = (T_map_root.End() - T_map_root.Start()) / kSteps;
+  // Of the trajectory, that is left out at either end, where hardly a scan holds it. from: guard
+  constexpr double kEnd = 0.1;
+  const double span = T_map_root.End() - T_map_root.Start();
+  const double start = T_map_root.Start() + kEnd * span, step = (1.0 - 2.0 * kEnd) * span / kSteps;
   Eigen::Vector3d turn = Eigen::Vector3d::Zero(), shift = Eigen::Vector3d::Zero();
   for (int k = 0; k < kSteps; ++k) {
-    const double t = T_map_root.Start() + k * step;
+    const double t = start + k * step;
     const RigidTransform move = T_map_root.Pose(t).Inverse() * T_map_root.Pose(t + step);
     turn += Log(move.rotation) / (kSteps * step);
     shift += move.translation / (kSteps * step);

@@ -21,7 +21,8 @@ struct CameraPlace {
 };
 
 // How a camera's pose (a small left rotation, rad, and translation, m, of T_root_camera) and offset (s) err
-// where its time offset was taken to be a second less than it is, in the mean over the trajectory.
+// where its time offset was taken to be a second less than it is, in the mean over the trajectory without its
+// ends.
 Eigen::Matrix<double, 7, 1> ErrorOfOffset(const SplitSpline& T_map_root, const RigidTransform& T_root_camera);
 
 // The pairs with at least one camera of alone.rig that are known well enough to be given. All cameras took
