@@ -7,6 +7,7 @@
 
 #include "mlic_core/common/error.h"
 #include "mlic_core/common/join.h"
+#include "mlic_core/common/printable.h"
 
 namespace mlic {
 namespace {
@@ -36,12 +37,13 @@ YamlReader YamlReader::Open(const std::filesystem::path& file) {
     const YAML::Node root = YAML::Load(text.str());
     return YamlReader(root, name, "", "", root.Mark().line + 1);
   } catch (const YAML::Exception& error) {
-    throw InputError(name + ":" + std::to_string(error.mark.line + 1) + ": not valid YAML: " + error.msg);
+    throw InputError(name + ":" + std::to_string(error.mark.line + 1) +
+                     ": not valid YAML: " + Printable(error.msg));
   }
 }
 
 void YamlReader::Fail(const std::string& what) const {
-  throw InputError(Where() + ": " + (path_.empty() ? "" : path_ + ": ") + what);
+  throw InputError(Printable(Where() + ": " + (path_.empty() ? "" : path_ + ": ") + what));
 }
 
 std::string YamlReader::Where() const { return file_ + (line_ > 0 ? ":" + std::to_string(line_) : ""); }

@@ -113,7 +113,8 @@ DecodedCloud DecodeLivox(const SerializedMessage& bytes, const std::string& topi
   cloud.frame_id = message.header.frame_id;
   cloud.fields = "x y z f32, reflectivity tag line u8, offset_time u32";
   const TimeNs time_base = static_cast<TimeNs>(message.timebase);
-  cloud.time_base_in_other_clock = std::llabs(time_base - cloud.stamp) > kSameClock;
+  cloud.time_base_in_other_clock =
+      time_base < cloud.stamp - kSameClock || time_base > cloud.stamp + kSameClock;
   if (!cloud.time_base_in_other_clock) cloud.stamp = time_base;
   std::vector<double> times;
   for (const LivoxPoint& point : message.points) {

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "mlic_core/common/error.h"
+#include "mlic_core/common/printable.h"
 
 namespace mlic {
 namespace {
@@ -131,10 +132,18 @@ bool FindCompressedSize(const ImageView& view, ImageHeader& header) {
   return false;
 }
 
+// No image is packed as tightly: a size that was made up must not take memory.
+bool IsPlausible(const ImageHeader& header, std::size_t bytes) {
+  constexpr std::int64_t kMostSide = 65535;         // from: guard, as of raw images
+  constexpr std::int64_t kPixelsOfByte = 8 * 1032;  // from: derivation, deflate's best, 8 pixels a byte
+  return header.width > 0 && header.height > 0 && header.width <= kMostSide && header.height <= kMostSide &&
+         std::int64_t{header.width} * header.height <= kPixelsOfByte * static_cast<std::int64_t>(bytes);
+}
+
 std::string CheckRaw(const ImageView& view) {
   const Reading* reading = FindReading(view.encoding);
   if (reading == nullptr) {
-    return "encoding '" + view.encoding +
+    return "encoding '" + Printable(view.encoding) +
            "' is not known; expected mono8, mono16, bgr8, rgb8, bgra8, rgba8, bayer_*8, bayer_*16 or yuv422";
   }
   const std::size_t least_step =
@@ -212,7 +221,11 @@ ImageHeader ReadImageHeader(const SerializedMessage& message) {
     header.height = static_cast<int>(view.height);
     header.error = CheckRaw(view);
   } else if (!FindCompressedSize(view, header)) {
-    header.error = "a compressed image is neither JPEG nor PNG, or damaged (format '" + view.encoding + "')";
+    header.error =
+        "a compressed image is neither JPEG nor PNG, or damaged (format '" + Printable(view.encoding) + "')";
+  } else if (!IsPlausible(header, view.size)) {
+    header.error = "a compressed image is damaged (" + std::to_string(header.width) + " x " +
+                   std::to_string(header.height) + " in " + std::to_string(view.size) + " bytes)";
   }
   return header;
 }

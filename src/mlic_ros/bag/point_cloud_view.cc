@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "mlic_core/common/error.h"
+#include "mlic_core/common/printable.h"
 
 namespace mlic {
 namespace {
@@ -63,7 +64,7 @@ void CheckFields(const PointCloudView& cloud, const std::string& topic) {
   for (const PointField& field : cloud.fields) {
     const std::size_t size = SizeOfType(field.datatype);
     if (size > 0 && field.offset + size > cloud.point_step) {
-      throw InputError("topic " + topic + ": field '" + field.name + "' at byte " +
+      throw InputError("topic " + topic + ": field '" + Printable(field.name) + "' at byte " +
                        std::to_string(field.offset) + " does not fit into points of " +
                        std::to_string(cloud.point_step) + " bytes; the driver is at fault");
     }
@@ -81,7 +82,7 @@ void CheckFields(const PointCloudView& cloud, const std::string& topic) {
 std::string DescribeFields(const std::vector<PointField>& fields) {
   std::string text;
   for (std::size_t i = 0; i < fields.size(); ++i) {
-    text += (text.empty() ? "" : " ") + fields[i].name;
+    text += (text.empty() ? "" : " ") + Printable(fields[i].name);
     const bool last = i + 1 == fields.size();
     if (last || fields[i + 1].datatype != fields[i].datatype) {
       text += std::string(" ") + NameOfType(fields[i].datatype) + (last ? "" : ",");

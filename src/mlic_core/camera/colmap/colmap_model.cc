@@ -41,6 +41,10 @@ CameraIntrinsics ReadCamera(const std::filesystem::path& path) {
   if (file.Read<std::uint64_t>() != 1) throw InputError(path.string() + ": expected one camera");
   file.Read<std::uint32_t>();
   const auto model = static_cast<ColmapModelId>(file.Read<std::int32_t>());
+  if (model != ColmapModelId::kOpenCv && model != ColmapModelId::kOpenCvFisheye &&
+      model != ColmapModelId::kFullOpenCv) {
+    throw InputError(path.string() + ": expected a camera of OPENCV, OPENCV_FISHEYE or FULL_OPENCV");
+  }
   const int width = static_cast<int>(file.Read<std::uint64_t>());
   const int height = static_cast<int>(file.Read<std::uint64_t>());
   const int count = model == ColmapModelId::kFullOpenCv ? 12 : 8;

@@ -113,6 +113,12 @@ class ByteReader {
       Fields(*this, value);
     }
   }
+  void Read(bool& value) {
+    std::uint8_t byte = 0;
+    Take(&byte, sizeof(byte));
+    if (byte > 1) failed_ = true;
+    value = byte == 1;
+  }
   void Read(std::string& text) {
     text.resize(Count(1));
     Take(text.data(), text.size());
@@ -123,8 +129,9 @@ class ByteReader {
       values.resize(Count(sizeof(T)));
       Take(static_cast<void*>(values.data()), values.size() * sizeof(T));
     } else {
-      values.resize(Count(1));
-      for (T& value : values) Read(value);
+      // Grown as it is read: a count alone takes no memory.
+      values.clear();
+      for (std::uint64_t left = Count(1); left > 0 && !failed_; --left) Read(values.emplace_back());
     }
   }
   void Read(std::vector<bool>& values) {

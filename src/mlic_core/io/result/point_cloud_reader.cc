@@ -1,12 +1,19 @@
 #include "mlic_core/io/result/point_cloud_reader.h"
 
 #include <pcl/PCLPointCloud2.h>
+#include <pcl/common/io.h>
 #include <pcl/console/print.h>
 #include <pcl/io/pcd_io.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <initializer_list>
+#include <map>
+#include <optional>
+#include <set>
+#include <sstream>
 #include <string>
 
 #include "mlic_core/common/error.h"
@@ -31,6 +38,71 @@ const pcl::PCLPointField* Find(const pcl::PCLPointCloud2& cloud, std::initialize
   return nullptr;
 }
 
+std::uint16_t RingOf(double value) {
+  return value >= 0.0 && value <= 65535.0 ? static_cast<std::uint16_t>(value) : 0;
+}
+
+// What the header says that comes after it.
+struct Claim {
+  double points = 0.0;
+  double bytes_of_point = 0.0;
+  double unpacked = 0.0;  // bytes, of compressed ones
+  std::string kind;       // ascii, binary, binary_compressed
+};
+
+// Non-negative whole numbers; nothing where one of the words is none.
+std::optional<std::vector<double>> WholeNumbers(std::istringstream& words) {
+  std::vector<double> numbers;
+  for (std::string word; words >> word;) {
+    if (word.size() > 12 || word.find_first_not_of("0123456789") != std::string::npos) return std::nullopt;
+    numbers.push_back(std::stod(word));
+  }
+  return numbers;
+}
+
+// PCL takes memory for all that a header claims before it reads any of it, and guesses at what a header may
+// mean: only one that says each thing once, in whole words, reaches it.
+std::optional<Claim> ReadClaim(const std::string& name) {
+  Claim claim;
+  std::ifstream file(name, std::ios::binary);
+  std::set<std::string> left{"VERSION", "FIELDS", "SIZE",   "TYPE",      "COUNT",
+                             "WIDTH",   "HEIGHT", "POINTS", "VIEWPOINT", "DATA"};
+  std::map<std::string, std::vector<double>> numbers{
+      {"SIZE", {}}, {"COUNT", {}}, {"WIDTH", {}}, {"HEIGHT", {}}, {"POINTS", {}}};
+  for (std::string line; left.count("DATA") > 0;) {
+    if (!std::getline(file, line)) return std::nullopt;
+    std::istringstream words(line);
+    std::string key;
+    if (!(words >> key) || key.front() == '#') continue;
+    if (left.erase(key) == 0) return std::nullopt;
+    if (key == "DATA") words >> claim.kind;
+    const auto wanted = numbers.find(key);
+    if (wanted == numbers.end()) continue;
+    const auto found = WholeNumbers(words);
+    if (!found || found->empty()) return std::nullopt;
+    wanted->second = *found;
+  }
+  const auto first = [&](const char* key) { return numbers[key].empty() ? 1.0 : numbers[key].front(); };
+  claim.points = std::max(first("POINTS"), first("WIDTH") * first("HEIGHT"));
+  std::vector<double>& counts = numbers["COUNT"];
+  counts.resize(numbers["SIZE"].size(), 1.0);
+  for (std::size_t i = 0; i < counts.size(); ++i)
+    claim.bytes_of_point += numbers["SIZE"][i] * std::max(1.0, counts[i]);
+  if (claim.kind == "binary_compressed") {
+    std::uint32_t sizes[2] = {0, 0};  // packed, unpacked
+    file.read(reinterpret_cast<char*>(sizes), sizeof(sizes));
+    claim.unpacked = sizes[1];
+  }
+  return claim;
+}
+
+// How many bytes of points one byte of the file can stand for.
+double MostPacked(const std::string& kind) {
+  if (kind == "binary") return 1.0;
+  if (kind == "ascii") return 4.0;  // from: derivation, a digit and a space for a number of eight bytes
+  return 88.0;                      // from: derivation, LZF's best, 264 bytes in three
+}
+
 class Reader {
  public:
   explicit Reader(const std::filesystem::path& path) : name_(path.string()) {}
@@ -45,11 +117,12 @@ class Reader {
     const pcl::PCLPointField* ring = Find(cloud_, {"ring", "channel", "line"});
     std::vector<CloudPoint> points;
     const std::size_t count = static_cast<std::size_t>(cloud_.width) * cloud_.height;
+    if (cloud_.data.size() < count * cloud_.point_step) Fail("holds fewer points than its header claims");
     for (std::size_t i = 0; i < count; ++i) {
       CloudPoint point;
       point.position = Eigen::Vector3d(Value(*x, i), Value(*y, i), Value(*z, i)).cast<float>();
       point.intensity = static_cast<float>(Value(*intensity, i));
-      if (ring != nullptr) point.ring = static_cast<std::uint16_t>(Value(*ring, i));
+      if (ring != nullptr) point.ring = RingOf(Value(*ring, i));
       if (point.position.allFinite() && std::isfinite(point.intensity)) points.push_back(point);
     }
     if (points.empty()) Fail("holds no finite points");
@@ -59,8 +132,20 @@ class Reader {
  private:
   [[noreturn]] void Fail(const std::string& what) const { throw InputError(name_ + ": " + what); }
 
+  [[noreturn]] void FailAsNoPcd() const {
+    Fail(
+        "cannot be read as a PCD file; expected a whole one, version 0.7 (ascii, binary or "
+        "binary_compressed)");
+  }
+
   void Load() {
-    if (!std::filesystem::exists(name_)) Fail("no such file");
+    if (!std::filesystem::is_regular_file(name_)) Fail("no such file");
+    const auto claim = ReadClaim(name_);
+    if (!claim) FailAsNoPcd();
+    const auto size = static_cast<double>(std::filesystem::file_size(name_));
+    if (std::max(claim->unpacked, claim->points * claim->bytes_of_point) > MostPacked(claim->kind) * size) {
+      Fail("claims more points than a file of its size can hold; expected a whole PCD file");
+    }
     pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);  // the one line is ours
     bool read = false;
     try {
@@ -70,11 +155,7 @@ class Reader {
     } catch (const std::exception&) {
       // PCL throws for what it cannot parse, and std::bad_alloc for a header that claims too much.
     }
-    if (!read) {
-      Fail(
-          "cannot be read as a PCD file; expected a whole one, version 0.7 (ascii, binary or "
-          "binary_compressed)");
-    }
+    if (!read) FailAsNoPcd();
   }
 
   const pcl::PCLPointField* Require(std::initializer_list<const char*> names, const std::string& need) const {
@@ -85,9 +166,16 @@ class Reader {
     Fail("has no field " + need + "; its fields are" + there);
   }
 
+  // Whether its first number lies within a point.
+  bool Fits(const pcl::PCLPointField& field) const {
+    return field.offset + static_cast<std::size_t>(pcl::getFieldSize(field.datatype)) <= cloud_.point_step;
+  }
+
   // The first number of a field of one point. pcl::fromPCLPointCloud2 takes only fields of the very type of a
   // point struct; scanners write intensity and ring in any.
   double Value(const pcl::PCLPointField& field, std::size_t point) const {
+    if (!Fits(field))
+      Fail("field " + field.name + " does not fit into a point; expected a COUNT of 1 or more");
     const std::uint8_t* bytes = cloud_.data.data() + point * cloud_.point_step + field.offset;
     switch (field.datatype) {
       case pcl::PCLPointField::INT8:
