@@ -234,7 +234,8 @@ std::string ImuTable(const CalibrationResult& result) {
       "<table>\n<tr><th>gyroscope bias</th>" + Cell(Vector(imu.gyroscope_bias, 6) + " rad/s", "n") +
       "</tr>\n<tr><th>accelerometer bias</th>" + Cell(Vector(imu.accelerometer_bias, 5) + " m/s&sup2;", "n") +
       "</tr>\n<tr><th>gravity in the map</th>" + Cell(Vector(result.gravity, 4) + " m/s&sup2;", "n") +
-      "</tr>\n";
+      "</tr>\n<tr><th>accelerometer later than gyroscope</th>" +
+      Cell(FixedNumber(1e3 * imu.accelerometer_lag, 2) + " ms", "n") + "</tr>\n";
   if (!imu.gyroscope_matrix.isIdentity(0.0) || !imu.accelerometer_matrix.isIdentity(0.0)) {
     html += "<tr><th>gyroscope matrix</th>" + Cell(MatrixText(imu.gyroscope_matrix), "n") +
             "</tr>\n<tr><th>accelerometer matrix</th>" + Cell(MatrixText(imu.accelerometer_matrix), "n") +

@@ -1,0 +1,65 @@
+#include "mlic_core/uncertainty/adjustment.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "mlic_core/problem/layout.h"
+
+namespace mlic {
+namespace {
+
+constexpr double kDuration = 40.0;  // s
+
+// A camera whose parameters are all known to a thousandth (m, rad, s), after a solve that stands still.
+class OneCamera : public testing::Test {
+ protected:
+  OneCamera() {
+    const UniformKnots knots = UniformKnots::Covering(0.0, kDuration, 1.0);
+    DriveState drive;
+    drive.trajectory.rotation =
+        So3Spline(knots, std::vector<Eigen::Quaterniond>(knots.count, Eigen::Quaterniond::Identity()));
+    drive.trajectory.position =
+        PositionSpline(knots, std::vector<Eigen::Vector3d>(knots.count, Eigen::Vector3d::Zero()));
+    adjustment_.state.drives = {drive};
+    CameraCalibration camera;
+    camera.intrinsics = {CameraModel::kPlumbBob, 640, 480, {400.0, 400.0, 320.0, 240.0, 0, 0, 0, 0, 0}};
+    adjustment_.state.cameras = {camera};
+    adjustment_.problem.cameras.resize(1);
+    adjustment_.problem.dataset = &dataset_;
+    dataset_.drives.resize(1);
+  }
+  // One clock that drifts by so much, s/s.
+  void Drift(double drift) {
+    adjustment_.state.cameras[0].sensor.clock_drift = drift;
+    const Layout layout(adjustment_.state, false);
+    adjustment_.last_solve.information =
+        1e6 * Eigen::MatrixXd::Identity(layout.calibration, layout.calibration);
+  }
+  double OffsetSigma() const { return Analyze(adjustment_, dataset_).sigmas[0].time_offset; }
+
+  Dataset dataset_;
+  Adjustment adjustment_;
+};
+
+TEST_F(OneCamera, AnOffsetThatMovesFasterThanClocksDoIsUnsureByThat) {
+  Drift(5e-5);
+  const double of_clock = OffsetSigma();
+  EXPECT_NEAR(of_clock, 1e-3, 1e-5);
+  Drift(-2e-4);
+  EXPECT_NEAR(OffsetSigma(), std::hypot(of_clock, 2e-4 * kDuration / std::sqrt(12.0)), 1e-5);
+}
+
+TEST_F(OneCamera, AStepThatWasRefusedIsStillToGo) {
+  Drift(0.0);
+  const CalibrationState before = adjustment_.state;
+  EXPECT_EQ(ChangeInSigmas(adjustment_, dataset_, before), 0.0);
+  const Layout layout(adjustment_.state, false);
+  adjustment_.last_solve.refused_step = Eigen::VectorXd::Zero(layout.calibration);
+  adjustment_.last_solve.refused_step[3] = -4e-3;
+  EXPECT_NEAR(ChangeInSigmas(adjustment_, dataset_, before), 4.0, 0.04);
+}
+
+}  // namespace
+}  // namespace mlic
