@@ -36,6 +36,7 @@ std::vector<CalibrationBlock> CalibrationBlocks(EvaluationPoint* at, const Layou
     blocks.push_back({intrinsics.data(), count, count, layout.Intrinsics(c), nullptr});
   }
   blocks.push_back({&state.gravity, 1, 1, layout.gravity, nullptr});
+  blocks.push_back({&state.accelerometer_lag, 1, 1, layout.lag, nullptr});
   if (layout.matrices < 0) {
     blocks.push_back({state.accelerometer_matrix.data(), 9, 3, layout.alignment, PlusAlignment});
   } else {

@@ -42,6 +42,7 @@ Eigen::VectorXd CalibrationDifference(const Layout& layout, const CalibrationSta
         a.drives[d].accelerometer_bias - b.drives[d].accelerometer_bias;
   }
   difference[layout.gravity] = a.gravity - b.gravity;
+  difference[layout.lag] = a.accelerometer_lag - b.accelerometer_lag;
   if (layout.matrices < 0) {
     difference.segment<3>(layout.alignment) =
         Log(Eigen::Matrix3d(a.accelerometer_matrix * b.accelerometer_matrix.transpose()));

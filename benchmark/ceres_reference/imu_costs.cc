@@ -30,6 +30,7 @@ ImuCost::ImuCost(EvaluationPoint* at, std::size_t drive, const ImuSample& sample
   blocks->Add(state.gyroscope_bias.data(), 3);
   blocks->Add(state.accelerometer_bias.data(), 3);
   blocks->Add(&at->state.gravity, 1);
+  blocks->Add(&at->state.accelerometer_lag, 1);
   blocks->Add(at->state.accelerometer_matrix.data(), 9);
   if (with_matrices) blocks->Add(at->state.gyroscope_matrix.data(), 9);
   *mutable_parameter_block_sizes() = blocks->ambients;
@@ -65,12 +66,13 @@ bool ImuCost::Evaluate(double const* const*, double* residuals, double** jacobia
   WriteBlock(rows, ImuResidual::kBias, 3, 3, rest[0]);
   WriteBlock(rows, ImuResidual::kBias + 3, 3, 3, rest[1]);
   WriteBlock(rows, ImuResidual::kGravity, 1, 1, rest[2]);
+  WriteBlock(rows, ImuResidual::kLag, 1, 1, rest[3]);
   if (!with_matrices_) {
-    WriteBlock(rows, ImuResidual::kAlignment, 3, 9, rest[3]);
+    WriteBlock(rows, ImuResidual::kAlignment, 3, 9, rest[4]);
     return true;
   }
-  WriteBlock(rows, ImuResidual::kMatrices + 9, 6, 9, rest[3]);
-  WriteBlock(rows, ImuResidual::kMatrices, 9, 9, rest[4]);
+  WriteBlock(rows, ImuResidual::kMatrices + 9, 6, 9, rest[4]);
+  WriteBlock(rows, ImuResidual::kMatrices, 9, 9, rest[5]);
   return true;
 }
 

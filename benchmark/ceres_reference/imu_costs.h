@@ -12,7 +12,8 @@ namespace mlic::ceres_reference {
 // imu_terms.cc. A loss of Ceres would take all six together, so they come weighted: component i is
 // sqrt(w) r with w = rho'(r^2), its Jacobian sqrt(w) J, and a seventh residual without a Jacobian makes up
 // the sum of rho(r^2) - w r^2. So cost, gradient and Gauss-Newton matrix are those of the loss of each.
-// Blocks: control points, gyroscope bias, accelerometer bias and, where estimated, the two matrices.
+// Blocks: control points, gyroscope bias, accelerometer bias, gravity, the accelerometer's lag and matrix
+// and, where estimated, the gyroscope's.
 class ImuCost : public ceres::CostFunction {
  public:
   ImuCost(EvaluationPoint* at, std::size_t drive, const ImuSample& sample, const ImuSigma& sigma,

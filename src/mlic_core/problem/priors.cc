@@ -76,7 +76,7 @@ void AddImu(const ImuFreedom& imu, const CalibrationState& state, const Layout& 
   if (imu.gravity_sigma > 0.0) {
     (*gradient)[layout.gravity] = (state.gravity - kStandardGravity) / (sigma * sigma);
   }
-  constexpr double kHeldLag = 1e-8;  // s; from: guard, far below any offset of clocks
+  constexpr double kHeldLag = 1e-5;  // s; from: guard, far below what moves a lever arm
   const double lag_sigma = imu.lag_sigma > 0.0 ? imu.lag_sigma : kHeldLag;
   (*information)(layout.lag, layout.lag) = 1.0 / (lag_sigma * lag_sigma);
   if (imu.lag_sigma > 0.0) (*gradient)[layout.lag] = state.accelerometer_lag / (lag_sigma * lag_sigma);

@@ -50,6 +50,7 @@ void Disturb(Random* random, SensorCalibration* sensor) {
 // eliminated.
 void ExpectSame(Case c) {
   c.problem.dataset = &c.dataset;
+  c.problem.imu.lag_sigma = 0.01;
   const ceres_reference::OwnMinimum own = ceres_reference::FindOwnMinimum(c.problem, c.start);
   ASSERT_LT(own.last_change, 1e-4);
   ceres_reference::CeresJointProblem reference(c.problem, c.start);

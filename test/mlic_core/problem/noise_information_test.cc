@@ -37,11 +37,13 @@ class Turntable : public testing::Test {
     MeasureDrive(noise);
     return SolveJointProblem(problem_, 4, CancellationToken(), &state_);
   }
-  // What of the alignment about the vertical, 1/rad^2, the information leaves once all else is free.
+  // What of the alignment about the vertical, 1/rad^2, the information leaves once all else is free that the
+  // problem does not hold.
   static double Heading(const Eigen::MatrixXd& information, const CalibrationState& state) {
     const Layout layout(state, false);
     Eigen::MatrixXd known = information;
     known.diagonal().array() += 1e-3;
+    known(layout.lag, layout.lag) += 1e12;
     return 1.0 / known.inverse()(layout.alignment + 2, layout.alignment + 2);
   }
   Eigen::VectorXd Limits() const {
