@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <string>
+
 #include "mlic_core/geometry/so3.h"
 #include "support/simulated_input.h"
 
@@ -132,9 +135,9 @@ TEST(Calibration, GuessTheWrongWayRoundDecidesNothing) {
   CalibrationObserver observer;
   const CalibrationResult result = Calibrate(input.rig, input.dataset, CancellationToken(), observer);
   EXPECT_FALSE(result.Trusted());
-  ASSERT_FALSE(result.reasons.empty());
-  EXPECT_NE(result.reasons[0].find("contradicts the given T_imu_sensor"), std::string::npos)
-      << result.reasons[0];
+  EXPECT_TRUE(std::any_of(result.reasons.begin(), result.reasons.end(), [](const std::string& reason) {
+    return reason.find("contradicts the given T_imu_sensor") != std::string::npos;
+  }));
   input.rig.lidars[0].guess->T_imu_sensor = truth;
   EXPECT_TRUE(Calibrate(input.rig, input.dataset, CancellationToken(), observer).Trusted());
 }
