@@ -81,7 +81,11 @@ inline std::size_t PeakMemory() {
 // in proportion.
 inline void ReadMutants(const std::vector<std::string>& seeds, int count,
                         const std::function<void(const std::string&)>& read) {
+#ifdef __SANITIZE_ADDRESS__
+  constexpr std::size_t kMost = 2048u << 20;  // AddressSanitizer keeps what was freed for a while
+#else
   constexpr std::size_t kMost = 256u << 20;  // bytes; the seeds are of kilobytes
+#endif
   for (const std::string& seed : seeds) EXPECT_NO_THROW(read(seed));
   Mutator mutator(seeds);
   const std::size_t before = PeakMemory();

@@ -5,10 +5,10 @@
 #include <optional>
 
 #include "mlic_core/common/error.h"
-#include "mlic_core/problem/landmark_terms.h"
 #include "mlic_core/problem/layout.h"
 #include "mlic_core/problem/linearizer.h"
 #include "mlic_core/problem/priors.h"
+#include "mlic_core/problem/settle_points.h"
 #include "mlic_core/problem/time_windows.h"
 #include "mlic_core/solver/normal_equations.h"
 
@@ -25,6 +25,30 @@ std::vector<LandmarkGeometry> GeometryOf(const JointProblem& problem) {
   std::vector<LandmarkGeometry> landmarks;
   for (const DriveTerms& drive : problem.drives) {
     landmarks.push_back({drive.planes.planes, drive.landmarks.points});
+  }
+  return landmarks;
+}
+
+SolveSummary CountedObservations(const JointProblem& problem) {
+  SolveSummary summary;
+  for (const DriveTerms& drive : problem.drives) {
+    summary.observations += drive.planes.observations.size();
+    summary.landmark_observations += drive.landmarks.observations.size();
+  }
+  return summary;
+}
+
+// The landmarks of a problem with short couplings as those of the given one. origins: of the points, empty
+// where none was split.
+std::vector<LandmarkGeometry> WithPointsWhole(const JointProblem& given, JointProblem problem,
+                                              const std::vector<std::vector<std::size_t>>& origins) {
+  std::vector<LandmarkGeometry> landmarks;
+  for (std::size_t d = 0; d < problem.drives.size(); ++d) {
+    LandmarkSet& points = problem.drives[d].landmarks;
+    landmarks.push_back({std::move(problem.drives[d].planes.planes),
+                         origins.empty()
+                             ? std::move(points.points)
+                             : MergePoints(given.drives[d].landmarks.points, points, origins[d])});
   }
   return landmarks;
 }
@@ -78,11 +102,7 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
   JointProblem problem = WithShortCouplings(given, *state, &origins);  // the landmarks move with the solve
   const Layout layout(*state, problem.estimate_imu_matrices);
   const std::vector<bool> free_calibration = FreeCalibration(problem, layout);
-  SolveSummary summary;
-  for (const DriveTerms& drive : problem.drives) {
-    summary.observations += drive.planes.observations.size();
-    summary.landmark_observations += drive.landmarks.observations.size();
-  }
+  SolveSummary summary = CountedObservations(problem);
   std::vector<LandmarkCoupling> couplings;
   const auto linearize = [&](const CalibrationState& at) {
     return Linearize({problem, at, layout}, &couplings);
@@ -153,13 +173,7 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
     if (damping < 1e-6) damping = 0.0;
     sum = std::move(*next);
   }
-  for (std::size_t d = 0; d < problem.drives.size(); ++d) {
-    LandmarkSet& points = problem.drives[d].landmarks;
-    summary.landmarks.push_back({std::move(problem.drives[d].planes.planes),
-                                 origins.empty()
-                                     ? std::move(points.points)
-                                     : MergePoints(given.drives[d].landmarks.points, points, origins[d])});
-  }
+  summary.landmarks = WithPointsWhole(given, std::move(problem), origins);
   return summary;
 }
 

@@ -27,14 +27,6 @@ std::vector<ReprojectionRows> RowsOfLandmark(const LinearizationPoint& at, std::
 // What AddLandmarks adds to the cost.
 double LandmarkCost(const LinearizationPoint& at, std::size_t drive, std::size_t begin, std::size_t end);
 
-// Moves each point landmark of the problem, one by itself, to where its observations have it, all else held.
-// After a long step of the cameras points that took the linear step are far off their rays: a change of scale
-// moves them all. Jeong et al., "Pushing the envelope of modern methods for bundle adjustment", PAMI 2012
-// (embedded point iterations).
-// before: where the landmarks were before the step.
-void SettlePoints(const CalibrationState& state, const Layout& layout,
-                  const std::vector<LandmarkGeometry>& before, JointProblem* problem);
-
 // The point moved by a step in its three parameters: two of the bearing from its anchor, and the inverse
 // distance.
 void MovePoint(const Eigen::Vector3d& step, PointLandmark* point);

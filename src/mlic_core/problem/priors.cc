@@ -129,7 +129,9 @@ void CalibrationPrior(const JointProblem& problem, const CalibrationState& state
     (*gradient)[layout.drift[s]] = kDriftWeight * *state.Sensor(layout.order.At(s)).clock_drift;
   }
   AddImu(problem.imu, state, layout, information, gradient);
+  // from: derivation, of the sigmas.
   constexpr double kGyroscopeWeight = 1.0 / (kGyroscopeBiasSigma * kGyroscopeBiasSigma);
+  // from: derivation, of the sigmas.
   constexpr double kAccelerometerWeight = 1.0 / (kAccelerometerBiasSigma * kAccelerometerBiasSigma);
   for (std::size_t d = 0; d < state.drives.size(); ++d) {
     const int at = layout.Bias(d);

@@ -1,5 +1,7 @@
 #include "mlic_core/io/checkpoint/serialize_stages.h"
 
+#include <limits>
+
 #include "mlic_core/io/checkpoint/archive_types.h"
 
 // A field that is added to the state, or to what a stage hands on, is added here too:
@@ -57,7 +59,9 @@ void Fields(ByteReader& archive, Eigen::MatrixXd& matrix) {
   std::uint64_t columns = 0;
   std::vector<double> values;
   archive(columns, values);
-  if (columns == 0 ? !values.empty() : values.size() % columns != 0) {
+  // A matrix without rows keeps its columns.
+  const bool fits = columns == 0 ? values.empty() : values.size() % columns == 0;
+  if (!fits || columns > std::numeric_limits<int>::max()) {
     archive.Fail();
     return;
   }
