@@ -50,7 +50,6 @@ void Disturb(Random* random, SensorCalibration* sensor) {
 // eliminated.
 void ExpectSame(Case c) {
   c.problem.dataset = &c.dataset;
-  c.problem.imu.lag_sigma = 0.01;
   const ceres_reference::OwnMinimum own = ceres_reference::FindOwnMinimum(c.problem, c.start);
   ASSERT_LT(own.last_change, 1e-4);
   ceres_reference::CeresJointProblem reference(c.problem, c.start);
@@ -198,7 +197,7 @@ TEST(CeresReference, FindsTheSameMinimumOfImuAndCameras) {
   c.dataset.drives[0].imu = NoisyImu(c.start.drives[0].trajectory, kDuration, &random);
   c.problem.lidars.resize(1);
   c.problem.cameras.resize(2);
-  c.problem.imu = {Eigen::Matrix3d::Zero(), 0.03};
+  c.problem.imu = {Eigen::Matrix3d::Zero(), 0.03, 0.01};
   c.problem.cameras[0].fixed.square_pixels = true;
   c.problem.cameras[1].fixed.intrinsics = {false, false, false, false, false, false, true, true};
   Disturb(&random, &c.start.lidars[0]);
