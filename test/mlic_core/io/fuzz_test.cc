@@ -120,7 +120,7 @@ TEST(Fuzz, ColmapModel) {
   std::string points =
       Packed(one, std::uint64_t{7}, 1.0, 2.0, 3.0, std::uint16_t{0}, std::uint8_t{0}, 0.5, one, one);
   std::string images = Packed(one, std::uint32_t{1}, 1.0, 0.0, 0.0, 0.0, 1.0, 2.0, 3.0, std::uint32_t{1});
-  images += std::string("image", 6) + Packed(one, 10.0, 20.0, std::uint64_t{7});
+  images += std::string("image") + '\0' + Packed(one, 10.0, 20.0, std::uint64_t{7});
   const std::vector<std::pair<std::string, std::string>> files{
       {"cameras.bin", camera}, {"points3D.bin", points}, {"images.bin", images}};
   const TemporaryDirectory directory;
