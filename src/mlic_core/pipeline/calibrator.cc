@@ -7,6 +7,7 @@
 #include "mlic_core/initialization/camera_imu/camera_imu.h"
 #include "mlic_core/initialization/lidar_imu.h"
 #include "mlic_core/initialization/lidars_alone.h"
+#include "mlic_core/pipeline/adjustment_context.h"
 #include "mlic_core/pipeline/camera_stages.h"
 #include "mlic_core/pipeline/joint_adjustment.h"
 #include "mlic_core/pipeline/lidar_adjustment.h"
@@ -41,14 +42,6 @@ Initialization InitializationStage(const StageContext& context, const std::strin
   for (const std::string& note : start.notes) stage.Line(note);
   for (const std::string& problem : start.problems) stage.Line(problem);
   return start;
-}
-
-AdjustmentContext ContextOf(const StageContext& context, StageClock* stage) {
-  return {context.rig,
-          context.dataset,
-          context.observer,
-          {context.cancellation, [stage](double fraction) { stage->Progress(fraction); },
-           [stage](const std::string& text) { stage->Line(text); }}};
 }
 
 // What an earlier run kept of the stage, or the adjustment as it is.

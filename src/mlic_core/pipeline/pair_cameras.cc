@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "mlic_core/pipeline/adjustment_context.h"
 #include "mlic_core/pipeline/camera_placement.h"
 #include "mlic_core/pipeline/camera_stages.h"
 #include "mlic_core/pipeline/joint_adjustment.h"
@@ -81,6 +82,7 @@ CameraInitialization StartOf(const LidarsAlone& alone, const std::vector<CameraS
   return cameras;
 }
 
+// context: about the root, as alone.
 Adjustment AdjustWithCameras(const StageContext& context, const LidarsAlone& alone,
                              const std::vector<CameraStart>& starts, const std::vector<CameraPlace>& places,
                              Adjustment adjustment) {
@@ -96,11 +98,7 @@ Adjustment AdjustWithCameras(const StageContext& context, const LidarsAlone& alo
     adjustment.cameras.sigmas.push_back(
         SigmaOf(places[c], alone.time_offset_sigmas[alone.rig.lidars.size() + c]));
   }
-  const AdjustmentContext of_stage{alone.rig,
-                                   alone.dataset,
-                                   context.observer,
-                                   {context.cancellation, [&](double fraction) { stage.Progress(fraction); },
-                                    [&](const std::string& text) { stage.Line(text); }}};
+  const AdjustmentContext of_stage = ContextOf(context, &stage);
   JointOptions options;
   options.landmarks = Landmarks::kTracksAndMap;
   options.find_sensor_errors = false;

@@ -153,7 +153,7 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
       return moved_cost + of_priors <= sum.cost * (1.0 + kAllowedIncrease) + 1e-9;
     };
     bool accepted = lowers(cost);
-    if (!accepted) {
+    if (!accepted && summary.landmark_observations > 0) {
       SettlePoints(moved, layout, before, &problem);
       cost = Cost({problem, moved, layout});
       accepted = lowers(cost);

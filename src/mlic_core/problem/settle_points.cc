@@ -52,7 +52,7 @@ void SettlePoint(const LinearizationPoint& at, std::size_t d, std::size_t p, con
   const PointLandmark moved_to = *point;
   *point = was;
   const PointEquations before = EquationsOf(at, d, p, observations);
-  if (before.cost < equations.cost) {
+  if (!(equations.cost <= before.cost)) {  // also where it is not a number
     equations = before;
   } else {
     *point = moved_to;
