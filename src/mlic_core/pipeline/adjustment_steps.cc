@@ -112,7 +112,7 @@ SolveSummary SolveAdjustment(const CancellationToken& cancellation, Adjustment* 
   return summary;
 }
 
-void MeasureScale(const Adjustment& adjustment, CovarianceScale* scale) {
+void MeasureScale(const LinearizedProblem& linearized, const Adjustment& adjustment, CovarianceScale* scale) {
   const JointProblem& problem = adjustment.problem;
   const CalibrationState& state = adjustment.state;
   scale->correlation = CorrelationFactor(problem.drives, state);
@@ -120,11 +120,11 @@ void MeasureScale(const Adjustment& adjustment, CovarianceScale* scale) {
   for (std::size_t l = 0; l < state.lidars.size(); ++l) {
     scale->correlation = std::max(scale->correlation, scale->stamps[l].excess);
   }
-  scale->inflation.points = ScatterOfPoints(problem, state, scale->correlation);
+  scale->inflation.points = ScatterOfPoints(linearized, scale->correlation);
   scale->inflation.points += ScatterOfRanges(problem, state);
   if (adjustment.rounds.landmarks == Landmarks::kNone) return;
   scale->inflation.cameras = MeasureCameraInflation(
-      problem, state, adjustment.cameras.landmark_options,
+      linearized, adjustment.cameras.landmark_options,
       AnalyzeCalibration(problem, state, adjustment.last_solve.information).solved_covariance);
 }
 

@@ -8,6 +8,7 @@
 #include "mlic_core/initialization/camera_on_trajectory.h"
 #include "mlic_core/initialization/lidar_imu.h"
 #include "mlic_core/problem/joint_solver.h"
+#include "mlic_core/problem/linearized_problem.h"
 #include "mlic_core/result/observer.h"
 #include "mlic_core/uncertainty/adjustment.h"
 
@@ -48,8 +49,9 @@ void AssociateWithPlanes(const AdjustmentContext& context, const std::vector<boo
 // have no solution.
 SolveSummary SolveAdjustment(const CancellationToken& cancellation, Adjustment* adjustment);
 
-// By what the last solve's information is too good, but for the IMU's part.
-void MeasureScale(const Adjustment& adjustment, CovarianceScale* scale);
+// By what the last solve's information is too good, but for the IMU's part. linearized: the adjustment's
+// problem at its state.
+void MeasureScale(const LinearizedProblem& linearized, const Adjustment& adjustment, CovarianceScale* scale);
 
 // Shows the state to the observer.
 void ShowAdjustment(const AdjustmentContext& context, const std::string& stage, int iteration,

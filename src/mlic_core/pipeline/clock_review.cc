@@ -82,9 +82,12 @@ bool ReviewClocks(const AdjustmentContext& context, Adjustment* adjustment) {
   if (!freed.empty()) {
     for (const SensorId id : freed) Calibration(id, &trial.state).clock_drift = 0.0;
     trial.last_solve = SolveAdjustment(context.monitor.cancellation, &trial);
-    trial.noise_information = NoiseInformation(trial.problem, trial.state, context.monitor.cancellation);
   }
-  MeasureScale(trial, &trial.scale);
+  const LinearizedProblem linearized(trial.problem, trial.state);
+  if (!freed.empty()) {
+    trial.noise_information = NoiseInformation(linearized, context.monitor.cancellation);
+  }
+  MeasureScale(linearized, trial, &trial.scale);
   const ObservabilityAnalysis analysis = Analyze(trial, context.dataset);
   bool changed = false, taken_back = false;
   for (const SensorId id : drifting) {

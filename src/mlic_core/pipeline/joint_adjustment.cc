@@ -159,10 +159,16 @@ bool FindContradictedGuesses(const AdjustmentContext& context, const Calibration
 }
 
 // Once in the rounds, when the trajectory has settled, and once at their end.
-void MeasureNoise(const AdjustmentContext& context, Adjustment* adjustment) {
-  adjustment->noise_information =
-      NoiseInformation(adjustment->problem, adjustment->state, context.monitor.cancellation);
+void MeasureNoise(const AdjustmentContext& context, const LinearizedProblem& linearized,
+                  Adjustment* adjustment) {
+  adjustment->noise_information = NoiseInformation(linearized, context.monitor.cancellation);
   adjustment->rounds.noise_measured = true;
+}
+
+void MeasureNoiseAndScale(const AdjustmentContext& context, Adjustment* adjustment) {
+  const LinearizedProblem linearized(adjustment->problem, adjustment->state);
+  MeasureNoise(context, linearized, adjustment);
+  MeasureScale(linearized, *adjustment, &adjustment->scale);
 }
 
 // Whether LiDARs' ranges err together is asked once in the rounds, and again where they do. True if their
@@ -302,7 +308,9 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     AssociateAndSolve(context, many, &adjustment);
     const double change = ChangeInSigmas(adjustment, context.dataset, before);
     rounds.last_change = change;
-    if (many && !rounds.noise_measured) MeasureNoise(context, &adjustment);
+    if (many && !rounds.noise_measured) {
+      MeasureNoise(context, {adjustment.problem, adjustment.state}, &adjustment);
+    }
     // Not before: extrinsics on their way look like clocks that drift, and like rings and ranges that err.
     const bool settled = options.find_sensor_errors && many && change < 1.0;
     bool clocks_moved = false, ranges_moved = false;
@@ -348,9 +356,10 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
 void MeasureUncertainty(const AdjustmentContext& context, Adjustment* adjustment) {
   adjustment->scale = {};
   WeakenImuBySlowErrors(context, adjustment);
-  MeasureNoise(context, adjustment);
-  MeasureScale(*adjustment, &adjustment->scale);
-  if (HoldUnobservableTranslations(context, adjustment)) MeasureScale(*adjustment, &adjustment->scale);
+  MeasureNoiseAndScale(context, adjustment);
+  if (HoldUnobservableTranslations(context, adjustment)) {
+    MeasureScale({adjustment->problem, adjustment->state}, *adjustment, &adjustment->scale);
+  }
   const CalibrationState& state = adjustment->state;
   const auto& line = context.monitor.line;
   if (adjustment->rounds.landmarks == Landmarks::kTracksAndMap) {

@@ -6,10 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "mlic_core/problem/layout.h"
 #include "mlic_core/problem/linearizer.h"
-#include "mlic_core/problem/time_windows.h"
-#include "mlic_core/solver/normal_equations.h"
 
 namespace mlic {
 namespace {
@@ -18,17 +15,17 @@ namespace {
 constexpr double kShownControlPoint = 0.3;  // from: guard
 
 // The information at the trajectory moved by `step`; landmarks follow it.
-std::optional<Eigen::MatrixXd> InformationAt(const JointProblem& problem, const CalibrationState& state,
-                                             const std::vector<LandmarkCoupling>& couplings,
+std::optional<Eigen::MatrixXd> InformationAt(const LinearizedProblem& linearized,
                                              const Eigen::VectorXd& step) {
-  const Layout layout(state, problem.estimate_imu_matrices);
-  CalibrationState moved = state;
-  layout.Update(step, &moved);
-  JointProblem followed = problem;
-  MoveLandmarks(couplings, step, &followed);
-  std::vector<LandmarkCoupling> at_moved;
-  const Accumulator sum = Linearize({followed, moved, layout}, &at_moved);
-  return CalibrationInformation(sum, at_moved);
+  CalibrationState moved = linearized.state;
+  linearized.layout.Update(step, &moved);
+  JointProblem followed = linearized.problem;
+  MoveLandmarks(linearized.couplings, step, &followed);
+  std::vector<LandmarkCoupling> couplings;
+  const Accumulator sum = Linearize({followed, moved, linearized.layout}, &couplings);
+  const std::optional<ReducedEquations> equations = Reduce(sum, couplings);
+  if (!equations) return std::nullopt;
+  return equations->information;
 }
 
 Eigen::MatrixXd PositivePart(const Eigen::MatrixXd& matrix) {
@@ -39,25 +36,19 @@ Eigen::MatrixXd PositivePart(const Eigen::MatrixXd& matrix) {
 
 }  // namespace
 
-Eigen::MatrixXd NoiseInformation(const JointProblem& given, const CalibrationState& state,
-                                 const CancellationToken& cancellation) {
-  const Layout layout(state, given.estimate_imu_matrices);
+Eigen::MatrixXd NoiseInformation(const LinearizedProblem& linearized, const CancellationToken& cancellation) {
+  const Layout& layout = linearized.layout;
   const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(layout.calibration, layout.calibration);
-  if (given.fix_trajectory) return none;
-  std::vector<std::vector<std::size_t>> origins;
-  const JointProblem problem = WithShortCouplings(given, state, &origins);
-  std::vector<LandmarkCoupling> couplings;
-  const Accumulator sum = Linearize({problem, state, layout}, &couplings);
-  const std::optional<KnotsByNoise> knots = DrawKnots(sum, couplings);
-  if (!knots) return none;
+  if (!linearized.equations) return none;
   Eigen::VectorXd step = Eigen::VectorXd::Zero(layout.Total());
-  step.head(layout.knots) =
-      knots->deviation.unaryExpr([](double v) { return std::abs(v) < kShownControlPoint ? v : 0.0; });
+  step.head(layout.knots) = DrawKnots(*linearized.equations).unaryExpr([](double v) {
+    return std::abs(v) < kShownControlPoint ? v : 0.0;
+  });
   // There and back, so that what grows by the first order cancels.
-  Eigen::MatrixXd excess = -knots->information;
+  Eigen::MatrixXd excess = -linearized.equations->information;
   for (const double side : {1.0, -1.0}) {
     cancellation.ThrowIfCancelled();
-    const std::optional<Eigen::MatrixXd> there = InformationAt(problem, state, couplings, side * step);
+    const std::optional<Eigen::MatrixXd> there = InformationAt(linearized, side * step);
     if (!there) return none;
     excess += 0.5 * *there;
   }

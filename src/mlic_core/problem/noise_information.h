@@ -3,8 +3,7 @@
 #include <Eigen/Core>
 
 #include "mlic_core/common/progress.h"
-#include "mlic_core/problem/joint_problem.h"
-#include "mlic_core/problem/state.h"
+#include "mlic_core/problem/linearized_problem.h"
 
 namespace mlic {
 
@@ -14,8 +13,7 @@ namespace mlic {
 // trajectories that are drawn about the estimate from its own covariance: by so much as they show more, the
 // estimate shows more than the truth. Positive semidefinite, calibration x calibration; the same for the same
 // problem. Zero where the equations have no solution, or the trajectory is held. docs/method.md, section 11.
-Eigen::MatrixXd NoiseInformation(const JointProblem& problem, const CalibrationState& state,
-                                 const CancellationToken& cancellation);
+Eigen::MatrixXd NoiseInformation(const LinearizedProblem& linearized, const CancellationToken& cancellation);
 
 // The information that belongs to the errors of an estimate made with `information`, of which `noise` is
 // noise's: S_t S^-1 S_t with S_t = S - noise, as the gradient's covariance is S and only S_t pulls. limits:

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "mlic_core/common/parallel.h"
-#include "mlic_core/solver/envelope_cholesky.h"
 #include "mlic_core/solver/schur_complement.h"
 
 namespace mlic {
@@ -35,25 +34,6 @@ EnvelopeMatrix KnotMatrix(const Accumulator& sum, const std::vector<LandmarkCoup
   A.border.topRows(sum.border.rows()) = sum.border;
   A.border.bottomRows<1>() = sum.gradient_knots.transpose();
   return A;
-}
-
-struct Reduced {
-  EnvelopeMatrix factor;        // of the control points
-  Eigen::MatrixXd information;  // of the calibration
-};
-
-// Control points and landmarks eliminated, nothing where the equations have no solution.
-std::optional<Reduced> Reduce(const Accumulator& sum, const std::vector<LandmarkCoupling>& landmarks) {
-  const Eigen::Index calibration = sum.corner.rows();
-  Eigen::MatrixXd corner = Eigen::MatrixXd::Zero(calibration + 1, calibration + 1);
-  corner.topLeftCorner(calibration, calibration) = sum.corner;
-  EnvelopeMatrix A = KnotMatrix(sum, landmarks);
-  EliminateLandmarks(landmarks, &A, &corner);
-  if (!A.Factor()) return std::nullopt;
-  corner.triangularView<Eigen::Lower>() -= A.border * A.border.transpose();
-  Eigen::MatrixXd information =
-      corner.topLeftCorner(calibration, calibration).selfadjointView<Eigen::Lower>();
-  return Reduced{std::move(A), std::move(information)};
 }
 
 // Solves in the calibration alone, given its information (Schur complement) and gradient.
@@ -120,31 +100,32 @@ NormalSolution SolveNormalEquations(const Accumulator& sum, const std::vector<La
   return solution;
 }
 
-std::optional<Eigen::MatrixXd> CalibrationInformation(const Accumulator& sum,
-                                                      const std::vector<LandmarkCoupling>& landmarks) {
-  const std::optional<Reduced> reduced = Reduce(sum, landmarks);
-  if (!reduced) return std::nullopt;
-  return reduced->information;
+std::optional<ReducedEquations> Reduce(const Accumulator& sum,
+                                       const std::vector<LandmarkCoupling>& landmarks) {
+  const Eigen::Index calibration = sum.corner.rows();
+  Eigen::MatrixXd corner = Eigen::MatrixXd::Zero(calibration + 1, calibration + 1);
+  corner.topLeftCorner(calibration, calibration) = sum.corner;
+  EnvelopeMatrix A = KnotMatrix(sum, landmarks);
+  EliminateLandmarks(landmarks, &A, &corner);
+  if (!A.Factor()) return std::nullopt;
+  corner.triangularView<Eigen::Lower>() -= A.border * A.border.transpose();
+  Eigen::MatrixXd information =
+      corner.topLeftCorner(calibration, calibration).selfadjointView<Eigen::Lower>();
+  return ReducedEquations{std::move(A), std::move(information)};
 }
 
-std::optional<KnotsByNoise> DrawKnots(const Accumulator& sum,
-                                      const std::vector<LandmarkCoupling>& landmarks) {
-  const std::optional<Reduced> reduced = Reduce(sum, landmarks);
-  if (!reduced) return std::nullopt;
+Eigen::VectorXd DrawKnots(const ReducedEquations& equations) {
   std::mt19937_64 engine(1);
   std::normal_distribution<double> draw;
-  KnotsByNoise knots{Eigen::VectorXd(reduced->factor.size()), reduced->information};
-  for (double& value : knots.deviation) value = draw(engine);
-  reduced->factor.SolveTransposed(&knots.deviation);
-  return knots;
+  Eigen::VectorXd deviation(equations.factor.size());
+  for (double& value : deviation) value = draw(engine);
+  equations.factor.SolveTransposed(&deviation);
+  return deviation;
 }
 
-std::optional<Eigen::MatrixXd> KnotResponse(const Accumulator& sum,
-                                            const std::vector<LandmarkCoupling>& landmarks) {
-  const std::optional<Reduced> reduced = Reduce(sum, landmarks);
-  if (!reduced) return std::nullopt;
-  const Eigen::Index calibration = sum.corner.rows();
-  const EnvelopeMatrix& A = reduced->factor;
+Eigen::MatrixXd KnotResponse(const ReducedEquations& equations) {
+  const Eigen::Index calibration = equations.information.rows();
+  const EnvelopeMatrix& A = equations.factor;
   Eigen::MatrixXd response(calibration, A.border.cols());
   ParallelFor(static_cast<std::size_t>(calibration), [&](std::size_t i) {
     Eigen::VectorXd row = A.border.row(static_cast<Eigen::Index>(i)).transpose();

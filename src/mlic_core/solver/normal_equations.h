@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "mlic_core/solver/accumulator.h"
+#include "mlic_core/solver/envelope_cholesky.h"
 
 namespace mlic {
 
@@ -25,24 +26,22 @@ NormalSolution SolveNormalEquations(const Accumulator& sum, const std::vector<La
                                     const std::vector<bool>& free_calibration, double damping,
                                     bool hold_knots);
 
-// The calibration's information alone, as in NormalSolution; nothing where the equations have no solution.
-std::optional<Eigen::MatrixXd> CalibrationInformation(const Accumulator& sum,
-                                                      const std::vector<LandmarkCoupling>& landmarks);
-
-struct KnotsByNoise {
-  Eigen::VectorXd deviation;    // of the control points
-  Eigen::MatrixXd information;  // of the calibration
+// The normal equations with control points and landmarks eliminated.
+struct ReducedEquations {
+  EnvelopeMatrix factor;        // of the control points, landmarks left free
+  Eigen::MatrixXd information;  // of the calibration, as in NormalSolution
 };
 
+// Nothing where the equations have no solution.
+std::optional<ReducedEquations> Reduce(const Accumulator& sum,
+                                       const std::vector<LandmarkCoupling>& landmarks);
+
 // Draws a deviation of the control points from the normal distribution that the equations give them with the
-// calibration held and landmarks left free. The same for the same equations; nothing where they have no
-// solution.
-std::optional<KnotsByNoise> DrawKnots(const Accumulator& sum, const std::vector<LandmarkCoupling>& landmarks);
+// calibration held and landmarks left free. The same for the same equations.
+Eigen::VectorXd DrawKnots(const ReducedEquations& equations);
 
 // How control points follow the calibration, landmarks left free (calibration x knots): a step of the
-// calibration moves their best places by minus the transpose of this times the step. Nothing where the
-// equations have no solution.
-std::optional<Eigen::MatrixXd> KnotResponse(const Accumulator& sum,
-                                            const std::vector<LandmarkCoupling>& landmarks);
+// calibration moves their best places by minus the transpose of this times the step.
+Eigen::MatrixXd KnotResponse(const ReducedEquations& equations);
 
 }  // namespace mlic

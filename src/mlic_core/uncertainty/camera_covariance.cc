@@ -9,9 +9,6 @@
 #include "mlic_core/association/landmark_noise.h"
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/problem/landmark_terms.h"
-#include "mlic_core/problem/linearizer.h"
-#include "mlic_core/problem/time_windows.h"
-#include "mlic_core/solver/normal_equations.h"
 
 namespace mlic {
 namespace {
@@ -205,30 +202,23 @@ std::vector<std::vector<int>> Parts(const JointProblem& problem, const Calibrati
 
 }  // namespace
 
-CameraInflation MeasureCameraInflation(const JointProblem& given, const CalibrationState& state,
-                                       const LandmarkOptions& made_with, const Eigen::MatrixXd& covariance) {
-  JointProblem problem = given;
-  std::vector<std::vector<std::vector<std::size_t>>> parts(problem.drives.size());
+CameraInflation MeasureCameraInflation(const LinearizedProblem& linearized, const LandmarkOptions& made_with,
+                                       const Eigen::MatrixXd& covariance) {
+  const LinearizationPoint at = linearized.At();
+  const Layout& layout = at.layout;
+  std::vector<std::vector<std::vector<std::size_t>>> parts(at.problem.drives.size());
   std::size_t count = 0;
-  for (std::size_t d = 0; d < problem.drives.size(); ++d) {
-    const LandmarkSet& whole = given.drives[d].landmarks;
-    std::vector<std::size_t> origins;
-    problem.drives[d].landmarks = SplitPoints(whole, state, d, kLongestPointCoupling, &origins);
-    parts[d].resize(whole.points.size());
-    for (std::size_t p = 0; p < origins.size(); ++p) {
-      if (problem.drives[d].landmarks.IsOnMap(p)) continue;
-      parts[d][origins[p]].push_back(p);
+  for (std::size_t d = 0; d < linearized.origins.size(); ++d) {
+    parts[d].resize(linearized.whole_points[d]);
+    for (std::size_t p = 0; p < linearized.origins[d].size(); ++p) {
+      if (at.problem.drives[d].landmarks.IsOnMap(p)) continue;
+      parts[d][linearized.origins[d][p]].push_back(p);
       ++count;
     }
   }
-  if (count == 0) return {};
-  const Layout layout(state, problem.estimate_imu_matrices);
-  const LinearizationPoint at{problem, state, layout};
-  std::vector<LandmarkCoupling> couplings;
-  const Accumulator sum = Linearize(at, &couplings);
-  const auto knot_response = KnotResponse(sum, couplings);
-  if (!knot_response) return {};
-  const Ground ground{at, *knot_response, covariance, made_with, Groups(state)};
+  if (count == 0 || !linearized.equations) return {};
+  const Eigen::MatrixXd knot_response = KnotResponse(*linearized.equations);
+  const Ground ground{at, knot_response, covariance, made_with, Groups(at.state)};
   std::vector<Sums> sums(kLinearizationChunks,
                          Sums(layout.calibration, ground.groups.first_stretch.back(), ground.groups.cells));
   for (std::size_t d = 0; d < parts.size(); ++d) {
@@ -245,7 +235,7 @@ CameraInflation MeasureCameraInflation(const JointProblem& given, const Calibrat
   const Eigen::VectorXd of_stretches = 0.5 * (beyond(all.stretches) + beyond(all.later_stretches));
   const Eigen::VectorXd of_cells = beyond(all.cells);
   CameraInflation inflation{all.information, all.self_weighing, Eigen::VectorXd::Ones(layout.calibration)};
-  for (const std::vector<int>& part : Parts(problem, state, layout)) {
+  for (const std::vector<int>& part : Parts(at.problem, at.state, layout)) {
     double landmarks = 0.0, stretches = 0.0, cells = 0.0;
     for (const int i : part) {
       if (!(claimed[i] > 0.0)) continue;

@@ -5,8 +5,7 @@
 #include <vector>
 
 #include "mlic_core/association/point_landmarks.h"
-#include "mlic_core/problem/joint_problem.h"
-#include "mlic_core/problem/state.h"
+#include "mlic_core/problem/linearized_problem.h"
 
 namespace mlic {
 
@@ -38,8 +37,8 @@ struct CameraInflation {
 // what they have in common is in their noise). made_with: the options of the points of tracks, with a noise
 // for each camera. covariance: of the calibration, all that the solve held taken as known. Empty without
 // observations of tracks.
-CameraInflation MeasureCameraInflation(const JointProblem& problem, const CalibrationState& state,
-                                       const LandmarkOptions& made_with, const Eigen::MatrixXd& covariance);
+CameraInflation MeasureCameraInflation(const LinearizedProblem& linearized, const LandmarkOptions& made_with,
+                                       const Eigen::MatrixXd& covariance);
 
 // What the inflation adds to a covariance that was made as above. scale: of its variances, against those of
 // the solve.

@@ -9,11 +9,7 @@
 #include "mlic_core/association/ring_corrections.h"
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/factors/point_to_plane.h"
-#include "mlic_core/problem/layout.h"
-#include "mlic_core/problem/linearizer.h"
 #include "mlic_core/problem/plane_terms.h"
-#include "mlic_core/problem/time_windows.h"
-#include "mlic_core/solver/normal_equations.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
 
 namespace mlic {
@@ -175,23 +171,18 @@ Eigen::MatrixXd Excess(const Scatter& scatter, double usual, const Eigen::Vector
 
 }  // namespace
 
-Eigen::MatrixXd ScatterOfPoints(const JointProblem& given, const CalibrationState& state, double usual) {
-  std::vector<std::vector<std::size_t>> origins;
-  const JointProblem problem = WithShortCouplings(given, state, &origins);
-  const Layout layout(state, problem.estimate_imu_matrices);
-  const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(layout.calibration, layout.calibration);
-  if (problem.fix_trajectory) return none;
-  const LinearizationPoint at{problem, state, layout};
-  std::vector<LandmarkCoupling> couplings;
-  const Accumulator sum = Linearize(at, &couplings);
-  const std::optional<Eigen::MatrixXd> knot_response = KnotResponse(sum, couplings);
-  if (!knot_response) return none;
+Eigen::MatrixXd ScatterOfPoints(const LinearizedProblem& linearized, double usual) {
+  const Layout& layout = linearized.layout;
+  const CalibrationState& state = linearized.state;
+  if (!linearized.equations) return Eigen::MatrixXd::Zero(layout.calibration, layout.calibration);
+  const LinearizationPoint at = linearized.At();
+  const Eigen::MatrixXd knot_response = KnotResponse(*linearized.equations);
   std::vector<Scatter> parts(kLinearizationChunks, Scatter(layout.calibration, state));
-  for (std::size_t d = 0; d < problem.drives.size(); ++d) {
-    ParallelChunks(problem.drives[d].planes.planes.size(), parts.size(),
+  for (std::size_t d = 0; d < at.problem.drives.size(); ++d) {
+    ParallelChunks(at.problem.drives[d].planes.planes.size(), parts.size(),
                    [&](std::size_t chunk, std::size_t begin, std::size_t end) {
                      for (std::size_t p = begin; p < end; ++p) {
-                       AddPlane(at, *knot_response, d, p, &parts[chunk]);
+                       AddPlane(at, knot_response, d, p, &parts[chunk]);
                      }
                    });
   }

@@ -2,8 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "mlic_core/problem/joint_problem.h"
-#include "mlic_core/problem/state.h"
+#include "mlic_core/problem/linearized_problem.h"
 
 namespace mlic {
 
@@ -19,6 +18,6 @@ namespace mlic {
 // where it is not estimated; rings with too few points) is added by its variance: G_r v_r G_r^T / usual, G_r
 // the gradient's change with a ring's error (all else followed), v_r the mean square of the corrections. Zero
 // where the equations have no solution or no points take part. docs/method.md, section 11.
-Eigen::MatrixXd ScatterOfPoints(const JointProblem& problem, const CalibrationState& state, double usual);
+Eigen::MatrixXd ScatterOfPoints(const LinearizedProblem& linearized, double usual);
 
 }  // namespace mlic

@@ -78,7 +78,7 @@ void MeasureGrowth(const Adjustment& adjustment, const JointProblem& problem, co
   const Layout layout(state, problem.estimate_imu_matrices);
   const Eigen::MatrixXd covariance =
       InverseInLimits(half->information + half->prior, CalibrationLimits(state, layout));
-  half->cameras = MeasureCameraInflation(problem, state, adjustment.cameras.landmark_options, covariance);
+  half->cameras = MeasureCameraInflation({problem, state}, adjustment.cameras.landmark_options, covariance);
   if (half->cameras.IsEmpty()) half->cameras = adjustment.scale.inflation.cameras;
 }
 

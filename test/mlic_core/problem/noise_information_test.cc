@@ -89,7 +89,7 @@ class Turntable : public testing::Test {
 
 TEST_F(Turntable, WithoutMotionOnlyTheNoiseShowsTheHeading) {
   const SolveSummary summary = Solve(0.0, 1.0);
-  const Eigen::MatrixXd noise = NoiseInformation(problem_, state_, CancellationToken());
+  const Eigen::MatrixXd noise = NoiseInformation({problem_, state_}, CancellationToken());
   const double claimed = Heading(summary.information, state_);
   EXPECT_GT(claimed, 1.0);
   EXPECT_LT(Heading(WithoutNoise(summary.information, noise, Limits()), state_), 0.02 * claimed);
@@ -97,7 +97,7 @@ TEST_F(Turntable, WithoutMotionOnlyTheNoiseShowsTheHeading) {
 
 TEST_F(Turntable, MotionThatShowsTheHeadingKeepsItsInformation) {
   const SolveSummary summary = Solve(0.3, 1.0);
-  const Eigen::MatrixXd noise = NoiseInformation(problem_, state_, CancellationToken());
+  const Eigen::MatrixXd noise = NoiseInformation({problem_, state_}, CancellationToken());
   const double claimed = Heading(summary.information, state_);
   EXPECT_GT(Heading(WithoutNoise(summary.information, noise, Limits()), state_), 0.85 * claimed);
   EXPECT_LT(Heading(WithoutNoise(summary.information, noise, Limits()), state_), claimed);

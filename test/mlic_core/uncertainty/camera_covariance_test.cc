@@ -107,7 +107,7 @@ Outcome Calibrate(const Case& c, bool noise_of_each) {
     PlaceLandmarks(std::move(summary.landmarks), &problem);
   }
   const ObservabilityAnalysis plain = AnalyzeCalibration(problem, state, summary.information);
-  CameraInflation inflation = MeasureCameraInflation(problem, state, options, plain.solved_covariance);
+  CameraInflation inflation = MeasureCameraInflation({problem, state}, options, plain.solved_covariance);
   const ObservabilityAnalysis inflated =
       AnalyzeCalibration(problem, state, summary.information, Inflation{inflation, {}});
   const std::vector<double>&found = state.cameras[0].intrinsics.parameters,

@@ -85,14 +85,14 @@ TEST_F(TwoLidars, ScatterGrowsAlongWhatTheRoughPlaneShows) {
   AddPlane(1, 0.0);
   AddPlane(2, kCorrelation);
   SolveJointProblem(problem_, 3, CancellationToken(), &state_);
-  const Eigen::MatrixXd scatter = ScatterOfPoints(problem_, state_, 1.0);
+  const Eigen::MatrixXd scatter = ScatterOfPoints({problem_, state_}, 1.0);
   // Half of it where the trajectory follows what both LiDARs' errors have in common.
   EXPECT_GT(ExcessAlong(2, scatter), 0.35 * kCorrelation * (kPointsOfSecond - 1));
   EXPECT_LT(ExcessAlong(2, scatter), 1.35 * kCorrelation * (kPointsOfSecond - 1));
   EXPECT_LT(ExcessAlong(0, scatter), 0.5);
   EXPECT_LT(ExcessAlong(1, scatter), 0.5);
   // What is usual counts elsewhere.
-  EXPECT_LT(ScatterOfPoints(problem_, state_, 100.0).norm(), 1e-9 * scatter.norm());
+  EXPECT_LT(ScatterOfPoints({problem_, state_}, 100.0).norm(), 1e-9 * scatter.norm());
 }
 
 // One LiDAR's rings were corrected, but not in what their elevations err by together.
@@ -108,7 +108,7 @@ TEST_F(TwoLidars, MeanElevationOfTheRingsStaysUnknown) {
   for (int ring = 0; ring < kRings; ++ring) {
     state_.rings[0].push_back({0.0f, ring % 2 == 0 ? kTypical : -kTypical});
   }
-  const Eigen::MatrixXd scatter = ScatterOfPoints(problem_, state_, 100.0);
+  const Eigen::MatrixXd scatter = ScatterOfPoints({problem_, state_}, 100.0);
   // The mean's variance is kTypical^2 / kRings; as information (ExcessAlong), beside the points' own.
   const double points_of_lidar = kSeconds * kPointsOfSecond;
   const double height = kTypical * kFromAxis;
