@@ -20,40 +20,24 @@ SensorCalibration& Calibration(SensorId sensor, CalibrationState* state) {
   return sensor.IsLidar() ? state->lidars[sensor.index] : state->cameras[sensor.index].sensor;
 }
 
-// The clocks that the solve may take to drift, beside those that do.
-std::vector<SensorId> ConstantClocks(const Adjustment& adjustment) {
-  std::vector<SensorId> constant;
-  const SensorOrder order = adjustment.state.Sensors();
-  for (std::size_t s = 0; s < order.size(); ++s) {
-    const SensorId id = order.At(s);
-    const bool held = id.IsLidar() ? adjustment.problem.lidars[id.index].fixed
-                                   : adjustment.problem.cameras[id.index].fixed.time_offset;
-    const bool judged = s < adjustment.constant_clocks.size() && adjustment.constant_clocks[s];
-    if (!held && !judged && !adjustment.state.Sensor(id).clock_drift) constant.push_back(id);
-  }
-  return constant;
-}
-
 bool IsShown(const Adjustment& adjustment, const ObservabilityAnalysis& analysis, SensorId sensor) {
   const double sigma = analysis.sensors[adjustment.state.Sensors().PlaceOf(sensor)].drift_sigma;
   return std::abs(*adjustment.state.Sensor(sensor).clock_drift) > kShown * sigma;
 }
 
-// Of clocks that are constant so far, those whose drift may be shown: by one step of all, with the
-// information as it is.
+// Of the clocks that the last solve probed, those whose drift may be shown.
 std::vector<SensorId> MayDrift(const AdjustmentContext& context, const Adjustment& adjustment) {
-  const std::vector<SensorId> constant = ConstantClocks(adjustment);
-  if (constant.empty()) return {};
+  const DriftProbe& probe = adjustment.last_solve.drifts;
+  if (probe.clocks.empty()) return {};
   CalibrationState state = adjustment.state;
-  for (const SensorId id : constant) Calibration(id, &state).clock_drift = 0.0;
-  const SolveSummary step = SolveJointProblem(adjustment.problem, 1, context.monitor.cancellation, &state);
-  if (step.information.size() == 0) return {};
+  for (const SensorId id : probe.clocks) Calibration(id, &state).clock_drift = 0.0;
+  const Layout layout(state, adjustment.problem.estimate_imu_matrices);
   const ObservabilityAnalysis analysis = AnalyzeCalibration(
-      adjustment.problem, state, step.information / VarianceScale(adjustment, context.dataset));
+      adjustment.problem, state, probe.information / VarianceScale(adjustment, context.dataset));
   std::vector<SensorId> drifting;
-  for (const SensorId id : constant) {
+  for (const SensorId id : probe.clocks) {
     const double sigma = analysis.sensors[state.Sensors().PlaceOf(id)].drift_sigma;
-    if (std::abs(*state.Sensor(id).clock_drift) > kShown * sigma) drifting.push_back(id);
+    if (std::abs(probe.step[layout.Drift(id)]) > kShown * sigma) drifting.push_back(id);
   }
   return drifting;
 }
@@ -68,6 +52,19 @@ void Report(const AdjustmentContext& context, const ObservabilityAnalysis& analy
 }
 
 }  // namespace
+
+std::vector<SensorId> ConstantClocks(const Adjustment& adjustment) {
+  std::vector<SensorId> constant;
+  const SensorOrder order = adjustment.state.Sensors();
+  for (std::size_t s = 0; s < order.size(); ++s) {
+    const SensorId id = order.At(s);
+    const bool held = id.IsLidar() ? adjustment.problem.lidars[id.index].fixed
+                                   : adjustment.problem.cameras[id.index].fixed.time_offset;
+    const bool judged = s < adjustment.constant_clocks.size() && adjustment.constant_clocks[s];
+    if (!held && !judged && !adjustment.state.Sensor(id).clock_drift) constant.push_back(id);
+  }
+  return constant;
+}
 
 bool ReviewClocks(const AdjustmentContext& context, Adjustment* adjustment) {
   const SensorOrder order = adjustment->state.Sensors();

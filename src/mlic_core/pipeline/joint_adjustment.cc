@@ -305,7 +305,9 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     const int round = rounds.done;
     const bool many = rounds.points_per_scan > kFewPoints;
     const CalibrationState before = adjustment.state;
+    if (options.find_sensor_errors && many) adjustment.problem.probed_clocks = ConstantClocks(adjustment);
     AssociateAndSolve(context, many, &adjustment);
+    adjustment.problem.probed_clocks.clear();
     const double change = ChangeInSigmas(adjustment, context.dataset, before);
     rounds.last_change = change;
     if (many && !rounds.noise_measured) {

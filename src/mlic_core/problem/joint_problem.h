@@ -73,6 +73,9 @@ struct JointProblem {
   // Combinations of the sensors' poses and offsets (Layout, up to `poses`) that stay where the guesses have
   // them: row . (state - guess) = 0. Rows are unit vectors, of the translations of sensors with a guess.
   std::vector<Eigen::VectorXd> held_translations;
+  // Sensors with constant clocks of which the solve also finds how far they seem to drift
+  // (SolveSummary::drifts).
+  std::vector<SensorId> probed_clocks;
 };
 
 inline const std::optional<ExtrinsicGuess>& GuessOf(SensorId sensor, const JointProblem& problem) {

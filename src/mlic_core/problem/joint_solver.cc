@@ -53,6 +53,68 @@ std::vector<LandmarkGeometry> WithPointsWhole(const JointProblem& given, JointPr
   return landmarks;
 }
 
+// All that the problem says beside the data.
+struct Priors {
+  Eigen::MatrixXd information;
+  Eigen::VectorXd gradient;
+};
+
+Priors PriorsAt(const JointProblem& problem, const CalibrationState& state, const Layout& layout) {
+  Priors priors;
+  CalibrationPrior(problem, state, layout, &priors.information, &priors.gradient);
+  AddHeldTranslations(problem, state, &priors.information, &priors.gradient);
+  return priors;
+}
+
+// While a solve runs, probed clocks have a drift of zero that does not move, so that the equations say where
+// it would go.
+class ClockProbes {
+ public:
+  ClockProbes(const std::vector<SensorId>& clocks, CalibrationState* state) : clocks_(clocks) {
+    Set(0.0, state);
+  }
+  // To be called once the layout of the state is made.
+  void Hold(const Layout& layout, std::vector<bool>* free_calibration) {
+    for (const SensorId id : clocks_) (*free_calibration)[layout.Drift(id)] = false;
+    for (int i = 0; i < layout.calibration; ++i) {
+      const bool of_probe =
+          std::any_of(clocks_.begin(), clocks_.end(), [&](SensorId id) { return layout.Drift(id) == i; });
+      if (!of_probe) kept_.push_back(i);
+    }
+  }
+  // What is left of parameters (columns) without the probes.
+  Eigen::MatrixXd RowsWithout(const Eigen::MatrixXd& given) const {
+    Eigen::MatrixXd rows(static_cast<Eigen::Index>(kept_.size()), given.cols());
+    for (std::size_t i = 0; i < kept_.size(); ++i) {
+      rows.row(static_cast<Eigen::Index>(i)) = given.row(kept_[i]);
+    }
+    return rows;
+  }
+  // Of a symmetric matrix of them.
+  Eigen::MatrixXd Without(const Eigen::MatrixXd& matrix) const {
+    return RowsWithout(RowsWithout(matrix).transpose());
+  }
+  // free_calibration: of the solve.
+  DriftProbe Look(const NormalSolution& solution, const Priors& priors, const Layout& layout,
+                  std::vector<bool> free_calibration) const {
+    if (clocks_.empty()) return {};
+    for (const SensorId id : clocks_) free_calibration[layout.Drift(id)] = true;
+    return {clocks_, solution.information,
+            SolveCalibration(solution.information, solution.gradient, priors.information, priors.gradient,
+                             free_calibration, 0.0)};
+  }
+  void End(CalibrationState* state) const { Set(std::nullopt, state); }
+
+ private:
+  void Set(const std::optional<double>& drift, CalibrationState* state) const {
+    for (const SensorId id : clocks_) {
+      (id.IsLidar() ? state->lidars[id.index] : state->cameras[id.index].sensor).clock_drift = drift;
+    }
+  }
+  const std::vector<SensorId>& clocks_;
+  std::vector<int> kept_;
+};
+
 void FixCamera(const FixedCameraParameters& held, const Layout& layout, std::size_t camera,
                std::vector<bool>* free_calibration) {
   const auto hold = [&](int first, int count) {
@@ -101,24 +163,23 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
         "the joint problem and its state differ in their drives or sensors");
   std::vector<std::vector<std::size_t>> origins;
   JointProblem problem = WithShortCouplings(given, *state, &origins);  // the landmarks move with the solve
+  ClockProbes probes(given.probed_clocks, state);
   const Layout layout(*state, problem.estimate_imu_matrices);
-  const std::vector<bool> free_calibration = FreeCalibration(problem, layout);
+  std::vector<bool> free_calibration = FreeCalibration(problem, layout);
+  probes.Hold(layout, &free_calibration);
   SolveSummary summary = CountedObservations(problem);
   std::vector<LandmarkCoupling> couplings;
   const auto linearize = [&](const CalibrationState& at) {
     return Linearize({problem, at, layout}, &couplings);
   };
-  Eigen::MatrixXd prior;
-  Eigen::VectorXd prior_gradient;
   Accumulator sum = linearize(*state);
   Check(std::isfinite(sum.cost), "the joint problem's cost is not a number where its solve starts");
   summary.first_cost = summary.last_cost = sum.cost;
   double damping = 0.0;
   for (int iteration = 0; iteration < iterations; ++iteration) {
     cancellation.ThrowIfCancelled();
-    CalibrationPrior(problem, *state, layout, &prior, &prior_gradient);
-    AddHeldTranslations(problem, *state, &prior, &prior_gradient);
-    const NormalSolution solution = SolveNormalEquations(sum, couplings, prior, prior_gradient,
+    const Priors priors = PriorsAt(problem, *state, layout);
+    const NormalSolution solution = SolveNormalEquations(sum, couplings, priors.information, priors.gradient,
                                                          free_calibration, damping, problem.fix_trajectory);
     ++summary.iterations;
     if (!solution.solved) {
@@ -127,7 +188,10 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
     }
     summary.solved = true;
     // Damping holds the trajectory, which would look like information.
-    if (damping == 0.0) summary.information = solution.information;
+    if (damping == 0.0) {
+      summary.information = probes.Without(solution.information);
+      summary.drifts = probes.Look(solution, priors, layout, free_calibration);
+    }
     CalibrationState moved = *state;
     std::vector<LandmarkGeometry> before = GeometryOf(problem);
     layout.Update(solution.delta, &moved);
@@ -137,17 +201,14 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
     const Eigen::VectorXd moves = solution.delta.segment(layout.knots, layout.calibration);
     // A prior that draws the calibration away lets the data's cost grow.
     const double expected =
-        std::max(std::abs(solution.predicted_decrease), std::abs(prior_gradient.dot(moves)));
+        std::max(std::abs(solution.predicted_decrease), std::abs(priors.gradient.dot(moves)));
     const bool settled = damping == 0.0 && expected < kNegligibleDecrease * sum.cost;
     const bool last = settled || iteration + 1 == iterations;
     std::optional<Accumulator> next;
     if (!last) next = linearize(moved);
     double cost = last ? Cost({problem, moved, layout}) : next->cost;
     // Priors are squares: the trapezoid over their gradient is what the step adds to them.
-    Eigen::VectorXd moved_gradient;
-    CalibrationPrior(problem, moved, layout, &prior, &moved_gradient);
-    AddHeldTranslations(problem, moved, &prior, &moved_gradient);
-    const double of_priors = (prior_gradient + moved_gradient).dot(moves);
+    const double of_priors = (priors.gradient + PriorsAt(problem, moved, layout).gradient).dot(moves);
     // False also where the cost is not a number.
     const auto lowers = [&](double moved_cost) {
       return moved_cost + of_priors <= sum.cost * (1.0 + kAllowedIncrease) + 1e-9;
@@ -159,7 +220,9 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
       accepted = lowers(cost);
       if (accepted && !last) next = linearize(moved);
     }
-    if (damping == 0.0) summary.refused_step = accepted ? Eigen::VectorXd() : Eigen::VectorXd(moves);
+    if (damping == 0.0) {
+      summary.refused_step = accepted ? Eigen::VectorXd() : Eigen::VectorXd(probes.RowsWithout(moves));
+    }
     if (!accepted) {
       PlaceLandmarks(std::move(before), &problem);
       damping = std::max(1e-4, 10.0 * damping);
@@ -174,6 +237,7 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
     if (damping < 1e-6) damping = 0.0;
     sum = std::move(*next);
   }
+  probes.End(state);
   summary.landmarks = WithPointsWhole(given, std::move(problem), origins);
   return summary;
 }

@@ -11,6 +11,13 @@
 
 namespace mlic {
 
+// How far clocks that the solve took for constant seem to drift.
+struct DriftProbe {
+  std::vector<SensorId> clocks;
+  Eigen::MatrixXd information;  // as SolveSummary's, of the calibration (Layout) with these drifts
+  Eigen::VectorXd step;         // of the same, all of it left free: the drifts themselves, s/s
+};
+
 struct SolveSummary {
   bool solved = false;  // some iteration's equations had a solution; else the state is as it was given
   int iterations = 0;
@@ -23,6 +30,7 @@ struct SolveSummary {
   // Of the calibration (Layout): the last undamped step, where it would have raised the cost; else empty. The
   // minimum lies about that far off, whatever damped steps have moved.
   Eigen::VectorXd refused_step;
+  DriftProbe drifts;                        // of the last undamped step; empty: no clock was probed
   std::vector<LandmarkGeometry> landmarks;  // of each drive, as the solve moved them
 };
 

@@ -36,7 +36,8 @@ EnvelopeMatrix KnotMatrix(const Accumulator& sum, const std::vector<LandmarkCoup
   return A;
 }
 
-// Solves in the calibration alone, given its information (Schur complement) and gradient.
+}  // namespace
+
 Eigen::VectorXd SolveCalibration(const Eigen::MatrixXd& information, const Eigen::VectorXd& gradient,
                                  const Eigen::MatrixXd& prior, const Eigen::VectorXd& prior_gradient,
                                  const std::vector<bool>& free_calibration, double damping) {
@@ -53,8 +54,6 @@ Eigen::VectorXd SolveCalibration(const Eigen::MatrixXd& information, const Eigen
   return -H.ldlt().solve(g);
 }
 
-}  // namespace
-
 NormalSolution SolveNormalEquations(const Accumulator& sum, const std::vector<LandmarkCoupling>& landmarks,
                                     const Eigen::MatrixXd& prior, const Eigen::VectorXd& prior_gradient,
                                     const std::vector<bool>& free_calibration, double damping,
@@ -69,9 +68,9 @@ NormalSolution SolveNormalEquations(const Accumulator& sum, const std::vector<La
   corner.bottomLeftCorner(1, calibration) = sum.gradient_calibration.transpose();
   const auto solve_calibration = [&] {
     solution.information = corner.topLeftCorner(calibration, calibration).selfadjointView<Eigen::Lower>();
-    solution.delta.tail(calibration) =
-        SolveCalibration(solution.information, corner.bottomLeftCorner(1, calibration).transpose(), prior,
-                         prior_gradient, free_calibration, damping);
+    solution.gradient = corner.bottomLeftCorner(1, calibration).transpose();
+    solution.delta.tail(calibration) = SolveCalibration(solution.information, solution.gradient, prior,
+                                                        prior_gradient, free_calibration, damping);
   };
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(knots + calibration);  // landmarks eliminated
   if (hold_knots) {

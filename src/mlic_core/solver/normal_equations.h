@@ -14,7 +14,9 @@ struct NormalSolution {
   Eigen::VectorXd delta;  // control points, then calibration
   // By how much the step should lower the data's cost, landmarks being moved to their best before it.
   double predicted_decrease = 0.0;
-  Eigen::MatrixXd information;  // of the calibration, control points and landmarks left free
+  // Of the calibration, control points and landmarks left free.
+  Eigen::MatrixXd information;
+  Eigen::VectorXd gradient;
 };
 
 // prior: added to the corner's diagonal block after the information is taken (information is of the data
@@ -25,6 +27,11 @@ NormalSolution SolveNormalEquations(const Accumulator& sum, const std::vector<La
                                     const Eigen::MatrixXd& prior, const Eigen::VectorXd& prior_gradient,
                                     const std::vector<bool>& free_calibration, double damping,
                                     bool hold_knots);
+
+// The step of the calibration alone, of its information and gradient; arguments as above.
+Eigen::VectorXd SolveCalibration(const Eigen::MatrixXd& information, const Eigen::VectorXd& gradient,
+                                 const Eigen::MatrixXd& prior, const Eigen::VectorXd& prior_gradient,
+                                 const std::vector<bool>& free_calibration, double damping);
 
 // The normal equations with control points and landmarks eliminated.
 struct ReducedEquations {
