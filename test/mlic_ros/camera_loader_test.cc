@@ -277,6 +277,12 @@ TEST_F(CameraLoader, ImagesThatCannotBeUsedAreErrors) {
   ExpectError({"/front", "/image (sensor_msgs/Image)"});
 }
 
+TEST_F(CameraLoader, DriverThatHangsIsNoticed) {
+  Write([&](int i) { return MakeImage(TestImage(std::min(i, 19)), "bgr8", i); });
+  EXPECT_EQ(Load().drives.at(0).cameras.at(0).images->Count(), 20u);
+  EXPECT_TRUE(Reported(report_.warnings, "topic /image: 10 of 30 images repeat the one before"));
+}
+
 TEST_F(CameraLoader, DamagedCompressedImageFailsWhenLoaded) {
   Write([&](int i) {
     sensor_msgs::CompressedImage message;

@@ -132,6 +132,20 @@ bool FindCompressedSize(const ImageView& view, ImageHeader& header) {
   return false;
 }
 
+// FNV-1a over words of 8 bytes, and the bytes that are left.
+std::uint64_t DigestOf(const ImageView& view) {
+  constexpr std::uint64_t kOffset = 14695981039346656037ULL, kPrime = 1099511628211ULL;  // from: standard
+  constexpr std::size_t kWord = sizeof(std::uint64_t);                                   // from: structural
+  std::uint64_t digest = kOffset;
+  std::size_t at = 0;
+  for (std::uint64_t word; at + kWord <= view.size; at += kWord) {
+    std::memcpy(&word, view.data + at, kWord);
+    digest = (digest ^ word) * kPrime;
+  }
+  for (; at < view.size; ++at) digest = (digest ^ view.data[at]) * kPrime;
+  return digest;
+}
+
 // No image is packed as tightly: a size that was made up must not take memory.
 bool IsPlausible(const ImageHeader& header, std::size_t bytes) {
   constexpr std::int64_t kMostSide = 65535;         // from: guard, as of raw images
@@ -215,7 +229,10 @@ ImageHeader ReadImageHeader(const SerializedMessage& message) {
   header.frame_id = view.header.frame_id;
   if (!whole) {
     header.error = "an image message is cut off";
-  } else if (message.type == kImage) {
+    return header;
+  }
+  header.digest = DigestOf(view);
+  if (message.type == kImage) {
     header.encoding = view.encoding;
     header.width = static_cast<int>(view.width);
     header.height = static_cast<int>(view.height);
