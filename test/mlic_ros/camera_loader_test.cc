@@ -264,7 +264,13 @@ TEST_F(CameraLoader, ImagesThatCannotBeUsedAreErrors) {
     message.encoding = "nv12";
     return message;
   });
-  ExpectError({"/image", "'nv12'", "bgr8"});
+  ExpectError({"/image", "'nv12'", "bgr8", "enabled: false"});
+  Write([&](int i) {
+    sensor_msgs::Image message = make_(i);
+    message.encoding = "bgra8";
+    return message;
+  });
+  ExpectError({"/image", "64 x 48 bgra8", "correct the driver's encoding"});
   Write([&](int i) {
     sensor_msgs::Image message = make_(i);
     message.header.stamp += ros::Duration(1000.0);

@@ -158,7 +158,8 @@ std::string CheckRaw(const ImageView& view) {
   const Reading* reading = FindReading(view.encoding);
   if (reading == nullptr) {
     return "encoding '" + Printable(view.encoding) +
-           "' is not known; expected mono8, mono16, bgr8, rgb8, bgra8, rgba8, bayer_*8, bayer_*16 or yuv422";
+           "' is not known; expected mono8, mono16, bgr8, rgb8, bgra8, rgba8, bayer_*8, bayer_*16 or yuv422; "
+           "set the driver so, or leave the camera out by enabled: false";
   }
   const std::size_t least_step =
       view.width * static_cast<std::size_t>(CV_ELEM_SIZE(cv_bridge::getCvType(reading->source)));
@@ -167,7 +168,7 @@ std::string CheckRaw(const ImageView& view) {
       view.size < static_cast<std::size_t>(view.height - 1) * view.step + least_step) {
     return "the image's sizes do not fit together (" + std::to_string(view.width) + " x " +
            std::to_string(view.height) + " " + view.encoding + " in steps of " + std::to_string(view.step) +
-           ", " + std::to_string(view.size) + " bytes)";
+           ", " + std::to_string(view.size) + " bytes); correct the driver's encoding, size or step";
   }
   return "";
 }
