@@ -40,10 +40,19 @@ def lidars_of(stereo):
     return {'imu': stereo['imu'], 'lidars': {'front': front, 'back': back}}
 
 
-# Sensors, seconds, what the simulator is told of the rig file's guess. stereo_guessed: measured by hand, far better than
+def cameras_of(stereo):
+    """The stereo rig with images of half the size and half as often: a quarter of the time."""
+    for camera in stereo['cameras'].values():
+        focal, lens = camera['intrinsics'][:4], camera['intrinsics'][4:]
+        camera.update(rate=10, image_size=[side // 2 for side in camera['image_size']],
+                      intrinsics=[faults.halved(value, centre) for value, centre in zip(focal, (0, 0, 1, 1))] + lens)
+    return stereo
+
+
+# Sensors, seconds, what the simulator is told of the rig file's guess; of cameras: as measured by hand, far better than
 # the default sigmas say.
-DRIVES = {'lidars': (lidars_of, 15, []), 'stereo': (lambda stereo: stereo, 14, ['--no-guess']),
-          'stereo_guessed': (lambda stereo: stereo, 14, ['--rotation-error-deg', 1, '--translation-error', 0.02])}
+DRIVES = {'lidars': (lidars_of, 15, []),
+          'cameras': (cameras_of, 12, ['--rotation-error-deg', 1, '--translation-error', 0.02])}
 
 
 def simulate(simulator, name, folder):
