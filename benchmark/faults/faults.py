@@ -6,6 +6,7 @@ A fault changes the messages of the bag, the rig file, or the bag's bytes. Nothi
 import collections
 import copy
 import math
+import operator
 import random
 import struct
 
@@ -91,13 +92,13 @@ def frozen_axis(message, seconds, draw):
 
 
 class Repeating:
-    """A driver that hangs: from `begin` on, its last data with new stamps. For one drive."""
+    """A driver that hangs: from `begin` to `end`, its last data with new stamps. For one drive."""
 
-    def __init__(self, begin):
-        self.begin, self.last = begin, None
+    def __init__(self, begin, end=math.inf):
+        self.begin, self.end, self.last = begin, end, None
 
     def __call__(self, message, seconds, draw):
-        if seconds < self.begin or self.last is None:
+        if not self.begin <= seconds < self.end or self.last is None:
             self.last = message.data
         else:
             message.data = self.last
@@ -139,15 +140,83 @@ def blurred(width):
     return edited(edit)
 
 
-def shifted_image(after, pixels):
-    """A camera that comes loose and turns about its vertical axis."""
-    def edit(message, seconds, draw):
-        if seconds < after:
-            return
-        data, step = bytes(message.data), message.step
-        message.data = b''.join(data[row * step + pixels:(row + 1) * step] + data[row * step:row * step + 1] * pixels
-                                for row in range(message.height))
-    return edited(edit)
+def halved(value, centre):
+    """A focal length, or a coordinate of a centre, in an image of half the size: centres of pixels are integers."""
+    return 0.5 * value - 0.25 * centre
+
+
+# The right camera of the drive, handheld_stereo.yaml in half the size: width, height; fx fy cx cy; k1 k2 p1 p2 k3.
+SIZE = (376, 240)
+FOCAL = (halved(390.6, 0), halved(391.2, 0), halved(379.7, 1), halved(237.2, 1))
+LENS = (-0.0887, 0.0171, -0.0003, 0.0005, -0.0009)
+
+
+def distorted(a, b):
+    k1, k2, p1, p2, k3 = LENS
+    s = a * a + b * b
+    n = 1 + s * (k1 + s * (k2 + s * k3))
+    return n * a + 2 * p1 * a * b + p2 * (s + 2 * a * a), n * b + p1 * (s + 2 * b * b) + 2 * p2 * a * b
+
+
+def undistorted(x, y):
+    a, b = x, y
+    for _ in range(8):
+        c, d = distorted(a, b)
+        a, b = a + x - c, b + y - d
+    return a, b
+
+
+class Loose:
+    """A camera that comes loose: from `after` s on, it is turned about its vertical axis. Where it then looks past the
+    edge of what it saw before, the edge is repeated."""
+
+    def __init__(self, after, degrees):
+        self.after, self.angle, self.corners, self.weights = after, math.radians(degrees), None, None
+
+    def place(self, column, row):
+        """The pixel, before it came loose, of what it sees at this pixel now."""
+        fx, fy, cx, cy = FOCAL
+        a, b = undistorted((column - cx) / fx, (row - cy) / fy)
+        sine, cosine = math.sin(self.angle), math.cos(self.angle)
+        depth = cosine - sine * a
+        a, b = distorted((cosine * a + sine) / depth, b / depth)
+        return max(0.0, min(SIZE[0] - 1.001, fx * a + cx)), max(0.0, min(SIZE[1] - 1.001, fy * b + cy))
+
+    def prepare(self):
+        first, weights = [], []
+        for row in range(SIZE[1]):
+            for column in range(SIZE[0]):
+                u, v = self.place(column, row)
+                first.append(int(v) * SIZE[0] + int(u))
+                right, below = round(256 * (u % 1)), round(256 * (v % 1))
+                weights.append(((256 - right) * (256 - below), right * (256 - below), (256 - right) * below,
+                                right * below))
+        self.corners = [operator.itemgetter(*[at + step for at in first]) for step in (0, 1, SIZE[0], SIZE[0] + 1)]
+        self.weights = weights
+
+    def __call__(self, message, seconds, draw):
+        if seconds >= self.after:
+            if not self.corners:
+                self.prepare()
+            data = bytes(message.data)
+            message.data = bytes((p * a + q * b + r * c + s * d + 32768) >> 16 for (a, b, c, d), p, q, r, s in
+                                 zip(self.weights, *[corner(data) for corner in self.corners]))
+        return keep(message)
+
+
+def stamped_on_arrival(message, seconds, draw):
+    message.header.stamp += genpy.Duration.from_sec(0.01 + draw.expovariate(1 / 0.004))
+
+
+def called(encoding):
+    return edited(lambda message, seconds, draw: setattr(message, 'encoding', encoding))
+
+
+def in_colour(message, seconds, draw):
+    message.encoding, message.step = 'bgr8', 3 * message.width
+    data, colours = bytes(message.data), bytearray(3 * len(message.data))
+    colours[0::3] = colours[1::3] = colours[2::3] = data
+    message.data = bytes(colours)
 
 
 def exchanging(kind, a, b, frames):
@@ -160,8 +229,11 @@ def exchanging(kind, a, b, frames):
     return change
 
 
-def inverse_guess(rig):
-    pose = rig['lidars']['front']['T_imu_sensor']
+def inverse_guess(kind, name):
+    return lambda rig: invert(rig[kind][name]['T_imu_sensor'])
+
+
+def invert(pose):
     roll, pitch, yaw = (math.radians(angle) for angle in pose['rpy_deg'])
     (sr, cr), (sp, cp), (sy, cy) = ((math.sin(a), math.cos(a)) for a in (roll, pitch, yaw))
     r = [[cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
@@ -190,8 +262,22 @@ def _lidars(name, *values, **named):
     return Fault(name, 'lidars', *values, **named)
 
 
-def _stereo(name, *values, **named):
-    return Fault(name, 'stereo', *values, **named)
+def without_guess(rig):
+    for sensor in [*rig['lidars'].values(), *rig['cameras'].values()]:
+        del sensor['T_imu_sensor'], sensor['sigma']
+
+
+def _guessed(name, *values, **named):
+    return Fault(name, 'cameras', *values, **named)
+
+
+def _cameras(name, *values, rig=None, **named):
+    """Without a guess."""
+    def change(content):
+        without_guess(content)
+        if rig:
+            rig(content)
+    return _guessed(name, *values, rig=change, **named)
 
 
 FAULTS = [
@@ -225,20 +311,34 @@ FAULTS = [
             refusable=True, says='topics of front and back look exchanged'),
     _lidars('lidars_exchanged_frames', rig=exchanging('lidars', 'front', 'back', frames=True), hurt=('front', 'back'),
             refusable=True, says='topics of front and back look exchanged'),
-    _lidars('guess_inverted', rig=inverse_guess, says='front: '),
+    _lidars('guess_inverted', rig=inverse_guess('lidars', 'front'), says='front: '),
     _lidars('bag_cut_off', bytes=cut_off, refusable=True, says='reindex'),
-    _stereo('none'),
-    _stereo('camera_lost_10', CAMERAS, losing(0.1)),
-    _stereo('camera_late_10', CAMERAS, delaying(0.1, 0.3)),
-    _stereo('camera_dies', (RIGHT,), within(6, 99, dropped), hurt=('cam_right',)),
-    _stereo('camera_hangs', (RIGHT,), Repeating(7), hurt=('cam_right',)),
-    _stereo('camera_dark', (RIGHT,), brightness(lambda v: 0.03 * v), hurt=('cam_right',)),
-    _stereo('camera_overexposed', (RIGHT,), brightness(lambda v: 8 * v), hurt=('cam_right',)),
-    _stereo('camera_blurred', (RIGHT,), blurred(25), hurt=('cam_right',)),
-    _stereo('camera_loose_1_deg', (RIGHT,), shifted_image(7, 7), hurt=('cam_right',)),
-    _stereo('camera_view_30_percent', rig=wrong_view(1.3), hurt=('cam_left',)),
-    _stereo('cameras_exchanged_frames', rig=exchanging('cameras', 'cam_left', 'cam_right', frames=True),
-            hurt=('cam_left', 'cam_right'), refusable=True, says='topics of cam_left and cam_right look exchanged'),
+    _cameras('none'),
+    _cameras('camera_lost_10', CAMERAS, losing(0.1)),
+    _cameras('camera_doubled_10', CAMERAS, doubling(0.1)),
+    _cameras('camera_late_10', CAMERAS, delaying(0.1, 0.3)),
+    _cameras('camera_stamped_on_arrival', (RIGHT,), edited(stamped_on_arrival), hurt=('cam_right',),
+             shifted=('cam_right',)),
+    _cameras('camera_dies', (RIGHT,), within(6, 99, dropped), hurt=('cam_right',)),
+    _cameras('camera_starts_late', (RIGHT,), within(0, 6, dropped), hurt=('cam_right',)),
+    _cameras('camera_hangs', (RIGHT,), Repeating(6), hurt=('cam_right',), says='repeat the one before'),
+    _cameras('camera_hangs_5_s', (RIGHT,), Repeating(4, 9), hurt=('cam_right',), says='repeat the one before'),
+    _cameras('camera_dark', (RIGHT,), brightness(lambda v: 0.03 * v), hurt=('cam_right',)),
+    _cameras('camera_overexposed', (RIGHT,), brightness(lambda v: 8 * v), hurt=('cam_right',)),
+    _cameras('camera_blurred', (RIGHT,), blurred(13), hurt=('cam_right',)),
+    _cameras('camera_colour', (RIGHT,), edited(in_colour)),
+    _cameras('camera_encoding_wrong', (RIGHT,), called('mono16'), hurt=('cam_right',), refusable=True, says=RIGHT),
+    _cameras('camera_encoding_unknown', (RIGHT,), called('nv21'), hurt=('cam_right',), refusable=True, says='nv21'),
+    _cameras('camera_loose_1_deg', (RIGHT,), Loose(6, 1.0), hurt=('cam_right',), says='first and the second half'),
+    _cameras('camera_loose_1_deg_late', (RIGHT,), Loose(9, 1.0), hurt=('cam_right',), says='first and the second half'),
+    _cameras('camera_loose_02_deg', (RIGHT,), Loose(6, 0.2), hurt=('cam_right',), says='first and the second half'),
+    _cameras('camera_view_30_percent', rig=wrong_view(1.3), hurt=('cam_left',)),
+    _cameras('cameras_exchanged_frames', rig=exchanging('cameras', 'cam_left', 'cam_right', frames=True),
+             hurt=('cam_left', 'cam_right'), refusable=True, says='topics of cam_left and cam_right look exchanged'),
+    _guessed('cameras_guessed'),
+    _guessed('cameras_exchanged', rig=exchanging('cameras', 'cam_left', 'cam_right', frames=False),
+             hurt=('cam_left', 'cam_right'), refusable=True, says='topics of cam_left and cam_right look exchanged'),
+    _guessed('camera_guess_inverted', rig=inverse_guess('cameras', 'cam_left'), says='cam_left: '),
 ]
 
 

@@ -264,7 +264,13 @@ TEST_F(CameraLoader, ImagesThatCannotBeUsedAreErrors) {
     message.encoding = "nv12";
     return message;
   });
-  ExpectError({"/image", "'nv12'", "bgr8"});
+  ExpectError({"/image", "'nv12'", "bgr8", "enabled: false"});
+  Write([&](int i) {
+    sensor_msgs::Image message = make_(i);
+    message.encoding = "bgra8";
+    return message;
+  });
+  ExpectError({"/image", "64 x 48 bgra8", "correct the driver's encoding"});
   Write([&](int i) {
     sensor_msgs::Image message = make_(i);
     message.header.stamp += ros::Duration(1000.0);
@@ -275,6 +281,12 @@ TEST_F(CameraLoader, ImagesThatCannotBeUsedAreErrors) {
   ExpectError({"/imu", "(camera)", "expected sensor_msgs/Image"});
   rig_.cameras[0].topic = "/front";
   ExpectError({"/front", "/image (sensor_msgs/Image)"});
+}
+
+TEST_F(CameraLoader, DriverThatHangsIsNoticed) {
+  Write([&](int i) { return MakeImage(TestImage(std::min(i, 19)), "bgr8", i); });
+  EXPECT_EQ(Load().drives.at(0).cameras.at(0).images->Count(), 20u);
+  EXPECT_TRUE(Reported(report_.warnings, "topic /image: 10 of 30 images repeat the one before"));
 }
 
 TEST_F(CameraLoader, DamagedCompressedImageFailsWhenLoaded) {

@@ -25,6 +25,7 @@ struct Entry {
   TimeNs stamp = 0;
   TimeNs record_time = 0;
   std::size_t index = 0;
+  std::uint64_t digest = 0;  // as ImageHeader's
 };
 
 // The chosen images of a stream, in order of time.
@@ -82,7 +83,7 @@ std::vector<Entry> UsableImages(const std::vector<ImageHeader>& headers, const I
   };
   std::vector<Entry> usable;
   for (std::size_t i = 0; i < headers.size(); ++i) {
-    if (!bad(headers[i])) usable.push_back({headers[i].stamp, headers[i].record_time, i});
+    if (!bad(headers[i])) usable.push_back({headers[i].stamp, headers[i].record_time, i, headers[i].digest});
   }
   return usable;
 }
@@ -92,6 +93,39 @@ void CheckImages(const ImageProblems& problems, std::size_t all, const ImageForm
   if (static_cast<double>(problems.All()) <= kMostBadImages * static_cast<double>(all)) return;
   throw InputError("topic " + format.topic + ": " + std::to_string(problems.All()) + " of " +
                    std::to_string(all) + " images cannot be used; the first: " + problems.first_error);
+}
+
+// Images with new stamps and old pixels.
+struct RepeatedImages {
+  std::size_t count = 0;
+  double begin = 0.0, end = 0.0;  // s, the first and the last of them
+};
+
+// Drops images with the pixels of the one before: their stamps are not those of their exposure. Sensors have
+// noise: only a driver that hangs, or fills in for lost ones, gives the same twice.
+RepeatedImages DropRepeated(TimeNs epoch, std::vector<Entry>* entries) {
+  RepeatedImages repeated;
+  std::vector<Entry> kept;
+  for (const Entry& entry : *entries) {
+    if (kept.empty() || entry.digest == 0 || entry.digest != kept.back().digest) {
+      kept.push_back(entry);
+      continue;
+    }
+    repeated.end = SecondsSince(epoch, entry.stamp);
+    if (repeated.count++ == 0) repeated.begin = repeated.end;
+  }
+  *entries = std::move(kept);
+  return repeated;
+}
+
+void WarnOfRepeated(const ImageFormat& format, const RepeatedImages& repeated, std::size_t kept,
+                    DriveNotes& notes) {
+  if (repeated.count == 0) return;
+  notes.warnings.push_back("topic " + format.topic + ": " + std::to_string(repeated.count) + " of " +
+                           std::to_string(repeated.count + kept) +
+                           " images repeat the one before under a new stamp, from " +
+                           Number(repeated.begin, "%.1f") + " s to " + Number(repeated.end, "%.1f") +
+                           " s; they are left out: its driver hangs or fills in, check camera and cable");
 }
 
 void NoteImages(const ImageFormat& format, std::size_t images, const ImageProblems& problems,
@@ -124,7 +158,9 @@ CameraRecording BuildCamera(ImageStream stream, const ImageFormat& format, TimeN
   entries.erase(std::unique(entries.begin(), entries.end(),
                             [](const auto& a, const auto& b) { return a.stamp == b.stamp; }),
                 entries.end());
+  const RepeatedImages repeated = DropRepeated(epoch, &entries);
   NoteImages(format, entries.size(), problems, stamps, notes);
+  WarnOfRepeated(format, repeated, entries.size(), notes);
   CameraRecording recording;
   recording.width = format.width;
   recording.height = format.height;

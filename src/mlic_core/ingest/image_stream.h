@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <opencv2/core/mat.hpp>
@@ -18,6 +19,7 @@ struct ImageHeader {
   std::string encoding;  // "bgr8", "bayer_rggb8", "jpeg", ...
   int width = 0;
   int height = 0;
+  std::uint64_t digest = 0;  // of its bytes; 0: not known
   std::string error;  // why its pixels cannot be decoded, one line without the topic; empty: they should be
 };
 

@@ -10,18 +10,20 @@ namespace mlic {
 namespace {
 
 struct Distance {
-  double angle = 0.0;   // rad
-  double length = 0.0;  // m
-  double sigmas = 0.0;  // of the guess, about or along the worst axis
+  double angle = 0.0;    // rad
+  double length = 0.0;   // m
+  double sigmas = 0.0;   // of the guess, about or along the worst axis
+  double squared = 0.0;  // sigmas, of all axes together
 };
 
 Distance FromGuess(const ExtrinsicGuess& guess, const RigidTransform& found) {
   const RigidTransform& given = guess.T_imu_sensor;
   const Eigen::Vector3d turn = Log(Eigen::Quaterniond(found.rotation * given.rotation.conjugate()));
   const Eigen::Vector3d shift = found.translation - given.translation;
-  return {turn.norm(), shift.norm(),
-          std::max(turn.cwiseQuotient(guess.sigma_rotation).cwiseAbs().maxCoeff(),
-                   shift.cwiseQuotient(guess.sigma_translation).cwiseAbs().maxCoeff())};
+  const Eigen::Vector3d turned = turn.cwiseQuotient(guess.sigma_rotation);
+  const Eigen::Vector3d shifted = shift.cwiseQuotient(guess.sigma_translation);
+  return {turn.norm(), shift.norm(), std::max(turned.cwiseAbs().maxCoeff(), shifted.cwiseAbs().maxCoeff()),
+          turned.squaredNorm() + shifted.squaredNorm()};
 }
 
 }  // namespace
@@ -47,10 +49,12 @@ bool ContradictsGuess(const ExtrinsicGuess& guess, const RigidTransform& T_imu_s
   return FromGuess(guess, T_imu_sensor).sigmas > kFarFromGuess;
 }
 
-bool AreExchanged(const ExtrinsicGuess& guess_a, const RigidTransform& T_imu_a, const ExtrinsicGuess& guess_b,
-                  const RigidTransform& T_imu_b) {
-  return ContradictsGuess(guess_a, T_imu_a) && ContradictsGuess(guess_b, T_imu_b) &&
-         !ContradictsGuess(guess_a, T_imu_b) && !ContradictsGuess(guess_b, T_imu_a);
+double SigmasOfExchange(const ExtrinsicGuess& guess_a, const RigidTransform& T_imu_a,
+                        const ExtrinsicGuess& guess_b, const RigidTransform& T_imu_b) {
+  const Distance a_at_b = FromGuess(guess_b, T_imu_a), b_at_a = FromGuess(guess_a, T_imu_b);
+  if (std::max(a_at_b.sigmas, b_at_a.sigmas) > kFarFromGuess) return 0.0;
+  const double own = FromGuess(guess_a, T_imu_a).squared + FromGuess(guess_b, T_imu_b).squared;
+  return std::sqrt(std::max(0.0, own - a_at_b.squared - b_at_a.squared));
 }
 
 std::string DescribeDistance(const ExtrinsicGuess& guess, const RigidTransform& T_imu_sensor) {

@@ -24,10 +24,16 @@ double SigmasFromGuess(const ExtrinsicGuess& guess, const RigidTransform& T_imu_
 // result to itself, fewer right guesses are taken for wrong than the four sigmas say.
 bool ContradictsGuess(const ExtrinsicGuess& guess, const RigidTransform& T_imu_sensor);
 
-// Two sensors' guesses and what was found: each contradicts its own guess and agrees with the other's, as
-// where their topics are exchanged.
-bool AreExchanged(const ExtrinsicGuess& guess_a, const RigidTransform& T_imu_a, const ExtrinsicGuess& guess_b,
-                  const RigidTransform& T_imu_b);
+// Two sensors' guesses and what was found. Where the guesses fit the other way round: the root of by how much
+// less they are off then, in squared sigmas; 0 where they do not fit, or not better. Guesses that are each
+// for its own sensor come out at z or more by errors of z sigmas at the least, wherever the two sensors lie:
+// (2 d^2 + z^2) / (2 sqrt(2) d) is never below z, with the distance d of the guesses.
+double SigmasOfExchange(const ExtrinsicGuess& guess_a, const RigidTransform& T_imu_a,
+                        const ExtrinsicGuess& guess_b, const RigidTransform& T_imu_b);
+
+// From here on the topics of two sensors look exchanged. from: derivation, errors of 3 sigmas to one side are
+// one in 700, and exchanged topics more common
+constexpr double kLooksExchanged = 3.0;
 
 constexpr double kFarFromGuess = 4.0;  // sigmas; from: derivation, 6 of 100000 normal errors lie beyond
 

@@ -101,25 +101,32 @@ void AddExcitation(const Given& sensor, const ObservabilityAnalysis::Sensor& sho
   for (QualityCheck* check : {&translation, &rotation, &offset}) checks->push_back(*check);
 }
 
-// The name of the sensor of its kind with which this one looks exchanged; empty for none.
-std::string ExchangedWith(const Rig& rig, const CalibrationState& state, SensorId id, const Given& sensor,
-                          const std::vector<bool>& taking_part) {
+// The sensor of its kind with which one looks exchanged, and by how many sigmas.
+struct Exchange {
+  std::string with;
+  double sigmas = 0.0;
+};
+
+std::optional<Exchange> ExchangeOf(const Rig& rig, const CalibrationState& state, SensorId id,
+                                   const std::vector<bool>& taking_part) {
+  const Given sensor = GivenOf(rig, id);
+  std::optional<Exchange> worst;
+  if (!sensor.guess) return worst;
   const SensorOrder order = state.Sensors();
   for (std::size_t s = 0; s < order.size(); ++s) {
     const SensorId other = order.At(s);
     if (!taking_part[s] || other.IsLidar() != id.IsLidar() || other.index == id.index) continue;
     const Given there = GivenOf(rig, other);
-    if (there.guess && AreExchanged(*sensor.guess, state.Sensor(id).T_imu_sensor, *there.guess,
-                                    state.Sensor(other).T_imu_sensor)) {
-      return there.name;
-    }
+    if (!there.guess || there.fixed) continue;
+    const double sigmas = SigmasOfExchange(*sensor.guess, state.Sensor(id).T_imu_sensor, *there.guess,
+                                           state.Sensor(other).T_imu_sensor);
+    if (sigmas > kLooksExchanged && (!worst || sigmas > worst->sigmas)) worst = Exchange{there.name, sigmas};
   }
-  return "";
+  return worst;
 }
 
-// exchanged_with: the sensor with which it looks exchanged; empty for none.
 void AddAgreementWithGuess(const Given& sensor, const RigidTransform& found,
-                           const std::string& exchanged_with, std::vector<QualityCheck>* checks) {
+                           const std::optional<Exchange>& exchange, std::vector<QualityCheck>* checks) {
   if (!sensor.guess) return;
   QualityCheck check;
   check.name = "agreement_with_guess";
@@ -129,11 +136,13 @@ void AddAgreementWithGuess(const Given& sensor, const RigidTransform& found,
   check.unit = "sigma";
   check.failure = sensor.name + ": " + DescribeDistance(*sensor.guess, found);
   check.remedy = "check that T_imu_sensor maps points of the sensor into the IMU's frame, and the topic";
-  if (!exchanged_with.empty()) {
+  if (exchange) {
+    check.value = exchange->sigmas;
+    check.limit = kLooksExchanged;
     check.refuses = true;
-    check.failure = sensor.name + ": lies where the given T_imu_sensor of " + exchanged_with +
+    check.failure = sensor.name + ": lies where the given T_imu_sensor of " + exchange->with +
                     " has it, and the other way round";
-    check.remedy = LookExchanged(sensor.name, exchanged_with);
+    check.remedy = LookExchanged(sensor.name, exchange->with);
   }
   checks->push_back(check);
 }
@@ -328,9 +337,8 @@ std::vector<QualityCheck> MakeChecks(const Rig& rig, const Dataset& dataset, con
     const Given sensor = GivenOf(rig, id);
     if (!sensor.fixed) {
       AddExcitation(sensor, analysis.sensors[s], adjustment.contradicted_guesses[s], &checks);
-      const std::string exchanged_with =
-          sensor.guess ? ExchangedWith(rig, adjustment.state, id, sensor, taking_part) : "";
-      AddAgreementWithGuess(sensor, adjustment.state.Sensor(id).T_imu_sensor, exchanged_with, &checks);
+      AddAgreementWithGuess(sensor, adjustment.state.Sensor(id).T_imu_sensor,
+                            ExchangeOf(rig, adjustment.state, id, taking_part), &checks);
     }
     if (s < adjustment.scale.stamps.size()) {
       checks.push_back(CheckStamps(sensor.name, adjustment.scale.stamps[s]));

@@ -132,6 +132,20 @@ bool FindCompressedSize(const ImageView& view, ImageHeader& header) {
   return false;
 }
 
+// FNV-1a over words of 8 bytes, and the bytes that are left.
+std::uint64_t DigestOf(const ImageView& view) {
+  constexpr std::uint64_t kOffset = 14695981039346656037ULL, kPrime = 1099511628211ULL;  // from: standard
+  constexpr std::size_t kWord = sizeof(std::uint64_t);                                   // from: structural
+  std::uint64_t digest = kOffset;
+  std::size_t at = 0;
+  for (std::uint64_t word; at + kWord <= view.size; at += kWord) {
+    std::memcpy(&word, view.data + at, kWord);
+    digest = (digest ^ word) * kPrime;
+  }
+  for (; at < view.size; ++at) digest = (digest ^ view.data[at]) * kPrime;
+  return digest;
+}
+
 // No image is packed as tightly: a size that was made up must not take memory.
 bool IsPlausible(const ImageHeader& header, std::size_t bytes) {
   constexpr std::int64_t kMostSide = 65535;         // from: guard, as of raw images
@@ -144,7 +158,8 @@ std::string CheckRaw(const ImageView& view) {
   const Reading* reading = FindReading(view.encoding);
   if (reading == nullptr) {
     return "encoding '" + Printable(view.encoding) +
-           "' is not known; expected mono8, mono16, bgr8, rgb8, bgra8, rgba8, bayer_*8, bayer_*16 or yuv422";
+           "' is not known; expected mono8, mono16, bgr8, rgb8, bgra8, rgba8, bayer_*8, bayer_*16 or yuv422; "
+           "set the driver so, or leave the camera out by enabled: false";
   }
   const std::size_t least_step =
       view.width * static_cast<std::size_t>(CV_ELEM_SIZE(cv_bridge::getCvType(reading->source)));
@@ -153,7 +168,7 @@ std::string CheckRaw(const ImageView& view) {
       view.size < static_cast<std::size_t>(view.height - 1) * view.step + least_step) {
     return "the image's sizes do not fit together (" + std::to_string(view.width) + " x " +
            std::to_string(view.height) + " " + view.encoding + " in steps of " + std::to_string(view.step) +
-           ", " + std::to_string(view.size) + " bytes)";
+           ", " + std::to_string(view.size) + " bytes); correct the driver's encoding, size or step";
   }
   return "";
 }
@@ -215,7 +230,10 @@ ImageHeader ReadImageHeader(const SerializedMessage& message) {
   header.frame_id = view.header.frame_id;
   if (!whole) {
     header.error = "an image message is cut off";
-  } else if (message.type == kImage) {
+    return header;
+  }
+  header.digest = DigestOf(view);
+  if (message.type == kImage) {
     header.encoding = view.encoding;
     header.width = static_cast<int>(view.width);
     header.height = static_cast<int>(view.height);

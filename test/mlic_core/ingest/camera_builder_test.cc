@@ -59,6 +59,20 @@ TEST(CameraBuilder, OddImagesAreHandledAndCounted) {
   EXPECT_TRUE(IsNoted(notes.warnings, "3 images dropped; the first: the header stamp is zero"));
 }
 
+TEST(CameraBuilder, ImagesThatRepeatTheOneBeforeAreLeftOutAndTold) {
+  ImageStream stream = Stream();
+  for (std::size_t i = 0; i < stream.headers.size(); ++i) stream.headers[i].digest = i + 1;
+  for (std::size_t i = 10; i < 20; ++i) stream.headers[i].digest = stream.headers[9].digest;
+  DriveNotes notes;
+  const CameraRecording camera = BuildCamera(stream, Format(), kDriveStart, notes);
+  ASSERT_EQ(camera.images->Count(), 20u);
+  EXPECT_NEAR(camera.images->Time(9), 0.9, 1e-9);
+  EXPECT_NEAR(camera.images->Time(10), 2.0, 1e-9);
+  EXPECT_TRUE(IsNoted(notes.warnings,
+                      "topic /image: 10 of 30 images repeat the one before under a new stamp, from 1.0 s to "
+                      "1.9 s"));
+}
+
 TEST(CameraBuilder, TopicsWithoutUsableImagesAreErrors) {
   DriveNotes notes;
   ImageStream stream = Stream();
