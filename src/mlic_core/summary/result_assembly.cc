@@ -227,18 +227,6 @@ std::vector<SensorHalves> HalvesOf(const Adjustment& adjustment, const std::vect
   return halves;
 }
 
-std::vector<GuessedPose> GuessesOf(const Rig& rig) {
-  std::vector<GuessedPose> guesses;
-  const auto add = [&](const auto& sensors) {
-    for (const auto& sensor : sensors) {
-      if (sensor.guess) guesses.push_back({sensor.name, sensor.guess->T_imu_sensor});
-    }
-  };
-  add(rig.lidars);
-  add(rig.cameras);
-  return guesses;
-}
-
 // Every pair whose sensors are shown, and those that their own data tie to each other. lost: of each sensor,
 // its place rests on nothing.
 std::vector<PairResult> MakePairs(const std::vector<Sensor>& sensors, const std::vector<bool>& shown,
@@ -264,6 +252,18 @@ std::vector<PairResult> MakePairs(const std::vector<Sensor>& sensors, const std:
 }
 
 }  // namespace
+
+std::vector<GuessedPose> GuessesOf(const Rig& rig) {
+  std::vector<GuessedPose> guesses;
+  const auto add = [&](const auto& sensors) {
+    for (const auto& sensor : sensors) {
+      if (sensor.guess) guesses.push_back({sensor.name, sensor.guess->T_imu_sensor});
+    }
+  };
+  add(rig.lidars);
+  add(rig.cameras);
+  return guesses;
+}
 
 void FinishRefused(CalibrationResult* result) {
   result->verdict = Verdict::kRefused;
