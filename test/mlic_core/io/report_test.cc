@@ -57,6 +57,9 @@ TEST(Report, GivesOneRowToEachKindOfCheckThatPassed) {
   EXPECT_TRUE(Contains(shown, "lidar_1<small>nearest of 3</small>"));
   EXPECT_FALSE(Contains(shown, "lidar_0"));
   EXPECT_TRUE(Contains(html.substr(shown.size()), "lidar_0"));
+  result.checks[0].value = 1671.0;
+  result.checks[0].limit = 2000.0;
+  EXPECT_TRUE(Contains(ChecksTable(result), ">1671<")) << "a count in full";
 }
 
 TEST(Report, ExplainsEachCheckOfTheDocuments) {

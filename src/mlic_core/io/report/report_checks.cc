@@ -18,6 +18,11 @@ double Strain(const QualityCheck& check) {
   return std::isfinite(strain) ? strain : std::numeric_limits<double>::infinity();
 }
 
+// Three digits, but counts as they are.
+std::string Shown(double value) {
+  return std::abs(value) >= 1000.0 && std::isfinite(value) ? FixedNumber(value, 0) : ShortNumber(value, 3);
+}
+
 std::string Outcome(const QualityCheck& check) {
   if (check.Passed()) return "<span class=\"good\">&#10003; passed</span>";
   return check.refuses ? "<b class=\"bad\">&#10007; failed</b>" : "<b class=\"fair\">! warning</b>";
@@ -25,12 +30,12 @@ std::string Outcome(const QualityCheck& check) {
 
 std::string Row(const QualityCheck& check, const std::string& sensor, bool explained) {
   const std::string limit = (check.bound == QualityCheck::Bound::kMost ? "&le; " : "&ge; ") +
-                            ShortNumber(check.limit, 3) + " " + EscapeXml(check.unit);
+                            Shown(check.limit) + " " + EscapeXml(check.unit);
   return "<tr><td data-label=\"result\">" + Outcome(check) + "</td><td data-label=\"check\"><b>" +
          EscapeXml(check.name) + "</b>" +
          (explained ? "<small>" + EscapeXml(MeaningOf(check.name)) + "</small>" : "") +
          "</td><td data-label=\"sensor\">" + sensor + "</td><td class=\"n\" data-label=\"value\">" +
-         ShortNumber(check.value, 3) + "</td><td data-label=\"limit\">" + limit +
+         Shown(check.value) + "</td><td data-label=\"limit\">" + limit +
          "</td><td data-label=\"what to do\">" +
          (check.Passed() ? ""
                          : EscapeXml(check.failure + (check.failure.empty() ? "" : ": ") + check.remedy)) +

@@ -36,7 +36,8 @@ std::string Tile(const std::string& number, const std::string& meaning) {
 std::string Tiles(const CalibrationResult& result) {
   const LargestSigmas sigmas = FindLargestSigmas(result);
   std::string html =
-      "<div class=\"tiles\">" + Tile(std::to_string(result.sensors.size()), "sensors calibrated");
+      "<div class=\"tiles\">" + Tile(std::to_string(result.sensors.size()),
+                                     result.sensors.size() == 1 ? "sensor calibrated" : "sensors calibrated");
   if (!result.root.empty()) html += Tile(std::to_string(result.pairs.size()), "pairs of sensors");
   if (!result.sensors.empty() || !result.root.empty()) {
     html +=

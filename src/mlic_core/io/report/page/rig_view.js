@@ -17,8 +17,9 @@ function drawRig(data, place) {
   controls.className = 'controls';
   const note = document.createElement('p');
   note.className = 'note';
-  note.textContent = 'Drag to turn. Ellipsoids: one sigma of the translation, enlarged ' +
-    `${data.ellipsoid_scale} times; where a direction is unobservable they are cut at ${(1000 * cut / data.ellipsoid_scale).toPrecision(2)} mm.`;
+  const held = data.sensors.some((sensor) => sensor.translation_observable.includes(false));
+  note.textContent = `Drag to turn. Ellipsoids: one sigma of the translation, enlarged ${data.ellipsoid_scale} times` +
+    (held ? `; where a direction is unobservable they are cut at ${(1000 * cut / data.ellipsoid_scale).toPrecision(2)} mm.` : '.');
   place.append(controls, stage, note);
   place.hidden = false;
 
