@@ -50,6 +50,7 @@ declare -A optional=(
   [clang-tidy]="continuous integration skips clang-tidy"
   [libbenchmark-dev]="no benchmarks"
   [libopengv-dev]="no comparison with OpenGV among the benchmarks"
+  [libjs-three]="reports draw the rig from above and from the side instead of turnable"
   [rviz]="no RViz: calibrate.launch works with rviz:=false only"
   [xvfb]="no scripts/screenshot.sh"
   [imagemagick]="no scripts/screenshot.sh"

@@ -118,6 +118,23 @@ void AddCameraResiduals(CalibrationResult& result) {
   result.initial_sensors = {initial};
 }
 
+// A wall of LiDAR points on the photo, 12 px to the left with the poses of the guess.
+void AddProjection(CalibrationResult& result) {
+  CameraProjection projection;
+  projection.camera = "cam_front";
+  projection.images = std::make_shared<SampleImages>();
+  projection.image = 1;
+  projection.rendering = cv::Mat(100, 160, CV_32FC1, cv::Scalar(0.5));
+  for (int i = 0; i < 4000; ++i) {
+    const Eigen::Vector2f pixel(20.0f * static_cast<float>(i % 64), 12.5f * static_cast<float>(i / 64));
+    projection.after.push_back({pixel, 4.0f + 0.01f * pixel.x(), 0.5f});
+    projection.before.push_back({pixel - Eigen::Vector2f(4.0f, 0.0f), 4.0f + 0.01f * pixel.x(), 0.5f});
+    projection.guess.push_back({pixel - Eigen::Vector2f(12.0f, 0.0f), 4.0f + 0.01f * pixel.x(), 0.5f});
+  }
+  projection.matches = {{{100.0f, 100.0f}, {96.0f, 100.0f}, {100.2f, 100.1f}}};
+  result.projections = {projection};
+}
+
 }  // namespace
 
 CalibrationResult SampleResult() {
@@ -200,6 +217,13 @@ CalibrationResult SampleResult() {
       SampleResidual("right_lidar", "m", 0.02, 0.9), SampleResidual("gyroscope", "rad/s", 0.004, 1.0),
       SampleResidual("accelerometer", "m/s^2", 0.05, 1.4)};
   AddCameraResiduals(result);
+  AddProjection(result);
+  for (const SensorResult& sensor : result.sensors) {
+    RigidTransform guess = sensor.calibration.T_imu_sensor;
+    guess.translation += Eigen::Vector3d(0.1, -0.05, 0.02);
+    guess.rotation = FromRollPitchYaw({0.0, 0.0, 0.07}) * guess.rotation;
+    result.guesses.push_back({sensor.name, guess});
+  }
   result.peak_memory_megabytes = 1834.0;
   return result;
 }

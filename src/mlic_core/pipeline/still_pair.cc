@@ -163,6 +163,7 @@ CameraProjection MakeProjection(const std::string& name, const ScanPhoto& pair, 
   out.images = std::make_shared<OnePhoto>(pair.photo);
   out.before = ProjectScan(pair.returns, intrinsics, T_before.Inverse(), kMostPoints);
   out.after = ProjectScan(pair.returns, intrinsics, T_after.Inverse(), kMostPoints);
+  out.guess = out.before;
   const CameraIntrinsics small = ScaledIntrinsics(intrinsics, kPictureScale);
   out.rendering = ViewRenderer(map, small, RenderOptions()).Render(FixedPose(T_after)).intensity;
   if (refined == nullptr) return out;
@@ -263,6 +264,7 @@ PairRegistration RegisterPairs(const Rig& rig, const std::vector<ScanPhoto>& pai
   if (result.Trusted()) {
     result.pairs.push_back({base.name, camera.name, T_lidar_camera, camera.sigma});
     result.sensors = {base, camera};
+    result.guesses = {{camera.name, start.T_lidar_camera}};
   }
   return out;
 }

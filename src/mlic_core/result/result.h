@@ -175,6 +175,7 @@ struct CameraProjection {
   std::size_t image = 0;
   cv::Mat rendering;  // CV_32F, the map's intensity after the stage, 0 to 1; NaN where nothing is seen
   std::vector<ProjectedPoint> before, after;
+  std::vector<ProjectedPoint> guess;  // with the poses of the rig file; empty without guesses
   std::vector<MatchProjection> matches;
 };
 
@@ -182,6 +183,12 @@ struct CameraProjection {
 struct CameraKeyframes {
   std::string camera;
   std::vector<TimeNs> stamps;  // as in the messages, in order
+};
+
+// Where the rig file has a sensor before it is calibrated.
+struct GuessedPose {
+  std::string name;
+  RigidTransform T_imu_sensor;
 };
 
 // A sensor of the rig that is not given.
@@ -224,6 +231,7 @@ struct CalibrationResult {
   Eigen::Vector3d gravity{0.0, 0.0, -9.81};
   std::vector<SensorResult> sensors;          // when refused: only those whose link to the IMU was shown
   std::vector<SensorResult> initial_sensors;  // the same before the joint adjustment, without sigmas
+  std::vector<GuessedPose> guesses;           // of the rig file; for pictures, not kept in files
   std::vector<PairResult> pairs;
   // Where nothing ties the sensors to the IMU, but maps tie LiDARs to each other: the one that what is given
   // for use (launch file, URDF) is about, by the pairs with it. Empty: all is about the IMU.

@@ -61,6 +61,33 @@ std::vector<ProjectedPoint> Overlay(const std::vector<MapReturn>& returns, const
   return points;
 }
 
+// What the LiDARs of the state see about the time of a photo.
+std::vector<MapReturn> ReturnsAround(const Drive& drive, const CalibrationState& state,
+                                     const CameraCalibration& camera, double stamp) {
+  const SplitSpline& trajectory = state.drives[0].trajectory;
+  const double time = camera.sensor.OnImuClock(stamp, trajectory.Middle());
+  return CollectReturns(drive, trajectory, state.lidars, kMostPoints,
+                        TimeInterval{time - kOverlaySeconds, time + kOverlaySeconds},
+                        CorrectionOfRings(state));
+}
+
+// The sensors where the rig file has them, those without a guess where they were found.
+CalibrationState AtGuesses(const Rig& rig, CalibrationState state) {
+  for (std::size_t l = 0; l < state.lidars.size(); ++l) {
+    if (rig.lidars[l].guess) state.lidars[l].T_imu_sensor = rig.lidars[l].guess->T_imu_sensor;
+  }
+  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
+    if (rig.cameras[c].guess) state.cameras[c].sensor.T_imu_sensor = rig.cameras[c].guess->T_imu_sensor;
+  }
+  return state;
+}
+
+bool HasGuesses(const Rig& rig) {
+  const auto guessed = [](const auto& sensor) { return sensor.guess.has_value(); };
+  return std::any_of(rig.lidars.begin(), rig.lidars.end(), guessed) ||
+         std::any_of(rig.cameras.begin(), rig.cameras.end(), guessed);
+}
+
 CameraProjection ProjectOnPhoto(const std::string& name, const Drive& drive, std::size_t camera, double stamp,
                                 const CameraCalibration& before, const CalibrationState& state,
                                 const LandmarkSet& landmarks) {
@@ -71,9 +98,7 @@ CameraProjection ProjectOnPhoto(const std::string& name, const Drive& drive, std
   out.camera = name;
   out.images = drive.cameras[camera].images;
   while (out.image + 1 < out.images->Count() && out.images->Time(out.image) < stamp) ++out.image;
-  const auto returns =
-      CollectReturns(drive, trajectory, state.lidars, kMostPoints,
-                     TimeInterval{time - kOverlaySeconds, time + kOverlaySeconds}, CorrectionOfRings(state));
+  const std::vector<MapReturn> returns = ReturnsAround(drive, state, after, stamp);
   out.before = Overlay(returns, trajectory, before, stamp);
   out.after = Overlay(returns, trajectory, after, stamp);
   const IntensityMap map = BuildIntensityMap(
@@ -104,11 +129,16 @@ std::vector<CameraProjection> ProjectOnPhotos(const Rig& rig, const Dataset& dat
                                               const std::vector<CameraCalibration>& before,
                                               const CalibrationState& state, const LandmarkSet& landmarks) {
   const std::vector<std::optional<double>> best = BestPhotos(landmarks, rig.cameras.size());
+  const bool guessed = HasGuesses(rig);
+  const CalibrationState guess = AtGuesses(rig, state);
   std::vector<CameraProjection> projections;
   for (std::size_t c = 0; c < best.size(); ++c) {
     if (!best[c]) continue;
     projections.push_back(
         ProjectOnPhoto(rig.cameras[c].name, dataset.drives[0], c, *best[c], before[c], state, landmarks));
+    if (!guessed) continue;
+    projections.back().guess = Overlay(ReturnsAround(dataset.drives[0], guess, state.cameras[c], *best[c]),
+                                       state.drives[0].trajectory, guess.cameras[c], *best[c]);
   }
   return projections;
 }

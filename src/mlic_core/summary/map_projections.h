@@ -10,8 +10,8 @@
 namespace mlic {
 
 // Of each camera that found places of the LiDAR map the photo with most of them (first drive), with what the
-// LiDARs saw about that time: projected by the cameras `before` the photos were matched and by those of the
-// state. landmarks: of the first drive, as solved.
+// LiDARs saw about that time: projected by the cameras `before` the photos were matched, by those of the
+// state, and with the poses that the rig file guesses. landmarks: of the first drive, as solved.
 std::vector<CameraProjection> ProjectOnPhotos(const Rig& rig, const Dataset& dataset,
                                               const std::vector<CameraCalibration>& before,
                                               const CalibrationState& state, const LandmarkSet& landmarks);

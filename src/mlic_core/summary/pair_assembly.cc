@@ -9,6 +9,7 @@
 
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/problem/observability_limits.h"
+#include "mlic_core/summary/result_assembly.h"
 #include "mlic_core/summary/snapshot.h"
 
 namespace mlic {
@@ -232,6 +233,7 @@ void AssemblePairs(const Rig& rig, const LidarsAlone& alone, const Adjustment& a
   result->verdict = Verdict::kPartial;
   result->pairs = std::move(pairs);
   result->root = root;
+  result->guesses = GuessesOf(rig);
   CompleteRejected(rig, result);
 }
 

@@ -253,6 +253,18 @@ std::vector<PairResult> MakePairs(const std::vector<Sensor>& sensors, const std:
 
 }  // namespace
 
+std::vector<GuessedPose> GuessesOf(const Rig& rig) {
+  std::vector<GuessedPose> guesses;
+  const auto add = [&](const auto& sensors) {
+    for (const auto& sensor : sensors) {
+      if (sensor.guess) guesses.push_back({sensor.name, sensor.guess->T_imu_sensor});
+    }
+  };
+  add(rig.lidars);
+  add(rig.cameras);
+  return guesses;
+}
+
 void FinishRefused(CalibrationResult* result) {
   result->verdict = Verdict::kRefused;
   GiveReasonsOfRejected(result);
@@ -304,6 +316,7 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
   result->verdict = refused || result->sensors.empty() ? Verdict::kRefused
                     : result->rejected.empty()         ? Verdict::kTrusted
                                                        : Verdict::kPartial;
+  result->guesses = GuessesOf(rig);
   result->initial_sensors = InitialSensors(rig, adjustment.initial, shown);
   result->pairs = MakePairs(sensors, shown, lost, analysis);
   result->imu = state.Imu(0);

@@ -11,6 +11,9 @@ namespace mlic {
 void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& adjustment,
                     CalibrationResult* result);
 
+// Of all sensors of the rig that have one.
+std::vector<GuessedPose> GuessesOf(const Rig& rig);
+
 // A refusal before there is a state: only the reasons.
 void FinishRefused(CalibrationResult* result);
 

@@ -6,6 +6,7 @@
 
 #include "mlic_core/common/error.h"
 #include "mlic_core/common/join.h"
+#include "mlic_core/io/report/report_next_step.h"
 #include "mlic_core/io/report/report_verdict.h"
 #include "mlic_core/io/text_file.h"
 #include "mlic_ros/programs/program.h"
@@ -71,7 +72,7 @@ JobEnd EndWithResult(const CalibrationResult& result, const fs::path& directory)
   }
   const std::string why =
       result.reasons.empty() ? "a check failed, see the log" : Joined(result.reasons, "; ");
-  return {kRefused, {"REFUSED: " + why, report, "to do: " + NextSteps(result, directory).front()}};
+  return {kRefused, {"REFUSED: " + why, report, "to do: " + Advice(result).front()}};
 }
 
 JobEnd EndWithException(const fs::path& log) {

@@ -109,5 +109,25 @@ TEST(ProjectionPicture, ShowsPointsWhereTheyAre) {
   EXPECT_GT(far[0], far[2]);        // blue
 }
 
+// The points of the guess and those of the result, each on its own picture, near ones in the same red.
+TEST(Overlays, OfGuessAndResultShareTheirColours) {
+  const cv::Mat photo(100, 200, CV_8UC1, cv::Scalar(100));
+  CameraProjection projection;
+  for (int i = 0; i < 50; ++i) {
+    projection.after.push_back({{100.0f, 30.0f + static_cast<float>(i)}, i < 25 ? 2.0f : 20.0f, 0.0f});
+    projection.guess.push_back({{140.0f, 30.0f + static_cast<float>(i)}, i < 25 ? 2.0f : 40.0f, 0.0f});
+    projection.before.push_back({{180.0f, 30.0f + static_cast<float>(i)}, 2.0f, 0.0f});
+  }
+  const OverlayPair pictures = DrawOverlays(photo, projection);
+  const auto at = [](const cv::Mat& picture, int u, int v) { return picture.at<cv::Vec3b>(v, u); };
+  const cv::Vec3b bare = at(pictures.after, 140, 40), red = at(pictures.after, 100, 40);
+  EXPECT_GT(red[2], red[0] + 100);
+  EXPECT_EQ(at(pictures.before, 140, 40), red);
+  EXPECT_EQ(at(pictures.before, 100, 40), bare);
+  EXPECT_EQ(at(pictures.before, 180, 40), bare) << "the guess, not the state before the last stage";
+  projection.guess.clear();
+  EXPECT_EQ(at(DrawOverlays(photo, projection).before, 180, 40), red);
+}
+
 }  // namespace
 }  // namespace mlic

@@ -5,10 +5,14 @@
 #include "mlic_core/common/random.h"
 #include "mlic_core/io/pictures/track_picture.h"
 #include "mlic_core/io/report/embedded_image.h"
+#include "mlic_core/io/report/page_texts.h"
+#include "mlic_core/io/report/report_checks.h"
+#include "mlic_core/io/report/report_next_step.h"
 #include "mlic_core/io/report/report_verdict.h"
 #include "mlic_core/io/text_file.h"
 #include "support/files.h"
 #include "support/sample_result.h"
+#include "support/source_directory.h"
 
 namespace mlic {
 namespace {
@@ -32,9 +36,95 @@ TEST(Report, TrustedSaysSoFirstAndMarksWhatIsUnobservable) {
 TEST(Report, ShowsTheChecksThatFailedFirst) {
   const std::string html = ReportOf(SampleResult());
   EXPECT_TRUE(Contains(html, "1 of 2 checks passed"));
-  EXPECT_LT(html.find("<td>coverage_image</td>"), html.find("<td>convergence</td>"));
+  EXPECT_LT(html.find("<b>coverage_image</b>"), html.find("<b>convergence</b>"));
   EXPECT_TRUE(Contains(html, "turn so that structure crosses all of it"));
+  EXPECT_TRUE(Contains(html, "share of the image in which landmarks are seen"));
   EXPECT_TRUE(Contains(html, "<td>front_lidar</td><td class=\"n\">5.73<small>&plusmn; 11.46</small>"));
+}
+
+// Twenty sensors do not make twenty rows of one check, before they are unfolded.
+TEST(Report, GivesOneRowToEachKindOfCheckThatPassed) {
+  CalibrationResult result = SampleResult();
+  QualityCheck check = result.checks[0];
+  check.name = "whiteness";
+  result.checks.clear();
+  for (const double value : {0.2, 0.9, 0.4}) {
+    check.sensor = "lidar_" + std::to_string(result.checks.size());
+    check.value = value;
+    result.checks.push_back(check);
+  }
+  const std::string html = ChecksTable(result), shown = html.substr(0, html.find("<details>"));
+  EXPECT_TRUE(Contains(shown, "lidar_1<small>nearest of 3</small>"));
+  EXPECT_FALSE(Contains(shown, "lidar_0"));
+  EXPECT_TRUE(Contains(html.substr(shown.size()), "lidar_0"));
+  result.checks[0].value = 1671.0;
+  result.checks[0].limit = 2000.0;
+  EXPECT_TRUE(Contains(ChecksTable(result), ">1671<")) << "a count in full";
+}
+
+TEST(Report, ExplainsEachCheckOfTheDocuments) {
+  const std::string document = ReadFile(SourceDirectory() + "/docs/outputs.md");
+  const std::size_t begin = document.find("\n### checks"), end = document.find("\n## ", begin);
+  ASSERT_NE(begin, std::string::npos);
+  int names = 0;
+  for (std::size_t row = document.find("\n| `", begin); row < end; row = document.find("\n| `", row + 1)) {
+    const std::string cell = document.substr(row + 3, document.find('|', row + 3) - row - 3);
+    for (std::size_t at = cell.find('`'); at != std::string::npos; at = cell.find('`', at + 1)) {
+      const std::size_t close = cell.find('`', at + 1);
+      EXPECT_NE(MeaningOf(cell.substr(at + 1, close - at - 1)), "") << cell;
+      at = close;
+      ++names;
+    }
+  }
+  EXPECT_GE(names, 18);
+}
+
+// What a reader needs first stands first; the log is last and folded.
+TEST(Report, IsOrderedByUse) {
+  const std::string html = ReportOf(SampleResult());
+  std::size_t last = 0;
+  for (const char* part :
+       {"<h1>Trusted</h1>", "id=\"checks\"", "id=\"next\"", "id=\"rig\"", "id=\"sensors\"", "id=\"frames\"",
+        "id=\"overlays\"", "id=\"pairs\"", "id=\"log\">\n<details><summary>"}) {
+    const std::size_t at = html.find(part);
+    ASSERT_NE(at, std::string::npos) << part;
+    EXPECT_GT(at, last) << part;
+    last = at;
+  }
+}
+
+TEST(Report, PairsAreAMatrixColouredByTheirSigmas) {
+  CalibrationResult result = SampleResult();
+  result.pairs[0].sigma.translation = {0.0012, 0.0234, 0.001};
+  result.pairs[1].sigma.rotation = {0.001, 0.012, 0.001};
+  const std::string html = ReportOf(result);
+  // 23 of 50 mm, 47 percent.
+  EXPECT_TRUE(Contains(html, "<td class=\"shade4\" title=\"front_lidar / left_lidar: rotation"));
+  EXPECT_TRUE(Contains(html, ">0.003&deg;<br>23.4 mm</td>"));
+  EXPECT_TRUE(Contains(html, "<td class=\"marked\" title=\"front_lidar / right_lidar: rotation"));
+  EXPECT_TRUE(Contains(html, "in part unobservable"));
+  EXPECT_TRUE(Contains(html, "<summary>poses of all 6 pairs</summary>"));
+}
+
+TEST(Report, DrawsTheRigStillWithItsGuess) {
+  CalibrationResult result = SampleResult();
+  const std::string html = ReportOf(result);
+  EXPECT_TRUE(Contains(html, "aria-label=\"the rig from above\""));
+  EXPECT_TRUE(Contains(html, "aria-label=\"the rig from the left\""));
+  EXPECT_TRUE(Contains(html, "Thin or dashed: the guess"));
+  EXPECT_EQ(Contains(html, "MLIC was built without three.js"), kThreeJs[0] == '\0');
+  EXPECT_EQ(Contains(html, "Copyright (c) 2010-2019 three.js authors"), kThreeJs[0] != '\0');
+  result.guesses.clear();
+  EXPECT_FALSE(Contains(ReportOf(result), "Thin or dashed: the guess"));
+}
+
+TEST(Report, LaysTheGuessOverTheResultOnThePhoto) {
+  CalibrationResult result = SampleResult();
+  EXPECT_TRUE(Contains(ReportOf(result), "left of the line the rig file's guess, right of it the result"));
+  result.projections[0].guess.clear();
+  EXPECT_TRUE(Contains(ReportOf(result), "left of the line before the photos were matched"));
+  result.projections.clear();
+  EXPECT_FALSE(Contains(ReportOf(result), "id=\"overlays\""));
 }
 
 TEST(Report, SaysWhereTheTimeWent) {
@@ -45,9 +135,11 @@ TEST(Report, SaysWhereTheTimeWent) {
 
 TEST(Report, OpensOffline) {
   const std::string html = ReportOf(SampleResult());
-  for (const char* outside : {"http://", "https://", "src=\"", "<script", "@import", "url("}) {
+  for (const char* outside :
+       {"src=\"http", "href=\"http", "src=\"/", "<script src", "<link", "@import", "url("}) {
     EXPECT_EQ(html.find(outside), std::string::npos) << outside;
   }
+  EXPECT_EQ(html.find("{{"), std::string::npos) << "a place of the page that nothing fills";
 }
 
 TEST(Report, RefusedGivesReasonsEscaped) {
@@ -95,8 +187,12 @@ TEST(Report, LargestSigmasOfPairsAreOfWhatIsShown) {
 }
 
 TEST(Report, AdviceWorksFromAnyFolder) {
-  EXPECT_TRUE(Contains(ReportOf(SampleResult()),
-                       "roslaunch &#39;/data/my drive/static_transforms.launch&#39;, or include"));
+  const std::string html = ReportOf(SampleResult());
+  EXPECT_TRUE(Contains(html, "<code>roslaunch &#39;/data/my drive/static_transforms.launch&#39;</code>"));
+  EXPECT_TRUE(
+      Contains(html, "<code>rosrun mlic verify --calibration &#39;/data/my drive/calibration.yaml&#39; "));
+  EXPECT_TRUE(
+      Contains(html, "&lt;xacro:include filename=&quot;/data/my drive/sensors_macro.xacro&quot;/&gt;"));
 }
 
 TEST(Report, LowInlierShareBecomesAHint) {

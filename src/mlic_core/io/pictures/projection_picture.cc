@@ -83,14 +83,24 @@ cv::Mat DrawPoints(const cv::Mat& photo, const std::vector<ProjectedPoint>& poin
   return panel;
 }
 
-cv::Mat DrawByDepth(const cv::Mat& photo, const std::vector<ProjectedPoint>& points,
-                    const std::string& when) {
-  std::vector<float> depths, share;
+// m, the range of depths that the colours span.
+struct DepthRange {
+  float near = 0.0f, far = 0.0f;
+};
+
+DepthRange RangeOf(const std::vector<ProjectedPoint>& points) {
+  std::vector<float> depths;
   for (const ProjectedPoint& point : points) depths.push_back(point.depth);
-  const float near = std::max(0.3f, Quantile(depths, 0.02)),
-              far = std::max(1.01f * near, Quantile(depths, 0.98));
-  for (const float depth : depths) {
-    share.push_back(1.0f - std::log(std::max(depth, near) / near) / std::log(far / near));
+  const float near = std::max(0.3f, Quantile(depths, 0.02));
+  return {near, std::max(1.01f * near, Quantile(depths, 0.98))};
+}
+
+cv::Mat DrawByDepth(const cv::Mat& photo, const std::vector<ProjectedPoint>& points, const DepthRange& range,
+                    const std::string& when) {
+  const auto [near, far] = range;
+  std::vector<float> share;
+  for (const ProjectedPoint& point : points) {
+    share.push_back(1.0f - std::log(std::max(point.depth, near) / near) / std::log(far / near));
   }
   cv::Mat panel = DrawPoints(photo, points, share);
   Label("LiDAR by depth " + when + ", " + FixedNumber(near, 1) + " m (red) to " + FixedNumber(far, 0) + " m",
@@ -171,8 +181,8 @@ cv::Mat DrawProjection(const cv::Mat& photo, const CameraProjection& projection)
   const cv::Mat matches = DrawMatches(colour, projection);
   const cv::Mat panels[6] = {matches,
                              DrawRendering(projection.rendering, matches.size()),
-                             DrawByDepth(colour, projection.before, "before"),
-                             DrawByDepth(colour, projection.after, "after"),
+                             DrawByDepth(colour, projection.before, RangeOf(projection.before), "before"),
+                             DrawByDepth(colour, projection.after, RangeOf(projection.after), "after"),
                              DrawByIntensity(colour, projection.before, "before"),
                              DrawByIntensity(colour, projection.after, "after")};
   cv::Mat picture(3 * matches.rows, 2 * matches.cols, CV_8UC3);
@@ -181,6 +191,15 @@ cv::Mat DrawProjection(const cv::Mat& photo, const CameraProjection& projection)
     panels[i].copyTo(picture(place));
   }
   return picture;
+}
+
+OverlayPair DrawOverlays(const cv::Mat& photo, const CameraProjection& projection) {
+  const cv::Mat colour = InColour(photo);
+  const DepthRange range = RangeOf(projection.after);
+  const bool guessed = !projection.guess.empty();
+  return {DrawByDepth(colour, guessed ? projection.guess : projection.before, range,
+                      guessed ? "at the guess" : "before"),
+          DrawByDepth(colour, projection.after, range, "as found")};
 }
 
 void WriteProjectionPictures(const std::filesystem::path& directory,

@@ -14,6 +14,13 @@ namespace mlic {
 // logarithmic), before and after; LiDAR points by intensity, before and after. photo: CV_8UC1 or CV_8UC3.
 cv::Mat DrawProjection(const cv::Mat& photo, const CameraProjection& projection);
 
+// The photo with the LiDAR points by depth, both with one scale of colours: at the guess (where there is
+// none, before the last stage), and after.
+struct OverlayPair {
+  cv::Mat before, after;
+};
+OverlayPair DrawOverlays(const cv::Mat& photo, const CameraProjection& projection);
+
 // Loads the photos and writes DIRECTORY/NAME_projection.png.
 void WriteProjectionPictures(const std::filesystem::path& directory,
                              const std::vector<CameraProjection>& projections);

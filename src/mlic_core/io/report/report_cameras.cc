@@ -53,10 +53,9 @@ std::string JpegFigure(const CameraView& view) {
     cv::resize(picture, picture, {kPictureWidth, picture.rows * kPictureWidth / picture.cols}, 0.0, 0.0,
                cv::INTER_AREA);
   }
-  const std::string size = std::to_string(picture.cols) + "\" height=\"" + std::to_string(picture.rows);
-  return "<svg style=\"margin-top:8px\" role=\"img\" aria-label=\"tracks of " + EscapeXml(view.camera) +
-         "\" viewBox=\"0 0 " + std::to_string(picture.cols) + " " + std::to_string(picture.rows) +
-         "\"><image width=\"" + size + "\" href=\"" + EmbedJpeg(picture, kPictureQuality) + "\"/></svg>\n";
+  return "<img class=\"enlarge\" width=\"" + std::to_string(picture.cols) + "\" height=\"" +
+         std::to_string(picture.rows) + "\" alt=\"tracks of " + EscapeXml(view.camera) + "\" src=\"" +
+         EmbedJpeg(picture, kPictureQuality) + "\">\n";
 }
 
 }  // namespace
@@ -119,7 +118,10 @@ std::string CameraResiduals(const CalibrationResult& result) {
   return "<div class=\"grid\">\n" + html +
          "</div>\n<p class=\"note\">Reprojection errors over the image: arrows that turn or stretch in a "
          "pattern show what the "
-         "model of the lens does not follow. The darker a cell, the more observations.</p>\n";
+         "model of the lens does not follow. The darker a cell, the more observations. On the photo: a ring "
+         "where a <dfn>landmark</dfn>, a plane or point of the world, was observed, its track through other "
+         "images in "
+         "blue, the error in red. Press the photo to enlarge it.</p>\n";
 }
 
 }  // namespace mlic

@@ -18,30 +18,41 @@ std::string Cell(const std::string& content, const std::string& style = "") {
   return (style.empty() ? "<td>" : "<td class=\"" + style + "\">") + content + "</td>";
 }
 
-// A value with its sigma and, where there is one, a mark below it.
-std::string ValueCell(const std::string& value, const std::string& sigma, const std::string& mark = "") {
-  return Cell(value + "<small>&plusmn; " + sigma + (mark.empty() ? "" : " <b>" + mark + "</b>") + "</small>",
-              mark.empty() ? "n" : "n marked");
+// A value with its sigma and, where there is one, a mark below it. label: of the column, where the page is
+// too narrow for columns.
+std::string ValueCell(const std::string& value, const std::string& sigma, const std::string& mark = "",
+                      const std::string& label = "") {
+  return "<td class=\"" + std::string(mark.empty() ? "n" : "n marked") + "\"" +
+         (label.empty() ? "" : " data-label=\"" + label + "\"") + ">" + value + "<small>&plusmn; " + sigma +
+         (mark.empty() ? "" : " <b>" + mark + "</b>") + "</small></td>";
 }
 
 std::string MarkOf(bool observable) { return observable ? "" : "unobservable"; }
 
 std::string PoseCells(const RigidTransform& pose, const PoseSigma& sigma,
                       const std::array<bool, 3>& translation, const std::array<bool, 3>& rotation) {
+  static const char* const kAxes[] = {"x, m", "y, m", "z, m"};
+  static const char* const kAngles[] = {"roll, &deg;", "pitch, &deg;", "yaw, &deg;"};
   std::string cells;
-  for (int k = 0; k < 3; ++k) {
-    cells += ValueCell(FixedNumber(pose.translation[k], 4),
-                       FixedNumber(1e3 * sigma.translation[k], 2) + " mm", MarkOf(translation[k]));
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    cells += ValueCell(FixedNumber(pose.translation[i], 4),
+                       FixedNumber(1e3 * sigma.translation[i], 2) + " mm", MarkOf(translation[k]), kAxes[k]);
   }
   const Eigen::Vector3d rpy = kDegreesPerRadian * ToRollPitchYaw(pose.rotation);
-  const Eigen::Vector3d millidegrees = 1e3 * kDegreesPerRadian * sigma.rotation;
-  for (int k = 0; k < 3; ++k) cells += Cell(FixedNumber(rpy[k], 3), "n");
-  for (int k = 0; k < 3; ++k) {
-    cells += Cell("<small>&plusmn; " + FixedNumber(millidegrees[k], 1) + " m&deg;" +
-                      (rotation[k] ? "" : " <b>unobservable</b>") + "</small>",
-                  rotation[k] ? "n" : "n marked");
+  for (std::size_t k = 0; k < 3; ++k) {
+    cells += "<td class=\"n\" data-label=\"" + std::string(kAngles[k]) + "\">" +
+             FixedNumber(rpy[static_cast<Eigen::Index>(k)], 3) + "</td>";
   }
-  return cells;
+  std::string sigmas, marks;
+  for (std::size_t k = 0; k < 3; ++k) {
+    sigmas += (k > 0 ? ", " : "") +
+              FixedNumber(kDegreesPerRadian * sigma.rotation[static_cast<Eigen::Index>(k)], 4);
+    if (!rotation[k]) marks += std::string(marks.empty() ? "" : ", ") + "xyz"[k];
+  }
+  return cells + "<td class=\"" + (marks.empty() ? "n" : "n marked") +
+         "\" data-label=\"&sigma; about x, y, z\">" + "<small>" + sigmas +
+         (marks.empty() ? "" : " <b>" + marks + " unobservable</b>") + "</small></td>";
 }
 
 std::string Vector(const Eigen::Vector3d& v, int decimals) {
@@ -128,7 +139,7 @@ std::string DifferenceCells(const SensorHalves& sensor, HalvesDifference::Quanti
 
 const char* const kPoseHeader =
     "<th>x, m</th><th>y, m</th><th>z, m</th><th>roll, &deg;</th><th>pitch, &deg;</th><th>yaw, &deg;</th>"
-    "<th>&sigma; rot x</th><th>&sigma; rot y</th><th>&sigma; rot z</th>";
+    "<th>&sigma; about x, y, z, &deg;</th>";
 
 }  // namespace
 
@@ -138,18 +149,21 @@ std::string SensorTable(const CalibrationResult& result) {
   const bool drifts =
       std::any_of(result.sensors.begin(), result.sensors.end(),
                   [](const SensorResult& sensor) { return sensor.calibration.clock_drift.has_value(); });
-  std::string html = std::string("<div class=\"wide\"><table><tr><th>sensor</th>") + kPoseHeader +
-                     "<th>time offset, ms</th>" + (drifts ? "<th>drift, ppm</th>" : "") + "</tr>\n";
+  std::string html = std::string("<div class=\"wide\"><table class=\"stack\"><thead><tr><th>sensor</th>") +
+                     kPoseHeader + "<th>time offset, ms</th>" + (drifts ? "<th>drift, ppm</th>" : "") +
+                     "</tr></thead>\n";
   std::string directions;
   for (std::size_t i = 0; i < result.sensors.size(); ++i) {
     const SensorResult& sensor = result.sensors[i];
     html += "<tr>" + Cell("<i style=\"background:" + SensorColor(i) + "\"></i>" + EscapeXml(sensor.name) +
-                          "<small>" + EscapeXml(sensor.frame_id) + "</small>");
+                          (sensor.frame_id == sensor.name
+                               ? ""
+                               : "<small>frame " + EscapeXml(sensor.frame_id) + "</small>"));
     html += PoseCells(sensor.calibration.T_imu_sensor, sensor.sigma, sensor.translation_observable,
                       sensor.rotation_observable);
     html += ValueCell(FixedNumber(1e3 * sensor.calibration.time_offset, 3),
                       FixedNumber(1e3 * sensor.sigma.time_offset, 3) + " ms",
-                      MarkOf(sensor.time_offset_observable));
+                      MarkOf(sensor.time_offset_observable), "time offset, ms");
     if (drifts) html += DriftCell(sensor);
     html += "</tr>\n";
     for (const UnobservableDirection& direction : sensor.unobservable) {
@@ -157,9 +171,10 @@ std::string SensorTable(const CalibrationResult& result) {
     }
   }
   html +=
-      "</table></div>\n<p class=\"note\">Poses of the sensors in the IMU's frame, roll-pitch-yaw about fixed "
-      "axes. Sigmas: "
-      "one standard deviation along and about the IMU's axes. t_imu = t_sensor + time offset.";
+      "</table></div>\n<p class=\"note\">T_imu_sensor, the <dfn>extrinsic</dfn>: it maps points of the "
+      "sensor's "
+      "frame into the IMU's; roll, pitch, yaw about fixed axes, as in URDF. Sigmas along and about the IMU's "
+      "axes. <dfn>Time offset</dfn>: t_imu = t_sensor + time offset.";
   if (drifts) html += " Where a clock drifts the offset is that in the middle of the drive.";
   html += "</p>\n";
   if (directions.empty())
@@ -184,15 +199,16 @@ std::string CameraTable(const CalibrationResult& result) {
 }
 
 std::string PairTable(const CalibrationResult& result) {
-  std::string html = std::string("<div class=\"wide\"><table><tr><th>pair a / b</th>") + kPoseHeader +
-                     "<th>&sigma; offset</th></tr>\n";
+  std::string html =
+      std::string("<div class=\"wide\"><table class=\"stack\"><thead><tr><th>pair a / b</th>") + kPoseHeader +
+      "<th>&sigma; time offset</th></tr></thead>\n";
   const std::array<bool, 3> all{true, true, true};
   std::string directions;
   for (const PairResult& pair : result.pairs) {
     html += "<tr>" + Cell(EscapeXml(pair.a) + " / " + EscapeXml(pair.b)) +
             PoseCells(pair.T_a_b, pair.sigma, all, all) +
-            Cell("<small>&plusmn; " + FixedNumber(1e3 * pair.sigma.time_offset, 3) + " ms</small>", "n") +
-            "</tr>\n";
+            "<td class=\"n\" data-label=\"&sigma; time offset\"><small>&plusmn; " +
+            FixedNumber(1e3 * pair.sigma.time_offset, 3) + " ms</small></td></tr>\n";
     for (const UnobservableDirection& direction : pair.unobservable) {
       directions += DirectionLine(pair.a + " / " + pair.b, direction);
     }
@@ -231,9 +247,10 @@ std::string HalvesTable(const CalibrationResult& result) {
 std::string ImuTable(const CalibrationResult& result) {
   const ImuCalibration& imu = result.imu;
   std::string html =
-      "<table>\n<tr><th>gyroscope bias</th>" + Cell(Vector(imu.gyroscope_bias, 6) + " rad/s", "n") +
-      "</tr>\n<tr><th>accelerometer bias</th>" + Cell(Vector(imu.accelerometer_bias, 5) + " m/s&sup2;", "n") +
-      "</tr>\n<tr><th>gravity in the map</th>" + Cell(Vector(result.gravity, 4) + " m/s&sup2;", "n") +
+      "<div class=\"wide\"><table>\n<tr><th>gyroscope bias</th>" +
+      Cell(Vector(imu.gyroscope_bias, 6) + " rad/s", "n") + "</tr>\n<tr><th>accelerometer bias</th>" +
+      Cell(Vector(imu.accelerometer_bias, 5) + " m/s&sup2;", "n") + "</tr>\n<tr><th>gravity in the map</th>" +
+      Cell(Vector(result.gravity, 4) + " m/s&sup2;", "n") +
       "</tr>\n<tr><th>accelerometer later than gyroscope</th>" +
       Cell(FixedNumber(1e3 * imu.accelerometer_lag, 2) + " ms", "n") + "</tr>\n";
   if (!imu.gyroscope_matrix.isIdentity(0.0) || !imu.accelerometer_matrix.isIdentity(0.0)) {
@@ -241,7 +258,7 @@ std::string ImuTable(const CalibrationResult& result) {
             "</tr>\n<tr><th>accelerometer matrix</th>" + Cell(MatrixText(imu.accelerometer_matrix), "n") +
             "</tr>\n";
   }
-  return html + "</table>\n<p class=\"note\">measured = matrix &times; true + bias</p>\n";
+  return html + "</table></div>\n<p class=\"note\">measured = matrix &times; true + bias</p>\n";
 }
 
 std::string StageTable(const CalibrationResult& result) {
@@ -252,7 +269,8 @@ std::string StageTable(const CalibrationResult& result) {
     longest = std::max(longest, stage.seconds);
   }
   std::string html =
-      "<table class=\"stages\"><tr><th>stage</th><th>s</th><th>processor, s</th><th></th>"
+      "<div class=\"wide\"><table class=\"stages\"><tr><th>stage</th><th>s</th><th>processor, "
+      "s</th><th>share</th>"
       "<th>what was found</th></tr>\n";
   for (const StageSummary& stage : result.stages) {
     std::string lines;
@@ -264,8 +282,11 @@ std::string StageTable(const CalibrationResult& result) {
             Cell(lines) + "</tr>\n";
   }
   html += "<tr><th>all</th>" + Cell("<b>" + FixedNumber(total, 1) + "</b>", "n") +
-          Cell("<b>" + FixedNumber(processor, 1) + "</b>", "n") + Cell("") + Cell("");
-  return html + "</tr>\n</table>\n";
+          Cell("<b>" + FixedNumber(processor, 1) + "</b>", "n") + Cell("") +
+          Cell(result.peak_memory_megabytes > 0.0
+                   ? "peak memory " + FixedNumber(result.peak_memory_megabytes / 1024.0, 2) + " GB"
+                   : "");
+  return html + "</tr>\n</table></div>\n";
 }
 
 }  // namespace mlic

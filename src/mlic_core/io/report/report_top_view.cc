@@ -154,7 +154,14 @@ std::string TopViewFigure(const CalibrationResult& result) {
         "style=\"background:#1e8449\"></i>"
         "start</span><span><i style=\"background:#c0392b\"></i>end</span>";
   }
-  return html + "</p>\n";
+  return html +
+         "</p>\n<p class=\"note\">The LiDARs' map, points by the LiDAR that saw them, in the frame map: z "
+         "up, origin at the "
+         "first pose of the IMU." +
+         (result.trajectories.size() > 1
+              ? " Of the first of " + std::to_string(result.trajectories.size()) + " drives."
+              : std::string()) +
+         "</p>\n";
 }
 
 }  // namespace mlic

@@ -19,12 +19,6 @@ bool HasUnobservable(const std::vector<UnobservableDirection>& directions,
                      [&](const UnobservableDirection& direction) { return direction.quantity == quantity; });
 }
 
-bool HasUnobservable(const CalibrationResult& result, UnobservableDirection::Quantity quantity) {
-  return std::any_of(result.sensors.begin(), result.sensors.end(), [&](const SensorResult& sensor) {
-    return HasUnobservable(sensor.unobservable, quantity);
-  });
-}
-
 // The largest of a pair's sigmas along the axes without what its unobservable directions have of them.
 double Shown(const PairResult& pair, UnobservableDirection::Quantity quantity, const Eigen::Vector3d& sigma) {
   Eigen::Array3d variance = sigma.array().square();
@@ -42,7 +36,8 @@ std::string Tile(const std::string& number, const std::string& meaning) {
 std::string Tiles(const CalibrationResult& result) {
   const LargestSigmas sigmas = FindLargestSigmas(result);
   std::string html =
-      "<div class=\"tiles\">" + Tile(std::to_string(result.sensors.size()), "sensors calibrated");
+      "<div class=\"tiles\">" + Tile(std::to_string(result.sensors.size()),
+                                     result.sensors.size() == 1 ? "sensor calibrated" : "sensors calibrated");
   if (!result.root.empty()) html += Tile(std::to_string(result.pairs.size()), "pairs of sensors");
   if (!result.sensors.empty() || !result.root.empty()) {
     html +=
@@ -63,38 +58,21 @@ std::string Tiles(const CalibrationResult& result) {
     }
     html += Tile(FixedNumber(length, 0) + " m", "driven in " + FixedNumber(seconds, 0) + " s");
   }
-  if (result.peak_memory_megabytes > 0.0)
-    html += Tile(FixedNumber(result.peak_memory_megabytes / 1024.0, 2) + " GB", "peak memory");
-  return html + "</div>\n";
+  html += "</div>\n";
+  if (sigmas.rotation > 0.0) {
+    html +=
+        "<p class=\"note\">&sigma; (<dfn>sigma</dfn>): one standard deviation. <dfn>Observable</dfn>: "
+        "determined "
+        "by the data alone, to 50 mm, 0.5&deg; or 5 ms and to better than the sigma of the guess; where a "
+        "direction is <b>unobservable</b> the <dfn>guess</dfn>, the rig file's initial pose, decides.</p>\n";
+  }
+  return html;
 }
 
 std::string List(const std::vector<std::string>& lines) {
   std::string html = "<ul>\n";
   for (const std::string& line : lines) html += "<li>" + EscapeXml(line) + "</li>\n";
   return html + "</ul>\n";
-}
-
-// Every check, those that failed first; shut until it is asked for where all passed.
-std::string ChecksTable(const std::vector<QualityCheck>& checks) {
-  if (checks.empty()) return "";
-  std::string failed, passed;
-  std::size_t failures = 0;
-  for (const QualityCheck& check : checks) {
-    const bool good = check.Passed();
-    failures += good ? 0 : 1;
-    (good ? passed : failed) +=
-        "<tr><td>" + EscapeXml(check.name) + "</td><td>" + EscapeXml(check.sensor) + "</td><td class=\"n\">" +
-        ShortNumber(check.value, 3) + "</td><td class=\"n\">" +
-        (check.bound == QualityCheck::Bound::kMost ? "&le; " : "&ge; ") + ShortNumber(check.limit, 3) +
-        "</td><td>" + EscapeXml(check.unit) + "</td><td>" + (good ? "passed" : "<b>failed</b>") +
-        "</td><td>" + (good ? "" : EscapeXml(check.remedy)) + "</td></tr>\n";
-  }
-  return std::string("<details") + (failures > 0 ? " open" : "") + "><summary>" +
-         std::to_string(checks.size() - failures) + " of " + std::to_string(checks.size()) +
-         " checks passed</summary>\n<div "
-         "class=\"wide\"><table><tr><th>check</th><th>sensor</th><th>value</th>"
-         "<th>limit</th><th></th><th></th><th>what to do</th></tr>\n" +
-         failed + passed + "</table></div></details>\n";
 }
 
 }  // namespace
@@ -120,13 +98,19 @@ std::string VerdictBlock(const CalibrationResult& result) {
   } else if (unobservable) {
     html +=
         "The calibration can be used. Some directions, marked <b>unobservable</b> below, are not determined "
-        "by "
-        "this drive: there the given guess decides.</p>\n";
+        "by this drive: there the given guess decides.</p>\n";
   } else {
     html += "The calibration can be used: the drive determines every direction of every sensor.</p>\n";
   }
-  if (!result.warnings.empty()) html += "<p>Warnings:</p>\n" + List(result.warnings);
-  return html + ChecksTable(result.checks) + Tiles(result) + "</section>\n";
+  const auto failed = std::count_if(result.checks.begin(), result.checks.end(),
+                                    [](const QualityCheck& check) { return !check.Passed(); });
+  if (!result.warnings.empty() || failed > 0) {
+    const std::size_t warnings = result.warnings.size();
+    html += "<p><a href=\"#checks\">" + std::to_string(warnings) +
+            (warnings == 1 ? " warning; " : " warnings; ") + std::to_string(failed) + " of " +
+            std::to_string(result.checks.size()) + " checks not passed</a></p>\n";
+  }
+  return html + Tiles(result) + "</section>\n";
 }
 
 LargestSigmas FindLargestSigmas(const CalibrationResult& result) {
@@ -156,58 +140,6 @@ LargestSigmas FindLargestSigmas(const CalibrationResult& result) {
     }
   }
   return largest;
-}
-
-std::string UseCommand(const std::filesystem::path& place) {
-  return "roslaunch " +
-         ShellQuoted((std::filesystem::absolute(place) / "static_transforms.launch").lexically_normal());
-}
-
-std::vector<std::string> NextSteps(const CalibrationResult& result, const std::filesystem::path& place) {
-  using Quantity = UnobservableDirection::Quantity;
-  std::vector<std::string> steps;
-  for (const QualityCheck& check : result.checks) {
-    if (check.Passed() || !check.refuses) continue;
-    const std::string step =
-        check.name + (check.sensor.empty() ? "" : " of " + check.sensor) + ": " + check.remedy;
-    if (!result.Trusted()) steps.push_back(step);
-  }
-  if (!result.Usable() || !result.root.empty()) {
-    steps.push_back(
-        "Record again with turns: a figure of eight in a vehicle, or turns about all three axes by hand, "
-        "among "
-        "walls and poles, for about a minute.");
-    steps.push_back(
-        "Or give T_imu_sensor with sigma in the rig file: it decides the directions that the drive does not "
-        "determine.");
-  }
-  if (result.Usable() && HasUnobservable(result, Quantity::kTranslation)) {
-    steps.push_back(
-        "Unobservable translations: measure them by ruler or drawing and give them in the rig file with "
-        "their "
-        "sigma, or drive over kerbs and ramps so that the vehicle also rolls and pitches.");
-  }
-  if (HasUnobservable(result, Quantity::kRotation)) {
-    steps.push_back("Unobservable rotations: turn about more than one axis, in both directions.");
-  }
-  if (HasUnobservable(result, Quantity::kTimeOffset)) {
-    steps.push_back("Unobservable time offsets: change the rate of turning quickly, several times.");
-  }
-  for (const ResidualSummary& residual : result.residuals) {
-    if (residual.inlier_share < 0.8) {
-      steps.push_back(
-          residual.sensor + ": only " + FixedNumber(100.0 * residual.inlier_share, 0) +
-          " percent of its residuals are inliers; look for moving objects, its own vehicle in view, or a "
-          "wrong point time.");
-    }
-  }
-  if (result.Usable()) {
-    steps.push_back("Use it: " + UseCommand(place) +
-                    ", or include sensors.urdf.xacro in the vehicle's model.");
-    steps.push_back(
-        "Calibrate a second recording and compare: the two should differ by no more than their sigmas say.");
-  }
-  return steps;
 }
 
 }  // namespace mlic
