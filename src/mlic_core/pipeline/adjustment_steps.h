@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -51,8 +52,8 @@ SolveSummary SolveAdjustment(const CancellationToken& cancellation, Adjustment* 
 // By what the last solve's information is too good, but for the IMU's part.
 void MeasureScale(const Adjustment& adjustment, CovarianceScale* scale);
 
-// Shows the state to the observer.
+// Shows the state to the observer. change: CalibrationSnapshot's.
 void ShowAdjustment(const AdjustmentContext& context, const std::string& stage, int iteration,
-                    const Adjustment& adjustment);
+                    const Adjustment& adjustment, std::optional<double> change = std::nullopt);
 
 }  // namespace mlic

@@ -83,21 +83,6 @@ cv::Mat DrawPoints(const cv::Mat& photo, const std::vector<ProjectedPoint>& poin
   return panel;
 }
 
-cv::Mat DrawByDepth(const cv::Mat& photo, const std::vector<ProjectedPoint>& points,
-                    const std::string& when) {
-  std::vector<float> depths, share;
-  for (const ProjectedPoint& point : points) depths.push_back(point.depth);
-  const float near = std::max(0.3f, Quantile(depths, 0.02)),
-              far = std::max(1.01f * near, Quantile(depths, 0.98));
-  for (const float depth : depths) {
-    share.push_back(1.0f - std::log(std::max(depth, near) / near) / std::log(far / near));
-  }
-  cv::Mat panel = DrawPoints(photo, points, share);
-  Label("LiDAR by depth " + when + ", " + FixedNumber(near, 1) + " m (red) to " + FixedNumber(far, 0) + " m",
-        &panel);
-  return panel;
-}
-
 cv::Mat DrawByIntensity(const cv::Mat& photo, const std::vector<ProjectedPoint>& points,
                         const std::string& when) {
   std::vector<float> intensities, share;
@@ -165,6 +150,22 @@ cv::Mat DrawRendering(const cv::Mat& rendering, const cv::Size& size) {
 }
 
 }  // namespace
+
+cv::Mat DrawByDepth(const cv::Mat& photo, const std::vector<ProjectedPoint>& points,
+                    const std::string& when) {
+  if (points.empty()) return DrawPoints(InColour(photo), {}, {});
+  std::vector<float> depths, share;
+  for (const ProjectedPoint& point : points) depths.push_back(point.depth);
+  const float near = std::max(0.3f, Quantile(depths, 0.02)),
+              far = std::max(1.01f * near, Quantile(depths, 0.98));
+  for (const float depth : depths) {
+    share.push_back(1.0f - std::log(std::max(depth, near) / near) / std::log(far / near));
+  }
+  cv::Mat panel = DrawPoints(InColour(photo), points, share);
+  Label("LiDAR by depth " + when + ", " + FixedNumber(near, 1) + " m (red) to " + FixedNumber(far, 0) + " m",
+        &panel);
+  return panel;
+}
 
 cv::Mat DrawProjection(const cv::Mat& photo, const CameraProjection& projection) {
   const cv::Mat colour = InColour(photo);

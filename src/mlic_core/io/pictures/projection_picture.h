@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <opencv2/core/mat.hpp>
+#include <string>
 #include <vector>
 
 #include "mlic_core/result/result.h"
@@ -13,6 +14,9 @@ namespace mlic {
 // the rendering (blue where nothing is seen); LiDAR points on the photo by depth (red near, blue far,
 // logarithmic), before and after; LiDAR points by intensity, before and after. photo: CV_8UC1 or CV_8UC3.
 cv::Mat DrawProjection(const cv::Mat& photo, const CameraProjection& projection);
+
+// The photo, at most 960 px wide, with the LiDAR points by depth as there. when: for the legend.
+cv::Mat DrawByDepth(const cv::Mat& photo, const std::vector<ProjectedPoint>& points, const std::string& when);
 
 // Loads the photos and writes DIRECTORY/NAME_projection.png.
 void WriteProjectionPictures(const std::filesystem::path& directory,
