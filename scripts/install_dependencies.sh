@@ -51,6 +51,8 @@ declare -A optional=(
   [libbenchmark-dev]="no benchmarks"
   [libopengv-dev]="no comparison with OpenGV among the benchmarks"
   [rviz]="no RViz: calibrate.launch works with rviz:=false only"
+  [librviz-dev]="RViz shows no panel with stage, verdict and convergence"
+  [qtbase5-dev]="RViz shows no panel with stage, verdict and convergence"
   [xvfb]="no scripts/screenshot.sh"
   [imagemagick]="no scripts/screenshot.sh"
   [libgl1-mesa-dri]="no software OpenGL, so no scripts/screenshot.sh"
