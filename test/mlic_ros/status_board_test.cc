@@ -122,7 +122,7 @@ TEST(RigMarkers, NamesOfWhatIsFoundAndAGreyGuess) {
 
 TEST(RigMarkers, TheOverlaySaysStageThenVerdict) {
   StatusBoard board = Started();
-  EXPECT_EQ(MakeOverlay(board.Get()).markers.at(0).text.find("stage 2 of 2: joint adjustment"), 0u);
+  EXPECT_EQ(MakeOverlay(board.Get()).markers.at(0).text.find("stage 2 of 2\njoint adjustment\n"), 0u);
   board.SetEnd(Status::INTERRUPTED, "INTERRUPTED: by the user");
   EXPECT_EQ(MakeOverlay(board.Get()).markers.at(0).text, "INTERRUPTED");
 }

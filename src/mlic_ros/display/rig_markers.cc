@@ -12,12 +12,12 @@ namespace {
 
 // Constants of this file, from: structural, how RViz shows it.
 
-constexpr double kLeastRig = 0.15;       // m, what the rig's size counts as at least
-constexpr double kAxis = 0.35;           // of the rig's size
-constexpr double kText = 0.16;           // likewise
-constexpr double kOverlayText = 0.09;    // of the map's radius
-constexpr double kOverlayHeight = 0.75;  // likewise
-constexpr double kRadiusBefore = 12.0;   // m, before there is a map: that of the first view
+constexpr double kLeastRig = 0.15;      // m, what the rig's size counts as at least
+constexpr double kAxis = 0.35;          // of the rig's size
+constexpr double kText = 0.16;          // likewise
+constexpr double kOverlayText = 0.06;   // of the map's radius
+constexpr double kOverlayHeight = 0.9;  // likewise
+constexpr double kRadiusBefore = 12.0;  // m, before there is a map: that of the first view
 
 using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
@@ -92,7 +92,7 @@ MarkerArray MakeRigMarkers(const Status& status, const std::string& imu_frame) {
     array.markers.push_back(label);
   };
   AddAxes(Eigen::Isometry3d::Identity(), 0.7 * kAxis * size, false, &axes);
-  name("IMU", Eigen::Vector3d::Zero());
+  name("IMU", -kText * size * Eigen::Vector3d::UnitZ());
   for (const SensorStatus& sensor : status.sensors) {
     if (!IsFound(sensor)) continue;
     const Eigen::Isometry3d pose = ToPose(sensor.transform);
@@ -115,7 +115,12 @@ MarkerArray MakeOverlay(const Status& status) {
   const double radius = status.map_radius > 0.0f ? status.map_radius : kRadiusBefore;
   Marker text = MakeMarker("map", "overlay", Marker::TEXT_VIEW_FACING);
   text.text = StageLine(status);
-  if (status.state == Status::RUNNING) text.text += "\n" + ProgressLine(status);
+  if (status.state == Status::RUNNING) {
+    const std::size_t colon =
+        text.text.find(": ");  // long names of stages would not fit beside their numbers
+    if (colon != std::string::npos) text.text.replace(colon, 2, "\n");
+    text.text += "\n" + ProgressLine(status);
+  }
   const std::array<float, 3> colour = VerdictColour(status);
   text.color = Colour(colour[0], colour[1], colour[2]);
   text.scale.z = kOverlayText * radius;

@@ -49,6 +49,7 @@ QTableWidget* MakeTable(QWidget* parent) {
   table->verticalHeader()->hide();
   table->horizontalHeader()->setSectionResizeMode(QHeaderView::ResizeToContents);
   table->horizontalHeader()->setStretchLastSection(true);
+  table->horizontalHeader()->setHighlightSections(false);
   table->setEditTriggers(QAbstractItemView::NoEditTriggers);
   table->setSelectionBehavior(QAbstractItemView::SelectRows);
   table->setSelectionMode(QAbstractItemView::SingleSelection);
@@ -82,8 +83,8 @@ CalibrationPanel::CalibrationPanel(QWidget* parent) : rviz::Panel(parent) {
                           static_cast<QWidget*>(stage_), static_cast<QWidget*>(progress_)}) {
     all->addWidget(widget);
   }
-  all->addWidget(changes_, 3);
-  all->addWidget(costs_, 2);
+  all->addWidget(changes_, 4);
+  all->addWidget(costs_, 3);
   all->addWidget(sensors_, 3);
   all->addLayout(buttons);
   connect(cancel_, &QPushButton::clicked, this, [this] { Cancel(); });

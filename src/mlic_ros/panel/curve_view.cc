@@ -11,7 +11,7 @@ namespace {
 
 const QColor kGround(28, 30, 38), kBand(38, 42, 54), kGrid(70, 75, 90), kText(205, 210, 220),
     kCurve(90, 190, 255), kLine(120, 220, 130);
-constexpr int kLeft = 44, kTop = 22, kMargin = 8;  // px
+constexpr int kLeft = 44, kTop = 30, kMargin = 8;  // px
 
 }  // namespace
 
@@ -56,7 +56,7 @@ void CurveView::paintEvent(QPaintEvent*) {
   painter.setPen(kText);
   QString title = title_;
   if (!curve_.empty()) title += ": " + QString::fromStdString(ShortNumberText(curve_.back().value));
-  painter.drawText(QRectF(kMargin, 3.0, width() - 2.0 * kMargin, kTop - 4.0), Qt::AlignLeft, title);
+  painter.drawText(QRectF(kMargin, 3.0, width() - 2.0 * kMargin, 18.0), Qt::AlignLeft, title);
   const QRectF area(kLeft, kTop, width() - kLeft - kMargin, height() - kTop - kMargin);
   if (curve_.empty()) {
     painter.setPen(kGrid);

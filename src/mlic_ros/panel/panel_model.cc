@@ -87,7 +87,7 @@ LogAxis FitLogAxis(const std::vector<CurvePoint>& curve, double around) {
 
 std::string ShortNumberText(double value) {
   const double size = std::abs(value);
-  if (size >= 1e5) return Text("%.1e", value);
+  if (size >= 1e7) return Text("%.1e", value);
   if (size >= 10.0) return Text("%.0f", value);
   if (size >= 1.0) return Text("%.1f", value);
   return size >= 0.01 ? Text("%.2f", value) : Text("%.4f", value);

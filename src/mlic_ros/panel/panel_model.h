@@ -32,7 +32,7 @@ struct LogAxis {
 // Around all values and `around`.
 LogAxis FitLogAxis(const std::vector<CurvePoint>& curve, double around);
 
-// "0.04", "12", "3.1e+06"
+// "0.04", "12", "3.1e+07"
 std::string ShortNumberText(double value);
 
 struct SensorRow {
