@@ -28,10 +28,10 @@ required=(
   catkin libroscpp-dev librosbag-dev libtf2-dev libtf2-ros-dev libtf2-msgs-dev libcv-bridge-dev libpcl-conversions-dev
   ros-message-generation ros-message-runtime ros-std-msgs ros-geometry-msgs ros-sensor-msgs ros-nav-msgs
   ros-visualization-msgs ros-tf2-msgs ros-actionlib-msgs
-  libstd-msgs-dev libgeometry-msgs-dev libsensor-msgs-dev libnav-msgs-dev libvisualization-msgs-dev
+  libstd-msgs-dev libstd-srvs-dev libgeometry-msgs-dev libsensor-msgs-dev libnav-msgs-dev libvisualization-msgs-dev
   # ROS 1: run (tf2-tools holds static_transform_publisher) and test
   python3-roslaunch python3-rosbag rosbash tf2-tools liburdfdom-tools librostest-dev python3-rostest
-  python3-rospy python3-std-msgs python3-geometry-msgs python3-sensor-msgs python3-nav-msgs
+  python3-rospy python3-std-msgs python3-std-srvs python3-geometry-msgs python3-sensor-msgs python3-nav-msgs
   python3-visualization-msgs python3-tf2-msgs python3-yaml
   # mathematics, files, command line
   libeigen3-dev libceres-dev libopenblas-dev libtbb-dev libboost-dev libyaml-cpp-dev libcli11-dev libspdlog-dev
@@ -52,6 +52,8 @@ declare -A optional=(
   [libopengv-dev]="no comparison with OpenGV among the benchmarks"
   [libjs-three]="reports draw the rig from above and from the side instead of turnable"
   [rviz]="no RViz: calibrate.launch works with rviz:=false only"
+  [librviz-dev]="RViz shows no panel with stage, verdict and convergence"
+  [qtbase5-dev]="RViz shows no panel with stage, verdict and convergence"
   [xvfb]="no scripts/screenshot.sh"
   [imagemagick]="no scripts/screenshot.sh"
   [libgl1-mesa-dri]="no software OpenGL, so no scripts/screenshot.sh"

@@ -56,10 +56,29 @@ class CheckCalibration(unittest.TestCase):
         self.assertEqual(last.state, Status.TRUSTED, last.messages)
         self.assertGreater(len(last.costs), 0)
         self.assertGreater(len({status.stage for status in self.statuses}), 1)
+        self.assertEqual(len(last.changes), len(last.costs))
+        self.assertLess(last.changes[-1], 1.0)
         self.assertEqual(sorted(sensor.name for sensor in last.sensors), sorted(self.sensors()))
         for sensor in last.sensors:
             self.assertTrue(sensor.has_sigma)
             self.assertTrue(all(0.0 < sigma < 0.5 for sigma in sensor.sigma_translation), sensor)
+
+    def test_progress_of_the_run(self):
+        running = [status for status in self.statuses if status.state == Status.RUNNING and status.stage_count > 0]
+        numbers = [status.stage_number for status in running]
+        self.assertEqual(numbers, sorted(numbers))
+        count = self.statuses[-1].stage_count
+        self.assertEqual({status.stage_count for status in running}, {count})
+        # The plan's stages are those that are told: the first may have passed before this looked.
+        self.assertEqual(set(range(2, count + 1)) - set(numbers), set())
+        done = [status.run_progress for status in running]
+        self.assertEqual(done, sorted(done))
+        self.assertGreater(len({status.seconds_left for status in running if status.seconds_left > 0.0}), 5)
+
+    def test_rig_and_overlay(self):
+        names = {marker.text for marker in self.latched("/mlic/rig", MarkerArray).markers if marker.text}
+        self.assertEqual(names, {"IMU", *self.sensors()})
+        self.assertEqual(self.latched("/mlic/overlay", MarkerArray).markers[0].text, "TRUSTED")
 
     def test_exit_status(self):
         path = rospy.get_param("~status_file")

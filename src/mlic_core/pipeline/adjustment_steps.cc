@@ -129,8 +129,10 @@ void MeasureScale(const LinearizedProblem& linearized, const Adjustment& adjustm
 }
 
 void ShowAdjustment(const AdjustmentContext& context, const std::string& stage, int iteration,
-                    const Adjustment& adjustment) {
-  context.observer.OnSnapshot(MakeSnapshot(stage, iteration, context.rig, context.dataset, adjustment));
+                    const Adjustment& adjustment, std::optional<double> change) {
+  CalibrationSnapshot snapshot = MakeSnapshot(stage, iteration, context.rig, context.dataset, adjustment);
+  snapshot.change = change;
+  context.observer.OnSnapshot(snapshot);
 }
 
 }  // namespace mlic

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -53,8 +54,8 @@ SolveSummary SolveAdjustment(const CancellationToken& cancellation, Adjustment* 
 // problem at its state.
 void MeasureScale(const LinearizedProblem& linearized, const Adjustment& adjustment, CovarianceScale* scale);
 
-// Shows the state to the observer.
+// Shows the state to the observer. change: CalibrationSnapshot's.
 void ShowAdjustment(const AdjustmentContext& context, const std::string& stage, int iteration,
-                    const Adjustment& adjustment);
+                    const Adjustment& adjustment, std::optional<double> change = std::nullopt);
 
 }  // namespace mlic

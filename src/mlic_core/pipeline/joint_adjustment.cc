@@ -330,7 +330,7 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     }
     const bool axes_moved = options.find_imu_axes && ReviewAxes(context, many, &adjustment);
     context.monitor.line(DescribeRound(adjustment, change));
-    ShowAdjustment(context, NameOf(options.landmarks), round, adjustment);
+    ShowAdjustment(context, NameOf(options.landmarks), round, adjustment, change);
     context.monitor.progress(std::min(0.95, (round + 1.0) / (least_rounds + 2)));
     const bool more = many && TakeMorePoints(context.dataset, &adjustment);
     const bool guess_dropped =

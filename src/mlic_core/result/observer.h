@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,7 @@ struct CalibrationSnapshot {
   std::string stage;
   int iteration = 0;
   double cost = 0.0;                      // sum of squared whitened residuals, after the solve
+  std::optional<double> change;           // largest of a sensor in this round, in its sigmas
   std::vector<std::string> sensor_names;  // LiDARs, then cameras
   std::vector<std::string> sensor_frames;
   std::vector<SensorCalibration> sensors;
@@ -36,8 +38,9 @@ struct CalibrationSnapshot {
   std::vector<StampedPose> trajectory;       // T_map_imu of the first drive
   std::vector<MapPoint> points;              // a thinned-out map of the first drive
   std::vector<PlanePatch> planes;
-  std::vector<LandmarkMark> landmarks;  // thinned out, of the first drive
-  std::vector<CameraView> views;        // one image of each camera that sees landmarks, of the first drive
+  std::vector<LandmarkMark> landmarks;     // thinned out, of the first drive
+  std::vector<CameraView> views;           // one image of each camera that sees landmarks, of the first drive
+  std::vector<RigidTransform> view_poses;  // T_map_camera of each view, in the middle of its exposure
 };
 
 // Observers (RViz, log, progress bar) look and never touch. Calls come from the thread that runs the

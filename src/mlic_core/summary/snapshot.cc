@@ -54,6 +54,24 @@ std::vector<MapPoint> SampleMap(const CalibrationState& state, const PlaneAssoci
   return points;
 }
 
+namespace {
+
+std::size_t CameraOf(const CameraView& view, const Rig& rig) {
+  const auto found = std::find_if(rig.cameras.begin(), rig.cameras.end(),
+                                  [&](const CameraConfig& camera) { return camera.name == view.camera; });
+  return static_cast<std::size_t>(found - rig.cameras.begin());
+}
+
+// T_map_camera; a little outside the span that of its end.
+RigidTransform PoseAtExposure(const CameraView& view, const CameraCalibration& camera,
+                              const SplitSpline& trajectory) {
+  const double middle = view.images->Time(view.image) + 0.5 * camera.readout;
+  const double time = camera.sensor.OnImuClock(middle, trajectory.Middle());
+  return trajectory.Pose(std::clamp(time, trajectory.Start(), trajectory.End())) * camera.sensor.T_imu_sensor;
+}
+
+}  // namespace
+
 CalibrationSnapshot MakeSnapshot(const std::string& stage, int iteration, const Rig& rig,
                                  const Dataset& dataset, const Adjustment& adjustment) {
   const CalibrationState& state = adjustment.state;
@@ -85,6 +103,11 @@ CalibrationSnapshot MakeSnapshot(const std::string& stage, int iteration, const 
   }
   snapshot.landmarks = MarkLandmarks(landmarks, state, origin, kMostLandmarks);
   snapshot.views = ChooseViews(rig, dataset.drives[0], state, landmarks);
+  for (const CameraView& view : snapshot.views) {
+    const std::size_t c = CameraOf(view, rig);
+    snapshot.view_poses.push_back(origin *
+                                  PoseAtExposure(view, state.cameras[c], state.drives[0].trajectory));
+  }
   return snapshot;
 }
 

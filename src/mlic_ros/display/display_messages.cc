@@ -62,6 +62,7 @@ SensorStatus MakeStatus(const std::string& name, const std::string& frame,
   SensorStatus status;
   status.name = name;
   status.frame_id = FrameName(frame, name);
+  status.state = SensorStatus::ESTIMATED;
   status.transform = ToMessage(calibration.T_imu_sensor);
   status.time_offset = calibration.time_offset;
   status.has_sigma = sigma != nullptr;
@@ -170,6 +171,7 @@ std::vector<SensorStatus> MakeSensorStatus(const CalibrationSnapshot& snapshot) 
     const std::string name = i < snapshot.sensor_names.size() ? snapshot.sensor_names[i] : std::to_string(i);
     const std::string frame = i < snapshot.sensor_frames.size() ? snapshot.sensor_frames[i] : "";
     sensors.push_back(MakeStatus(name, frame, snapshot.sensors[i], sigma));
+    sensors.back().is_camera = i + snapshot.intrinsics.size() >= snapshot.sensors.size();
   }
   return sensors;
 }
@@ -178,6 +180,7 @@ std::vector<SensorStatus> MakeSensorStatus(const CalibrationResult& result) {
   std::vector<SensorStatus> sensors;
   for (const SensorResult& sensor : result.sensors) {
     sensors.push_back(MakeStatus(sensor.name, sensor.frame_id, sensor.calibration, &sensor.sigma));
+    sensors.back().is_camera = sensor.type == SensorResult::Type::kCamera;
   }
   return sensors;
 }

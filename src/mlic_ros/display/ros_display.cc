@@ -4,10 +4,14 @@
 #include <sensor_msgs/PointCloud2.h>
 #include <visualization_msgs/MarkerArray.h>
 
+#include <algorithm>
+
 #include "mlic_core/io/pictures/projection_picture.h"
 #include "mlic_core/io/pictures/track_picture.h"
 #include "mlic_ros/display/display_cameras.h"
 #include "mlic_ros/display/display_messages.h"
+#include "mlic_ros/display/rig_markers.h"
+#include "mlic_ros/display/round_projection.h"
 
 namespace mlic {
 namespace {
@@ -15,6 +19,7 @@ namespace {
 // Constants of this file, from: structural, how RViz shows it.
 
 constexpr double kSecondsBetweenProgress = 0.1;
+constexpr double kSecondsBetweenStatus = 1.0;
 constexpr int kTileWidth = 640;  // px, of each camera in pictures of all
 
 }  // namespace
@@ -24,26 +29,45 @@ RosDisplay::RosDisplay(ros::NodeHandle& node)
       voxel_map_(node.advertise<visualization_msgs::MarkerArray>("/mlic/voxel_map", 1, true)),
       voxel_map_points_(node.advertise<sensor_msgs::PointCloud2>("/mlic/voxel_map_points", 1, true)),
       trajectory_(node.advertise<nav_msgs::Path>("/mlic/trajectory", 1, true)),
-      status_publisher_(node.advertise<Status>("/mlic/status", 1, true)) {
-  status_.state = Status::RUNNING;
-  status_.stage = "starting";
+      status_publisher_(node.advertise<Status>("/mlic/status", 50, true)),
+      rig_markers_(node.advertise<visualization_msgs::MarkerArray>("/mlic/rig", 1, true)),
+      overlay_(node.advertise<visualization_msgs::MarkerArray>("/mlic/overlay", 1, true)) {
   PublishStatus();
+  // Stages that say nothing of themselves for a minute are alive, too.
+  heartbeat_ = node_.createWallTimer(ros::WallDuration(kSecondsBetweenStatus), [this](const auto&) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (status_.Get().state == Status::RUNNING) PublishStatus();
+  });
+}
+
+double RosDisplay::Now() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
 }
 
 void RosDisplay::PublishStatus() {
-  status_.header.stamp = ros::Time::now();
-  status_publisher_.publish(status_);
+  const double now = Now();
+  status_.Tick(now);
+  Status message = status_.Get();
+  message.header.stamp = ros::Time::now();
+  status_publisher_.publish(message);
+  const bool due = now - last_overlay_ >= kSecondsBetweenStatus || message.state != Status::RUNNING;
+  if (!due) return;
+  last_overlay_ = now;
+  overlay_.publish(MakeOverlay(message));
 }
 
 void RosDisplay::OnProgress(const std::string& stage, double fraction) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  const auto now = std::chrono::steady_clock::now();
-  const bool due = std::chrono::duration<double>(now - last_progress_).count() >= kSecondsBetweenProgress;
-  if (stage == status_.stage && !due) return;
+  const double now = Now();
+  const bool is_new = status_.SetProgress(stage, fraction, now);
+  if (!is_new && now - last_progress_ < kSecondsBetweenProgress) return;
   last_progress_ = now;
-  status_.stage = stage;
-  status_.progress = static_cast<float>(fraction);
   PublishStatus();
+}
+
+void RosDisplay::OnPlan(const std::vector<PlannedStage>& plan) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  status_.SetPlan(plan);
 }
 
 void RosDisplay::OnMessage(const std::string& line) { ROS_DEBUG_STREAM(line); }
@@ -51,6 +75,8 @@ void RosDisplay::OnMessage(const std::string& line) { ROS_DEBUG_STREAM(line); }
 void RosDisplay::OnRig(const Rig& rig) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!rig.imu.frame_id.empty()) imu_frame_ = FrameName(rig.imu.frame_id, "imu");
+  status_.SetRig(rig);
+  PublishStatus();
   if (rig.cameras.empty()) return;
   landmarks_ = node_.advertise<sensor_msgs::PointCloud2>("/mlic/landmarks", 1, true);
   cameras_ = node_.advertise<visualization_msgs::MarkerArray>("/mlic/cameras", 1, true);
@@ -79,18 +105,39 @@ void RosDisplay::PublishPictures(const std::vector<std::string>& cameras,
   topics->all.publish(MakeImage(TilePictures(pictures, kTileWidth), "map", now));
 }
 
+const cv::Mat& RosDisplay::PhotoOf(const CameraView& view) {
+  Photo& photo = photos_[view.camera];
+  if (photo.pixels.empty() || photo.image != view.image) photo = {view.image, view.images->Load(view.image)};
+  return photo.pixels;
+}
+
 void RosDisplay::PublishTracks(const std::vector<CameraView>& views) {
   std::vector<std::string> cameras;
   std::vector<cv::Mat> pictures;
   for (const CameraView& view : views) {
-    Photo& photo = photos_[view.camera];
-    if (photo.pixels.empty() || photo.image != view.image) {
-      photo = {view.image, view.images->Load(view.image)};
-    }
     cameras.push_back(view.camera);
-    pictures.push_back(DrawTracks(photo.pixels, view));
+    pictures.push_back(DrawTracks(PhotoOf(view), view));
   }
   PublishPictures(cameras, pictures, &tracks_);
+}
+
+// The map's points on the photos as the calibration stands.
+void RosDisplay::PublishRound(const CalibrationSnapshot& snapshot) {
+  if (snapshot.points.empty()) return;
+  const std::string when = "after round " + std::to_string(snapshot.iteration + 1);
+  const auto of_cameras =
+      snapshot.sensor_names.end() - static_cast<std::ptrdiff_t>(snapshot.intrinsics.size());
+  std::vector<std::string> cameras;
+  std::vector<cv::Mat> pictures;
+  for (std::size_t k = 0; k < snapshot.views.size(); ++k) {
+    const CameraView& view = snapshot.views[k];
+    const auto camera = std::find(of_cameras, snapshot.sensor_names.end(), view.camera) - of_cameras;
+    const CameraIntrinsics& intrinsics = snapshot.intrinsics[static_cast<std::size_t>(camera)];
+    cameras.push_back(view.camera);
+    pictures.push_back(
+        DrawByDepth(PhotoOf(view), ProjectMap(snapshot.points, snapshot.view_poses[k], intrinsics), when));
+  }
+  PublishPictures(cameras, pictures, &projections_);
 }
 
 void RosDisplay::PublishProjections(const std::vector<CameraProjection>& projections) {
@@ -103,17 +150,17 @@ void RosDisplay::PublishProjections(const std::vector<CameraProjection>& project
   PublishPictures(cameras, pictures, &projections_);
 }
 
-void RosDisplay::PublishFrames(const std::vector<SensorStatus>& sensors,
-                               const std::vector<StampedPose>& trajectory) {
+void RosDisplay::PublishRig(const std::vector<StampedPose>& trajectory) {
   const ros::Time now = ros::Time::now();
   std::vector<geometry_msgs::TransformStamped> frames;
   const RigidTransform T_map_imu = trajectory.empty() ? RigidTransform() : trajectory.back().pose;
   frames.push_back(MakeFrame("map", imu_frame_, ToMessage(T_map_imu), now));
-  for (const SensorStatus& sensor : sensors) {
-    if (sensor.frame_id == imu_frame_) continue;
+  for (const SensorStatus& sensor : status_.Get().sensors) {
+    if (!IsFound(sensor) || sensor.frame_id == imu_frame_) continue;
     frames.push_back(MakeFrame(imu_frame_, sensor.frame_id, sensor.transform, now));
   }
   broadcaster_.sendTransform(frames);
+  rig_markers_.publish(MakeRigMarkers(status_.Get(), imu_frame_));
 }
 
 void RosDisplay::OnSnapshot(const CalibrationSnapshot& snapshot) {
@@ -124,12 +171,10 @@ void RosDisplay::OnSnapshot(const CalibrationSnapshot& snapshot) {
   if (!snapshot.landmarks.empty()) landmarks_.publish(MakeLandmarkCloud(snapshot.landmarks, now));
   if (!snapshot.intrinsics.empty()) cameras_.publish(MakeFrustumMarkers(snapshot));
   PublishTracks(snapshot.views);
+  PublishRound(snapshot);
   const std::lock_guard<std::mutex> lock(mutex_);
-  status_.stage = snapshot.stage;
-  status_.iteration = snapshot.iteration;
-  status_.costs.push_back(snapshot.cost);
-  status_.sensors = MakeSensorStatus(snapshot);
-  PublishFrames(status_.sensors, snapshot.trajectory);
+  status_.AddSnapshot(snapshot);
+  PublishRig(snapshot.trajectory);
   PublishStatus();
 }
 
@@ -142,21 +187,19 @@ void RosDisplay::OnResult(const CalibrationResult& result) {
   PublishTracks(result.views);
   PublishProjections(result.projections);
   const std::lock_guard<std::mutex> lock(mutex_);
-  status_.state = result.Trusted() ? Status::TRUSTED : result.Usable() ? Status::PARTIAL : Status::REFUSED;
-  status_.stage = "done";
-  status_.progress = 1.0f;
-  status_.messages = result.reasons;
-  status_.messages.insert(status_.messages.end(), result.warnings.begin(), result.warnings.end());
-  status_.sensors = MakeSensorStatus(result);
-  PublishFrames(status_.sensors, path);
+  status_.SetResult(result);
+  PublishRig(path);
   PublishStatus();
 }
 
-void RosDisplay::OnFailure(const std::string& line) {
+void RosDisplay::End(std::uint8_t state, const std::string& line) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  status_.state = Status::FAILED;
-  status_.messages = {line};
+  status_.SetEnd(state, line);
   PublishStatus();
 }
+
+void RosDisplay::OnFailure(const std::string& line) { End(Status::FAILED, line); }
+
+void RosDisplay::OnInterruption(const std::string& line) { End(Status::INTERRUPTED, line); }
 
 }  // namespace mlic

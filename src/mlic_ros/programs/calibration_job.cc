@@ -11,6 +11,7 @@
 #include "mlic_core/io/rig/rig_file.h"
 #include "mlic_core/io/write_results.h"
 #include "mlic_core/pipeline/calibrator.h"
+#include "mlic_core/pipeline/run_plan.h"
 #include "mlic_core/pipeline/stopwatch.h"
 #include "mlic_ros/programs/finished_run.h"
 #include "mlic_ros/programs/job_log.h"
@@ -59,6 +60,7 @@ void AddWarnings(const LoadReport& report, CalibrationResult* result) {
 CalibrationResult Run(const JobOptions& options, const Rig& rig_file, const CancellationToken& cancellation,
                       StageStore& stages, JobLog& log) {
   const Stopwatch stopwatch;
+  log.OnPlan(PlanRun(rig_file, options.calibration));
   LoadReport report;
   LoadOptions load = options.load;
   load.rig_directory = options.rig.parent_path();
@@ -135,7 +137,11 @@ JobEnd RunCalibrationJob(const std::function<JobOptions()>& make_options,
     end = EndWithException({});
   }
   const bool with_result = end.status == kTrusted || end.status == kPartial || end.status == kRefused;
-  if (!with_result) display.OnFailure(end.lines[0]);
+  if (end.status == kInterrupted) {
+    display.OnInterruption(end.lines[0]);
+  } else if (!with_result) {
+    display.OnFailure(end.lines[0]);
+  }
   return end;
 }
 

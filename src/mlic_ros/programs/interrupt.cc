@@ -10,9 +10,11 @@ namespace mlic {
 namespace {
 
 CancellationToken token;
+volatile std::sig_atomic_t signalled = 0;
 
 extern "C" void OnSignal(int) {
-  if (token.IsCancelled()) _exit(kInterrupted);
+  if (signalled != 0) _exit(kInterrupted);
+  signalled = 1;
   token.Cancel();
 }
 
@@ -25,5 +27,9 @@ const CancellationToken& CancelOnSignals() {
   sigaction(SIGTERM, &action, nullptr);
   return token;
 }
+
+void CancelOnRequest() { token.Cancel(); }
+
+bool WasSignalled() { return signalled != 0; }
 
 }  // namespace mlic

@@ -7,4 +7,10 @@ namespace mlic {
 // Lets SIGINT and SIGTERM set the returned token; a second signal ends the process at once with status 130.
 const CancellationToken& CancelOnSignals();
 
+// Sets that token, too; what a button does in place of a signal.
+void CancelOnRequest();
+
+// Whether there was such a signal.
+bool WasSignalled();
+
 }  // namespace mlic

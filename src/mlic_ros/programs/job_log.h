@@ -29,6 +29,7 @@ class JobLog : public JobObserver {
   void OnProgress(const std::string& stage, double fraction) override;
   void OnSnapshot(const CalibrationSnapshot& snapshot) override;
   void OnMessage(const std::string& line) override;
+  void OnPlan(const std::vector<PlannedStage>& plan) override { display_.OnPlan(plan); }
   void OnRig(const Rig& rig) override { display_.OnRig(rig); }
   void OnResult(const CalibrationResult& result) override;
 

@@ -5,8 +5,10 @@
 #include <fcntl.h>
 #include <ros/file_log.h>
 #include <ros/ros.h>
+#include <std_srvs/Trigger.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -90,14 +92,26 @@ void Announce(const JobEnd& end, const LinesPipe& pipe) {
 }
 
 // Latched messages live as long as their publisher, so the node stays as long as somebody may look.
-void StayForViewers(const CancellationToken& cancellation, RvizWindow* rviz) {
+void StayForViewers(RvizWindow* rviz) {
   ros::NodeHandle parameters("~");
   const bool keep_open = parameters.param("keep_open", false);
   const auto is_wanted = [&] { return keep_open || (rviz != nullptr && rviz->IsOpen()); };
   if (!is_wanted()) ros::WallDuration(1.0).sleep();  // for subscribers to receive the last messages
-  while (is_wanted() && ros::ok() && !cancellation.IsCancelled()) {
+  while (is_wanted() && ros::ok() && !WasSignalled()) {
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }
+}
+
+// /mlic/cancel: what Ctrl-C does to the calibration; the node stays for viewers.
+ros::ServiceServer OfferCancel(ros::NodeHandle& node, const std::atomic<bool>& has_ended) {
+  using std_srvs::Trigger;
+  return node.advertiseService<Trigger::Request, Trigger::Response>(
+      "/mlic/cancel", [&has_ended](Trigger::Request&, Trigger::Response& response) {
+        response.success = !has_ended;
+        response.message = has_ended ? "the calibration has ended already" : "the calibration ends";
+        if (!has_ended) CancelOnRequest();
+        return true;
+      });
 }
 
 int RunNode(int argc, char** argv, const LinesPipe& pipe) {
@@ -105,17 +119,20 @@ int RunNode(int argc, char** argv, const LinesPipe& pipe) {
   ros::NodeHandle node;
   const CancellationToken& cancellation = CancelOnSignals();
   const std::unique_ptr<RvizWindow> rviz = OpenRviz();
+  RosDisplay display(node);
+  std::atomic<bool> has_ended{false};
+  const ros::ServiceServer cancel = OfferCancel(node, has_ended);
   ros::AsyncSpinner spinner(1);
   spinner.start();
-  RosDisplay display(node);
   const JobEnd end = RunCalibrationJob(OptionsFromParameters, cancellation, display);
+  has_ended = true;
   if (rviz != nullptr && rviz->IsOpen()) {
     std::fprintf(stderr, "finished; the launch ends when RViz is closed\n");
   } else if (rviz != nullptr && rviz->Problem().empty()) {
     std::fprintf(stderr, "warning: RViz ended before the calibration; what it said: %s\n", RvizLog().c_str());
   }
   Announce(end, pipe);
-  StayForViewers(cancellation, rviz.get());
+  StayForViewers(rviz.get());
   return end.status;
 }
 

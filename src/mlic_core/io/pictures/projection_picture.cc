@@ -95,7 +95,7 @@ DepthRange RangeOf(const std::vector<ProjectedPoint>& points) {
   return {near, std::max(1.01f * near, Quantile(depths, 0.98))};
 }
 
-cv::Mat DrawByDepth(const cv::Mat& photo, const std::vector<ProjectedPoint>& points, const DepthRange& range,
+cv::Mat DrawInRange(const cv::Mat& photo, const std::vector<ProjectedPoint>& points, const DepthRange& range,
                     const std::string& when) {
   const auto [near, far] = range;
   std::vector<float> share;
@@ -176,13 +176,19 @@ cv::Mat DrawRendering(const cv::Mat& rendering, const cv::Size& size) {
 
 }  // namespace
 
+cv::Mat DrawByDepth(const cv::Mat& photo, const std::vector<ProjectedPoint>& points,
+                    const std::string& when) {
+  if (points.empty()) return DrawPoints(InColour(photo), {}, {});
+  return DrawInRange(InColour(photo), points, RangeOf(points), when);
+}
+
 cv::Mat DrawProjection(const cv::Mat& photo, const CameraProjection& projection) {
   const cv::Mat colour = InColour(photo);
   const cv::Mat matches = DrawMatches(colour, projection);
   const cv::Mat panels[6] = {matches,
                              DrawRendering(projection.rendering, matches.size()),
-                             DrawByDepth(colour, projection.before, RangeOf(projection.before), "before"),
-                             DrawByDepth(colour, projection.after, RangeOf(projection.after), "after"),
+                             DrawInRange(colour, projection.before, RangeOf(projection.before), "before"),
+                             DrawInRange(colour, projection.after, RangeOf(projection.after), "after"),
                              DrawByIntensity(colour, projection.before, "before"),
                              DrawByIntensity(colour, projection.after, "after")};
   cv::Mat picture(3 * matches.rows, 2 * matches.cols, CV_8UC3);
@@ -197,9 +203,9 @@ OverlayPair DrawOverlays(const cv::Mat& photo, const CameraProjection& projectio
   const cv::Mat colour = InColour(photo);
   const DepthRange range = RangeOf(projection.after);
   const bool guessed = !projection.guess.empty();
-  return {DrawByDepth(colour, guessed ? projection.guess : projection.before, range,
+  return {DrawInRange(colour, guessed ? projection.guess : projection.before, range,
                       guessed ? "at the guess" : "before"),
-          DrawByDepth(colour, projection.after, range, "as found")};
+          DrawInRange(colour, projection.after, range, "as found")};
 }
 
 void WriteProjectionPictures(const std::filesystem::path& directory,

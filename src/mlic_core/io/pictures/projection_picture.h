@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <opencv2/core/mat.hpp>
+#include <string>
 #include <vector>
 
 #include "mlic_core/result/result.h"
@@ -20,6 +21,9 @@ struct OverlayPair {
   cv::Mat before, after;
 };
 OverlayPair DrawOverlays(const cv::Mat& photo, const CameraProjection& projection);
+
+// The photo, at most 960 px wide, with the LiDAR points by depth as there. when: for the legend.
+cv::Mat DrawByDepth(const cv::Mat& photo, const std::vector<ProjectedPoint>& points, const std::string& when);
 
 // Loads the photos and writes DIRECTORY/NAME_projection.png.
 void WriteProjectionPictures(const std::filesystem::path& directory,

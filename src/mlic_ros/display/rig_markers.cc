@@ -1,0 +1,133 @@
+#include "mlic_ros/display/rig_markers.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+
+#include "mlic_ros/display/display_messages.h"
+#include "mlic_ros/display/status_text.h"
+
+namespace mlic {
+namespace {
+
+// Constants of this file, from: structural, how RViz shows it.
+
+constexpr double kLeastRig = 0.15;      // m, what the rig's size counts as at least
+constexpr double kAxis = 0.35;          // of the rig's size
+constexpr double kText = 0.16;          // likewise
+constexpr double kOverlayText = 0.06;   // of the map's radius
+constexpr double kOverlayHeight = 0.9;  // likewise
+constexpr double kRadiusBefore = 12.0;  // m, before there is a map: that of the first view
+
+using visualization_msgs::Marker;
+using visualization_msgs::MarkerArray;
+
+std_msgs::ColorRGBA Colour(float red, float green, float blue, float alpha = 1.0f) {
+  std_msgs::ColorRGBA colour;
+  colour.r = red, colour.g = green, colour.b = blue, colour.a = alpha;
+  return colour;
+}
+
+Eigen::Isometry3d ToPose(const geometry_msgs::Transform& transform) {
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.translation() << transform.translation.x, transform.translation.y, transform.translation.z;
+  const geometry_msgs::Quaternion& q = transform.rotation;
+  pose.linear() = Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized().toRotationMatrix();
+  return pose;
+}
+
+geometry_msgs::Point ToPoint(const Eigen::Vector3d& p) {
+  geometry_msgs::Point point;
+  point.x = p.x(), point.y = p.y(), point.z = p.z();
+  return point;
+}
+
+// With stamp zero and locked to its frame it moves along with the frame's latest pose.
+Marker MakeMarker(const std::string& frame, const std::string& space, int type) {
+  Marker marker;
+  marker.header.frame_id = frame;
+  marker.frame_locked = true;
+  marker.ns = space;
+  marker.type = type;
+  marker.action = Marker::ADD;
+  marker.pose.orientation.w = 1.0;
+  marker.color = Colour(1.0f, 1.0f, 1.0f);
+  return marker;
+}
+
+void AddLine(const Eigen::Vector3d& from, const Eigen::Vector3d& to, const std_msgs::ColorRGBA& colour,
+             Marker* lines) {
+  for (const Eigen::Vector3d& end : {from, to}) {
+    lines->points.push_back(ToPoint(end));
+    lines->colors.push_back(colour);
+  }
+}
+
+void AddAxes(const Eigen::Isometry3d& pose, double length, bool grey, Marker* lines) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto share = [&](int of) { return grey ? 0.55f : axis == of ? 1.0f : 0.25f; };
+    AddLine(pose.translation(), pose.translation() + length * pose.linear().col(axis),
+            Colour(share(0), share(1), share(2)), lines);
+  }
+}
+
+}  // namespace
+
+MarkerArray MakeRigMarkers(const Status& status, const std::string& imu_frame) {
+  double size = kLeastRig;
+  for (const SensorStatus& sensor : status.sensors) {
+    if (IsFound(sensor)) size = std::max(size, ToPose(sensor.transform).translation().norm());
+  }
+  Marker axes = MakeMarker(imu_frame, "sensors", Marker::LINE_LIST);
+  Marker guesses = MakeMarker(imu_frame, "guesses", Marker::LINE_LIST);
+  axes.scale.x = 0.03 * size;
+  guesses.scale.x = 0.015 * size;
+  MarkerArray array;
+  const auto name = [&](const std::string& text, const Eigen::Vector3d& place) {
+    Marker label = MakeMarker(imu_frame, "names", Marker::TEXT_VIEW_FACING);
+    label.id = static_cast<int>(array.markers.size());
+    label.text = text;
+    label.scale.z = kText * size;
+    label.pose.position = ToPoint(place);
+    array.markers.push_back(label);
+  };
+  AddAxes(Eigen::Isometry3d::Identity(), 0.7 * kAxis * size, false, &axes);
+  name("IMU", -kText * size * Eigen::Vector3d::UnitZ());
+  for (const SensorStatus& sensor : status.sensors) {
+    if (!IsFound(sensor)) continue;
+    const Eigen::Isometry3d pose = ToPose(sensor.transform);
+    AddAxes(pose, kAxis * size, false, &axes);
+    // Outwards from the IMU, where the others' names are not.
+    const Eigen::Vector3d& p = pose.translation();
+    name(sensor.name, p + kText * size * (p.norm() > 0.0 ? p.normalized() : Eigen::Vector3d::UnitZ()));
+    if (!sensor.has_guess) continue;
+    const Eigen::Isometry3d guess = ToPose(sensor.guess);
+    AddAxes(guess, kAxis * size, true, &guesses);
+    AddLine(guess.translation(), p, Colour(0.55f, 0.55f, 0.55f), &guesses);
+  }
+  array.markers.push_back(axes);
+  if (!guesses.points.empty()) array.markers.push_back(guesses);
+  return array;
+}
+
+MarkerArray MakeOverlay(const Status& status) {
+  MarkerArray array;
+  const double radius = status.map_radius > 0.0f ? status.map_radius : kRadiusBefore;
+  Marker text = MakeMarker("map", "overlay", Marker::TEXT_VIEW_FACING);
+  text.text = StageLine(status);
+  if (status.state == Status::RUNNING) {
+    const std::size_t colon =
+        text.text.find(": ");  // long names of stages would not fit beside their numbers
+    if (colon != std::string::npos) text.text.replace(colon, 2, "\n");
+    text.text += "\n" + ProgressLine(status);
+  }
+  const std::array<float, 3> colour = VerdictColour(status);
+  text.color = Colour(colour[0], colour[1], colour[2]);
+  text.scale.z = kOverlayText * radius;
+  text.pose.position = status.map_center;
+  text.pose.position.z += kOverlayHeight * radius;
+  array.markers.push_back(text);
+  return array;
+}
+
+}  // namespace mlic

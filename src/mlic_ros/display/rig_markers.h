@@ -1,0 +1,18 @@
+#pragma once
+
+#include <visualization_msgs/MarkerArray.h>
+
+#include <string>
+
+#include "mlic/Status.h"
+
+namespace mlic {
+
+// Each found sensor as axes (red x, green y, blue z) with its name, in the IMU's frame, and the IMU's own;
+// where the rig file has a guess of it, that in grey, with a line from it to where the sensor is now.
+visualization_msgs::MarkerArray MakeRigMarkers(const Status& status, const std::string& imu_frame);
+
+// Stage and progress, or the verdict, as text over the map.
+visualization_msgs::MarkerArray MakeOverlay(const Status& status);
+
+}  // namespace mlic

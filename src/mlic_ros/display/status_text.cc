@@ -1,0 +1,68 @@
+#include "mlic_ros/display/status_text.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace mlic {
+
+std::string VerdictWord(const Status& status) {
+  switch (status.state) {
+    case Status::TRUSTED:
+      return "TRUSTED";
+    case Status::PARTIAL:
+      return "PARTIAL";
+    case Status::REFUSED:
+      return "REFUSED";
+    case Status::FAILED:
+      return "FAILED";
+    case Status::INTERRUPTED:
+      return "INTERRUPTED";
+    default:
+      return "RUNNING";
+  }
+}
+
+std::array<float, 3> VerdictColour(const Status& status) {
+  switch (status.state) {
+    case Status::TRUSTED:
+      return {0.30f, 0.80f, 0.40f};
+    case Status::PARTIAL:
+      return {0.95f, 0.70f, 0.20f};
+    case Status::REFUSED:
+    case Status::FAILED:
+      return {0.95f, 0.35f, 0.30f};
+    default:
+      return {0.75f, 0.80f, 0.90f};
+  }
+}
+
+std::string StageLine(const Status& status) {
+  if (status.state != Status::RUNNING) return VerdictWord(status);
+  if (status.stage_number == 0) return status.stage;
+  return "stage " + std::to_string(status.stage_number) + " of " + std::to_string(status.stage_count) + ": " +
+         status.stage;
+}
+
+std::string DurationText(double seconds) {
+  char text[40];
+  const long whole = std::lround(std::max(0.0, seconds));
+  const long minutes = (whole + 30) / 60;
+  if (whole < 90) {
+    std::snprintf(text, sizeof(text), "%ld s", whole);
+  } else if (minutes < 60) {
+    std::snprintf(text, sizeof(text), "%ld min", minutes);
+  } else {
+    std::snprintf(text, sizeof(text), "%ld h %02ld min", minutes / 60, minutes % 60);
+  }
+  return text;
+}
+
+std::string ProgressLine(const Status& status) {
+  const std::string done = std::to_string(std::lround(100.0 * status.run_progress)) + " %";
+  if (status.state != Status::RUNNING) return done;
+  if (status.seconds_left < 0.0f) return done + ", time left not known yet";
+  return done + ", about " + DurationText(status.seconds_left) + " left";
+}
+
+}  // namespace mlic

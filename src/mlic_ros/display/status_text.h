@@ -1,0 +1,23 @@
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "mlic/Status.h"
+
+namespace mlic {
+
+// What overlay and panel say of /mlic/status in the same words.
+
+// In capitals: "RUNNING", "TRUSTED".
+std::string VerdictWord(const Status& status);
+// Red, green, blue, 0 to 1, on a dark ground.
+std::array<float, 3> VerdictColour(const Status& status);
+// "stage 4 of 12: joint adjustment"; once it has ended, the verdict.
+std::string StageLine(const Status& status);
+// "40 s", "7 min", "2 h 05 min".
+std::string DurationText(double seconds);
+// "35 %, about 7 min left"
+std::string ProgressLine(const Status& status);
+
+}  // namespace mlic

@@ -1,0 +1,143 @@
+#include "mlic_ros/panel/panel_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "mlic_ros/display/status_text.h"
+
+namespace mlic {
+namespace {
+
+// Changes beyond say only that there is no sigma yet. from: structural
+constexpr double kLargestChange = 1e6, kLeastValue = 1e-3;
+
+std::string Text(const char* format, double value) {
+  char text[48];
+  std::snprintf(text, sizeof(text), format, value);
+  return text;
+}
+
+std::vector<CurvePoint> Curve(const std::vector<double>& values, double largest, const Status& status) {
+  std::vector<CurvePoint> curve;
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    if (!std::isfinite(values[k])) continue;
+    const int stage = k < status.solve_stages.size() ? status.solve_stages[k] : 0;
+    curve.push_back({static_cast<int>(k), std::clamp(values[k], kLeastValue, largest), stage});
+  }
+  return curve;
+}
+
+double Length(double x, double y, double z) { return std::sqrt(x * x + y * y + z * z); }
+
+template <typename Array>
+double Largest(const Array& values) {
+  return *std::max_element(values.begin(), values.end());
+}
+
+std::string StateText(const SensorStatus& sensor, bool running) {
+  switch (sensor.state) {
+    case SensorStatus::ESTIMATED:
+      return running ? "converging" : "estimated";
+    case SensorStatus::TRUSTED:
+      return sensor.reason.empty() ? "trusted" : "trusted *";
+    case SensorStatus::HELD:
+      return "held";
+    case SensorStatus::REJECTED:
+      return "rejected";
+    default:
+      return running ? "waiting" : "not found";
+  }
+}
+
+std::string FromGuess(const SensorStatus& sensor) {
+  if (!sensor.has_guess) return "no guess";
+  const geometry_msgs::Vector3 &a = sensor.transform.translation, &b = sensor.guess.translation;
+  const geometry_msgs::Quaternion &p = sensor.transform.rotation, &q = sensor.guess.rotation;
+  const double cosine = std::abs(p.x * q.x + p.y * q.y + p.z * q.z + p.w * q.w);
+  const double degrees = 2.0 * std::acos(std::min(1.0, cosine)) * 180.0 / M_PI;
+  return ShortNumberText(degrees) + " deg, " +
+         ShortNumberText(1e3 * Length(a.x - b.x, a.y - b.y, a.z - b.z)) + " mm";
+}
+
+}  // namespace
+
+std::vector<CurvePoint> ChangeCurve(const Status& status) {
+  return Curve(status.changes, kLargestChange, status);
+}
+
+std::vector<CurvePoint> CostCurve(const Status& status) { return Curve(status.costs, HUGE_VAL, status); }
+
+double LogAxis::Place(double value) const {
+  const double power = std::log10(std::max(value, std::pow(10.0, lowest)));
+  return std::clamp((power - lowest) / (highest - lowest), 0.0, 1.0);
+}
+
+LogAxis FitLogAxis(const std::vector<CurvePoint>& curve, double around) {
+  double least = around, most = around;
+  for (const CurvePoint& point : curve) {
+    least = std::min(least, point.value);
+    most = std::max(most, point.value);
+  }
+  LogAxis axis;
+  axis.lowest = static_cast<int>(std::floor(std::log10(least)));
+  axis.highest = std::max(axis.lowest + 1, static_cast<int>(std::ceil(std::log10(most))));
+  return axis;
+}
+
+std::string ShortNumberText(double value) {
+  const double size = std::abs(value);
+  if (size >= 1e7) return Text("%.1e", value);
+  if (size >= 10.0) return Text("%.0f", value);
+  if (size >= 1.0) return Text("%.1f", value);
+  return size >= 0.01 ? Text("%.2f", value) : Text("%.4f", value);
+}
+
+const std::array<const char*, SensorRow::kColumns>& SensorRow::Titles() {
+  static const std::array<const char*, kColumns> kTitles{"sensor",     "state",     "offset, ms",
+                                                         "sigma, deg", "sigma, mm", "from the guess"};
+  return kTitles;
+}
+
+std::vector<SensorRow> SensorRows(const Status& status) {
+  const bool running = status.state == Status::RUNNING;
+  std::vector<SensorRow> rows;
+  for (const SensorStatus& sensor : status.sensors) {
+    SensorRow row;
+    row.name = sensor.name;
+    row.frame = sensor.frame_id;
+    row.state = sensor.state;
+    row.note = sensor.reason;
+    row.cells[0] = sensor.name;
+    row.cells[1] = StateText(sensor, running);
+    const bool found = sensor.state != SensorStatus::WAITING && sensor.state != SensorStatus::REJECTED;
+    for (std::size_t cell = 2; !found && cell < row.cells.size(); ++cell) row.cells[cell] = "-";
+    if (found) {
+      row.cells[2] = Text("%.2f", 1e3 * sensor.time_offset);
+      row.cells[3] = sensor.has_sigma ? ShortNumberText(Largest(sensor.sigma_rotation_deg)) : "-";
+      row.cells[4] = sensor.has_sigma ? ShortNumberText(1e3 * Largest(sensor.sigma_translation)) : "-";
+      row.cells[5] = FromGuess(sensor);
+    }
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+std::optional<Viewpoint> ViewOfMap(const Status& status) {
+  constexpr double kRadiiAway = 2.6;  // from: structural, a field of view of 45 deg and some margin
+  if (status.map_radius <= 0.0f) return std::nullopt;
+  const geometry_msgs::Point& center = status.map_center;
+  return Viewpoint{center.x, center.y, center.z, kRadiiAway * status.map_radius};
+}
+
+Viewpoint ViewOfSensor(const Status& status) {
+  constexpr double kLeastDistance = 1.0, kRigsAway = 3.0;  // m; from: structural
+  double rig = 0.0;
+  for (const SensorStatus& sensor : status.sensors) {
+    const geometry_msgs::Vector3& p = sensor.transform.translation;
+    rig = std::max(rig, Length(p.x, p.y, p.z));
+  }
+  return {0.0, 0.0, 0.0, std::max(kLeastDistance, kRigsAway * rig)};
+}
+
+}  // namespace mlic

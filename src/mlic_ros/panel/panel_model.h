@@ -1,0 +1,62 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mlic/Status.h"
+
+namespace mlic {
+
+// What the panel shows of /mlic/status, as numbers and texts; no widget in it.
+
+// One of a curve's values, over the solves in order.
+struct CurvePoint {
+  int solve = 0;  // from 0
+  double value = 0.0;
+  int stage = 0;  // number of the stage
+};
+
+// Largest change of a sensor in each round, in its sigmas; of the solves that it was measured in.
+std::vector<CurvePoint> ChangeCurve(const Status& status);
+std::vector<CurvePoint> CostCurve(const Status& status);
+
+// A logarithmic axis over whole decades.
+struct LogAxis {
+  int lowest = 0, highest = 1;  // powers of ten at its ends
+  // 0 at the lowest end, 1 at the highest; values beyond lie on the ends.
+  double Place(double value) const;
+};
+
+// Around all values and `around`.
+LogAxis FitLogAxis(const std::vector<CurvePoint>& curve, double around);
+
+// "0.04", "12", "3.1e+07"
+std::string ShortNumberText(double value);
+
+struct SensorRow {
+  static constexpr int kColumns = 6;  // from: structural
+  static const std::array<const char*, kColumns>& Titles();
+
+  std::string name;
+  std::string frame;
+  std::uint8_t state = 0;                   // SensorStatus::state
+  std::array<std::string, kColumns> cells;  // name, state, offset, sigmas, change from the guess
+  std::string note;                         // what else to know of it
+};
+
+std::vector<SensorRow> SensorRows(const Status& status);
+
+// Where to look from a distance.
+struct Viewpoint {
+  double x = 0.0, y = 0.0, z = 0.0;
+  double distance = 0.0;  // m
+};
+
+// So that the map fills the scene; none before there is a map.
+std::optional<Viewpoint> ViewOfMap(const Status& status);
+// Likewise the sensor's surroundings on the rig, about its own frame.
+Viewpoint ViewOfSensor(const Status& status);
+
+}  // namespace mlic

@@ -1,0 +1,119 @@
+#include "mlic_ros/panel/panel_model.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "mlic_ros/display/status_text.h"
+
+namespace mlic {
+namespace {
+
+SensorStatus Found(const std::string& name) {
+  SensorStatus sensor;
+  sensor.name = name;
+  sensor.frame_id = name + "_frame";
+  sensor.state = SensorStatus::ESTIMATED;
+  sensor.transform.rotation.w = sensor.guess.rotation.w = 1.0;
+  return sensor;
+}
+
+TEST(StatusText, DurationsAreShort) {
+  EXPECT_EQ(DurationText(-3.0), "0 s");
+  EXPECT_EQ(DurationText(42.4), "42 s");
+  EXPECT_EQ(DurationText(100.0), "2 min");
+  EXPECT_EQ(DurationText(59.4 * 60.0), "59 min");
+  EXPECT_EQ(DurationText(7500.0), "2 h 05 min");
+}
+
+TEST(StatusText, StageAndTimeLeftWhileItRunsAndTheVerdictAfter) {
+  Status status;
+  status.stage = "joint adjustment";
+  status.stage_number = 4, status.stage_count = 12;
+  status.run_progress = 0.35f, status.seconds_left = -1.0f;
+  EXPECT_EQ(StageLine(status), "stage 4 of 12: joint adjustment");
+  EXPECT_EQ(ProgressLine(status), "35 %, time left not known yet");
+  status.seconds_left = 400.0f;
+  EXPECT_EQ(ProgressLine(status), "35 %, about 7 min left");
+  status.state = Status::PARTIAL;
+  EXPECT_EQ(StageLine(status), "PARTIAL");
+  status.run_progress = 1.0f;
+  EXPECT_EQ(ProgressLine(status), "100 %");
+}
+
+TEST(PanelModel, ChangesKeepTheirSolveAndLeaveOutWhatWasNotMeasured) {
+  Status status;
+  status.changes = {std::numeric_limits<double>::quiet_NaN(), 1e300, 4.0, 0.0};
+  status.solve_stages = {3, 4, 4, 5};
+  const std::vector<CurvePoint> curve = ChangeCurve(status);
+  ASSERT_EQ(curve.size(), 3u);
+  EXPECT_EQ(curve[0].solve, 1);
+  EXPECT_EQ(curve[0].value, 1e6);
+  EXPECT_EQ(curve[1].value, 4.0);
+  EXPECT_EQ(curve[2].stage, 5);
+  EXPECT_GT(curve[2].value, 0.0);  // has a place on a logarithmic axis
+}
+
+TEST(PanelModel, TheAxisHoldsAllValuesAndTheLine) {
+  const LogAxis axis = FitLogAxis({{0, 250.0, 1}, {1, 0.04, 1}}, 1.0);
+  EXPECT_EQ(axis.lowest, -2);
+  EXPECT_EQ(axis.highest, 3);
+  EXPECT_NEAR(axis.Place(1.0), 0.4, 1e-12);
+  EXPECT_EQ(axis.Place(0.0), 0.0);
+  EXPECT_EQ(axis.Place(1e9), 1.0);
+  const LogAxis one = FitLogAxis({}, 1.0);
+  EXPECT_GT(one.highest, one.lowest);
+}
+
+TEST(PanelModel, RowsSayOffsetSigmasAndChangeFromTheGuess) {
+  Status status;
+  SensorStatus sensor = Found("front");
+  sensor.time_offset = -0.0123;
+  sensor.has_sigma = true;
+  sensor.sigma_rotation_deg = {0.01, 0.043, 0.02};
+  sensor.sigma_translation = {0.002, 0.0011, 0.0005};
+  sensor.has_guess = true;
+  sensor.guess.translation.y = 0.05;
+  sensor.guess.rotation.z = std::sin(0.5 * 2.0 * M_PI / 180.0);
+  sensor.guess.rotation.w = -std::cos(0.5 * 2.0 * M_PI / 180.0);
+  status.sensors = {sensor};
+  const SensorRow row = SensorRows(status).at(0);
+  EXPECT_EQ(row.frame, "front_frame");
+  EXPECT_EQ(row.cells[1], "converging");
+  EXPECT_EQ(row.cells[2], "-12.30");
+  EXPECT_EQ(row.cells[3], "0.04");
+  EXPECT_EQ(row.cells[4], "2.0");
+  EXPECT_EQ(row.cells[5], "2.0 deg, 50 mm");
+}
+
+TEST(PanelModel, SensorsThatAreNotGivenHaveNoNumbers) {
+  Status status;
+  status.state = Status::PARTIAL;
+  SensorStatus waiting = Found("camera"), rejected = Found("rear");
+  waiting.state = SensorStatus::WAITING;
+  rejected.state = SensorStatus::REJECTED;
+  rejected.reason = "rear: it moved";
+  status.sensors = {waiting, rejected};
+  const std::vector<SensorRow> rows = SensorRows(status);
+  EXPECT_EQ(rows[0].cells[1], "not found");
+  EXPECT_EQ(rows[1].cells[1], "rejected");
+  EXPECT_EQ(rows[1].note, "rear: it moved");
+  for (const SensorRow& row : rows) EXPECT_EQ(row.cells[2], "-");
+}
+
+TEST(PanelModel, TheViewFollowsTheMap) {
+  Status status;
+  EXPECT_FALSE(ViewOfMap(status));
+  status.map_center.x = 3.0;
+  status.map_radius = 10.0f;
+  EXPECT_EQ(ViewOfMap(status)->x, 3.0);
+  EXPECT_GT(ViewOfMap(status)->distance, 20.0);
+  status.sensors = {Found("front")};
+  status.sensors[0].transform.translation.z = 2.0;
+  EXPECT_GT(ViewOfSensor(status).distance, 2.0);
+  EXPECT_LT(ViewOfSensor(status).distance, ViewOfMap(status)->distance);
+}
+
+}  // namespace
+}  // namespace mlic

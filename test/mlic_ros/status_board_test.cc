@@ -1,0 +1,131 @@
+#include "mlic_ros/display/status_board.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "mlic_ros/display/rig_markers.h"
+
+namespace mlic {
+namespace {
+
+Rig TwoLidars() {
+  Rig rig;
+  rig.lidars.resize(2);
+  rig.lidars[0].name = "front", rig.lidars[1].name = "rear";
+  rig.lidars[1].frame_id = "/rear_frame";
+  rig.lidars[1].guess.emplace();
+  rig.lidars[1].guess->T_imu_sensor.translation.x() = -1.0;
+  return rig;
+}
+
+CalibrationSnapshot Snapshot() {
+  CalibrationSnapshot snapshot;
+  snapshot.sensor_names = {"front", "rear"};
+  snapshot.sensor_frames = {"front", "rear_frame"};
+  snapshot.sensors.resize(2);
+  snapshot.sensors[1].T_imu_sensor.translation.x() = -1.2;
+  snapshot.sigmas.resize(2);
+  snapshot.cost = 100.0;
+  for (int k = 0; k < 100; ++k) {
+    MapPoint point;
+    point.position = Eigen::Vector3f(k == 0 ? 9000.0f : k % 2 == 0 ? 10.0f : -10.0f, 0.0f, 0.0f);
+    snapshot.points.push_back(point);
+  }
+  return snapshot;
+}
+
+StatusBoard Started() {
+  StatusBoard board;
+  board.SetPlan({{"loading", 1.0}, {"joint adjustment", 3.0}});
+  board.SetProgress("loading", 0.0, 0.0);
+  board.SetRig(TwoLidars());
+  board.SetProgress("joint adjustment", 0.0, 2.0);
+  return board;
+}
+
+TEST(StatusBoard, SensorsOfTheRigWaitWithTheirGuesses) {
+  const StatusBoard board = Started();
+  ASSERT_EQ(board.Get().sensors.size(), 2u);
+  EXPECT_EQ(board.Get().sensors[0].state, SensorStatus::WAITING);
+  EXPECT_FALSE(board.Get().sensors[0].has_guess);
+  EXPECT_EQ(board.Get().sensors[1].frame_id, "rear_frame");
+  EXPECT_EQ(board.Get().sensors[1].guess.translation.x, -1.0);
+  EXPECT_EQ(board.Get().stage_number, 2);
+  EXPECT_EQ(board.Get().stage_count, 2);
+  EXPECT_GT(board.Get().seconds_left, 0.0f);
+}
+
+TEST(StatusBoard, EveryRoundAddsToTheCurvesAndKeepsTheGuesses) {
+  StatusBoard board = Started();
+  CalibrationSnapshot snapshot = Snapshot();
+  board.AddSnapshot(snapshot);
+  snapshot.change = 0.5;
+  board.AddSnapshot(snapshot);
+  const Status& status = board.Get();
+  EXPECT_TRUE(std::isnan(status.changes.at(0)));
+  EXPECT_EQ(status.changes.at(1), 0.5);
+  EXPECT_EQ(status.costs, (std::vector<double>{100.0, 100.0}));
+  EXPECT_EQ(status.solve_stages, (std::vector<int>{2, 2}));
+  EXPECT_EQ(status.sensors.at(1).state, SensorStatus::ESTIMATED);
+  EXPECT_EQ(status.sensors.at(1).transform.translation.x, -1.2);
+  EXPECT_TRUE(status.sensors.at(1).has_guess);
+  EXPECT_LT(status.map_radius, 200.0f) << "one far point decides what is looked at";
+}
+
+TEST(StatusBoard, TheResultSaysWhatBecameOfEachSensor) {
+  StatusBoard board = Started();
+  board.AddSnapshot(Snapshot());
+  CalibrationResult result;
+  result.verdict = Verdict::kPartial;
+  result.reasons = {"rear: it moved"};
+  result.sensors.resize(1);
+  result.sensors[0].name = result.sensors[0].frame_id = "front";
+  result.rejected = {{"rear", SensorResult::Type::kLidar, "rear: it moved", {}}};
+  board.SetResult(result);
+  const Status& status = board.Get();
+  EXPECT_EQ(status.state, Status::PARTIAL);
+  EXPECT_EQ(status.run_progress, 1.0f);
+  EXPECT_EQ(status.sensors.at(0).state, SensorStatus::TRUSTED);
+  EXPECT_EQ(status.sensors.at(1).state, SensorStatus::REJECTED);
+  EXPECT_EQ(status.sensors.at(1).reason, "rear: it moved");
+  board.Tick(1000.0);
+  EXPECT_EQ(board.Get().seconds_left, 0.0f);
+}
+
+TEST(StatusBoard, NothingIsTrustedOfWhatIsRefused) {
+  StatusBoard board = Started();
+  CalibrationResult result;
+  result.sensors.resize(1);
+  result.sensors[0].name = "front";
+  board.SetResult(result);
+  EXPECT_EQ(board.Get().state, Status::REFUSED);
+  EXPECT_EQ(board.Get().sensors.at(0).state, SensorStatus::ESTIMATED);
+}
+
+TEST(RigMarkers, NamesOfWhatIsFoundAndAGreyGuess) {
+  StatusBoard board = Started();
+  EXPECT_EQ(MakeRigMarkers(board.Get(), "imu").markers.size(), 2u) << "the IMU's name and axes";
+  board.AddSnapshot(Snapshot());
+  const visualization_msgs::MarkerArray array = MakeRigMarkers(board.Get(), "imu");
+  std::vector<std::string> names;
+  for (const visualization_msgs::Marker& marker : array.markers) {
+    EXPECT_EQ(marker.header.frame_id, "imu");
+    if (!marker.text.empty()) names.push_back(marker.text);
+  }
+  EXPECT_EQ(names, (std::vector<std::string>{"IMU", "front", "rear"}));
+  const visualization_msgs::Marker& guesses = array.markers.back();
+  ASSERT_EQ(guesses.ns, "guesses");
+  EXPECT_EQ(guesses.points.size(), 2u * 4u) << "three axes and the way from there";
+  for (const std_msgs::ColorRGBA& colour : guesses.colors) EXPECT_EQ(colour.r, colour.b);
+}
+
+TEST(RigMarkers, TheOverlaySaysStageThenVerdict) {
+  StatusBoard board = Started();
+  EXPECT_EQ(MakeOverlay(board.Get()).markers.at(0).text.find("stage 2 of 2\njoint adjustment\n"), 0u);
+  board.SetEnd(Status::INTERRUPTED, "INTERRUPTED: by the user");
+  EXPECT_EQ(MakeOverlay(board.Get()).markers.at(0).text, "INTERRUPTED");
+}
+
+}  // namespace
+}  // namespace mlic
