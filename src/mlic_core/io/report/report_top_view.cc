@@ -16,7 +16,6 @@ namespace {
 // Constants of this file, from: structural, how the report looks.
 
 constexpr int kLongSide = 1000;  // pixels
-constexpr int kShades = 3;       // by the number of points in a pixel
 
 struct View {
   Eigen::Vector2d low, high;  // metres in the map's x and y
