@@ -70,7 +70,7 @@ cv::Mat Uyvy(const cv::Mat& image) {
   cv::Mat result(image.size(), CV_8UC2);
   for (int y = 0; y < image.rows; ++y) {
     for (int x = 0; x < image.cols; ++x) {
-      const cv::Vec3b p = image.at<cv::Vec3b>(y, x);
+      const cv::Vec3b& p = image.at<cv::Vec3b>(y, x);
       const double luma = 16.0 + 0.257 * p[2] + 0.504 * p[1] + 0.098 * p[0];
       const double u = 128.0 - 0.148 * p[2] - 0.291 * p[1] + 0.439 * p[0];
       const double v = 128.0 + 0.439 * p[2] - 0.368 * p[1] - 0.071 * p[0];
