@@ -34,11 +34,6 @@ sensor_msgs::PointCloud2 MakeMapCloud(const std::vector<MapPoint>& points, const
 
 nav_msgs::Path MakePath(const std::vector<StampedPose>& trajectory, const ros::Time& stamp);
 
-// Whether its transform says where it is.
-inline bool IsFound(const SensorStatus& sensor) {
-  return sensor.state != SensorStatus::WAITING && sensor.state != SensorStatus::REJECTED;
-}
-
 std::vector<SensorStatus> MakeSensorStatus(const CalibrationSnapshot& snapshot);
 std::vector<SensorStatus> MakeSensorStatus(const CalibrationResult& result);
 

@@ -76,7 +76,7 @@ void AddAxes(const Eigen::Isometry3d& pose, double length, bool grey, Marker* li
 MarkerArray MakeRigMarkers(const Status& status, const std::string& imu_frame) {
   double size = kLeastRig;
   for (const SensorStatus& sensor : status.sensors) {
-    if (IsFound(sensor)) size = std::max(size, ToPose(sensor.transform).translation().norm());
+    if (IsFound(sensor.state)) size = std::max(size, ToPose(sensor.transform).translation().norm());
   }
   Marker axes = MakeMarker(imu_frame, "sensors", Marker::LINE_LIST);
   Marker guesses = MakeMarker(imu_frame, "guesses", Marker::LINE_LIST);
@@ -94,7 +94,7 @@ MarkerArray MakeRigMarkers(const Status& status, const std::string& imu_frame) {
   AddAxes(Eigen::Isometry3d::Identity(), 0.7 * kAxis * size, false, &axes);
   name("IMU", -kText * size * Eigen::Vector3d::UnitZ());
   for (const SensorStatus& sensor : status.sensors) {
-    if (!IsFound(sensor)) continue;
+    if (!IsFound(sensor.state)) continue;
     const Eigen::Isometry3d pose = ToPose(sensor.transform);
     AddAxes(pose, kAxis * size, false, &axes);
     // Outwards from the IMU, where the others' names are not.

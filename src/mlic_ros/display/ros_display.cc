@@ -12,6 +12,7 @@
 #include "mlic_ros/display/display_messages.h"
 #include "mlic_ros/display/rig_markers.h"
 #include "mlic_ros/display/round_projection.h"
+#include "mlic_ros/display/status_text.h"
 
 namespace mlic {
 namespace {
@@ -156,7 +157,7 @@ void RosDisplay::PublishRig(const std::vector<StampedPose>& trajectory) {
   const RigidTransform T_map_imu = trajectory.empty() ? RigidTransform() : trajectory.back().pose;
   frames.push_back(MakeFrame("map", imu_frame_, ToMessage(T_map_imu), now));
   for (const SensorStatus& sensor : status_.Get().sensors) {
-    if (!IsFound(sensor) || sensor.frame_id == imu_frame_) continue;
+    if (!IsFound(sensor.state) || sensor.frame_id == imu_frame_) continue;
     frames.push_back(MakeFrame(imu_frame_, sensor.frame_id, sensor.transform, now));
   }
   broadcaster_.sendTransform(frames);

@@ -6,6 +6,8 @@
 
 namespace mlic {
 
+bool IsFound(std::uint8_t state) { return state != SensorStatus::WAITING && state != SensorStatus::REJECTED; }
+
 std::string VerdictWord(const Status& status) {
   switch (status.state) {
     case Status::TRUSTED:

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <string>
 
 #include "mlic/Status.h"
@@ -8,6 +9,9 @@
 namespace mlic {
 
 // What overlay and panel say of /mlic/status in the same words.
+
+// Whether the transform of a sensor in this state (SensorStatus) says where it is.
+bool IsFound(std::uint8_t state);
 
 // In capitals: "RUNNING", "TRUSTED".
 std::string VerdictWord(const Status& status);

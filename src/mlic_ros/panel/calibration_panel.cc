@@ -164,8 +164,7 @@ void CalibrationPanel::OnStatus(const Status& status) {
 
 void CalibrationPanel::LookAt(int row) {
   const SensorRow& sensor = rows_.at(static_cast<std::size_t>(row));
-  const bool found = sensor.state != SensorStatus::WAITING && sensor.state != SensorStatus::REJECTED;
-  if (found) view_->LookAtFrame(sensor.frame, ViewOfSensor(status_));
+  if (IsFound(sensor.state)) view_->LookAtFrame(sensor.frame, ViewOfSensor(status_));
 }
 
 void CalibrationPanel::LookAtMap() {

@@ -110,7 +110,7 @@ std::vector<SensorRow> SensorRows(const Status& status) {
     row.note = sensor.reason;
     row.cells[0] = sensor.name;
     row.cells[1] = StateText(sensor, running);
-    const bool found = sensor.state != SensorStatus::WAITING && sensor.state != SensorStatus::REJECTED;
+    const bool found = IsFound(sensor.state);
     for (std::size_t cell = 2; !found && cell < row.cells.size(); ++cell) row.cells[cell] = "-";
     if (found) {
       row.cells[2] = Text("%.2f", 1e3 * sensor.time_offset);
