@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "mlic_core/association/map_matches.h"
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/random.h"
 #include "mlic_core/problem/landmark_terms.h"
@@ -20,14 +21,6 @@ bool IsHeldOut(const LandmarkObservation& o) {
                      .Fork(number(std::floor(o.pixel.x() / kPart)))
                      .Fork(number(std::floor(o.pixel.y() / kPart)));
   return parts.Uniform() < kShare;
-}
-
-// Points have one observation each.
-void AddMatch(const LandmarkSet& from, std::size_t p, LandmarkSet* to) {
-  to->points.push_back(from.points[p]);
-  to->lidar_points.push_back(from.lidar_points[p]);
-  to->observations.push_back(from.observations[from.begin[p]]);
-  to->begin.push_back(to->observations.size());
 }
 
 }  // namespace

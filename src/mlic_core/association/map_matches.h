@@ -55,6 +55,12 @@ MapMatches MatchCamerasToMap(const Dataset& dataset, const CalibrationState& sta
 // would give, at a solved state.
 std::vector<double> MeasureMatchNoise(const std::vector<DriveTerms>& drives, const CalibrationState& state);
 
+// Adds a point of one set that a LiDAR measured, with its only observation, to another.
+void AddMatch(const LandmarkSet& from, std::size_t point, LandmarkSet* to);
+
+// The points that a LiDAR measured.
+LandmarkSet PointsOnMap(const LandmarkSet& landmarks);
+
 // Adds the points of one set to another.
 void Append(const LandmarkSet& more, LandmarkSet* landmarks);
 

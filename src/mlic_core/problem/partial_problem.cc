@@ -30,32 +30,16 @@ Spline CutSpline(const Spline& spline, const TimeInterval& stretch) {
   return Spline(cut, std::move(points));
 }
 
-// One drive's stretch. Clocks' offsets belong to the middle of the trajectory, which is another one in the
-// part: where a clock drifts, its times are shifted so that the offset stays the same number.
-struct Part {
-  const CalibrationState& whole;
-  TimeInterval stretch;
-  double middle;       // of the whole drive
-  double part_middle;  // of the part
-
-  bool Contains(const SensorCalibration& sensor, double time) const {
-    return stretch.Contains(sensor.OnImuClock(time, middle));
-  }
-  double Shifted(const SensorCalibration& sensor, double time) const {
-    const double drift = sensor.clock_drift.value_or(0.0);
-    return time + drift / (1.0 + drift) * (part_middle - middle);
-  }
-};
-
-PlaneAssociation PlanesOf(const PlaneAssociation& whole, const Part& part) {
+PlaneAssociation PlanesOf(const PlaneAssociation& whole, const CalibrationState& state,
+                          const DriveStretch& stretch) {
   PlaneAssociation planes;
   planes.begin = {0};
   for (std::size_t p = 0; p < whole.planes.size(); ++p) {
     for (std::size_t k = whole.begin[p]; k < whole.begin[p + 1]; ++k) {
-      const SensorCalibration& lidar = part.whole.lidars[whole.observations[k].lidar];
-      if (!part.Contains(lidar, whole.observations[k].time)) continue;
+      const SensorCalibration& lidar = state.lidars[whole.observations[k].lidar];
+      if (!stretch.Contains(lidar, whole.observations[k].time)) continue;
       planes.observations.push_back(whole.observations[k]);
-      planes.observations.back().time = part.Shifted(lidar, whole.observations[k].time);
+      planes.observations.back().time = stretch.Shifted(lidar, whole.observations[k].time);
     }
     if (planes.observations.size() - planes.begin.back() < kFewestOfPlane) {
       planes.observations.resize(planes.begin.back());
@@ -67,7 +51,8 @@ PlaneAssociation PlanesOf(const PlaneAssociation& whole, const Part& part) {
   return planes;
 }
 
-LandmarkSet LandmarksOf(const LandmarkSet& whole, const Part& part) {
+LandmarkSet LandmarksOf(const LandmarkSet& whole, const CalibrationState& state,
+                        const DriveStretch& stretch) {
   LandmarkSet landmarks;
   landmarks.begin = {0};
   for (std::size_t p = 0; p < whole.points.size(); ++p) {
@@ -75,16 +60,16 @@ LandmarkSet LandmarksOf(const LandmarkSet& whole, const Part& part) {
     LidarPointObservation measured;
     if (!whole.lidar_points.empty()) measured = whole.lidar_points[p];
     if (on_map) {
-      const SensorCalibration& lidar = part.whole.lidars[measured.lidar];
-      if (!part.Contains(lidar, measured.time)) continue;
-      measured.time = part.Shifted(lidar, measured.time);
+      const SensorCalibration& lidar = state.lidars[measured.lidar];
+      if (!stretch.Contains(lidar, measured.time)) continue;
+      measured.time = stretch.Shifted(lidar, measured.time);
     }
     for (std::size_t k = whole.begin[p]; k < whole.begin[p + 1]; ++k) {
       const LandmarkObservation& observation = whole.observations[k];
-      const SensorCalibration& camera = part.whole.cameras[observation.camera].sensor;
-      if (!part.Contains(camera, observation.time)) continue;
+      const SensorCalibration& camera = state.cameras[observation.camera].sensor;
+      if (!stretch.Contains(camera, observation.time)) continue;
       landmarks.observations.push_back(observation);
-      landmarks.observations.back().time = part.Shifted(camera, observation.time);
+      landmarks.observations.back().time = stretch.Shifted(camera, observation.time);
     }
     if (landmarks.observations.size() - landmarks.begin.back() < (on_map ? 1 : kFewestOfPoint)) {
       landmarks.observations.resize(landmarks.begin.back());
@@ -99,8 +84,13 @@ LandmarkSet LandmarksOf(const LandmarkSet& whole, const Part& part) {
 
 }  // namespace
 
+double DriveStretch::Shifted(const SensorCalibration& sensor, double time) const {
+  const double drift = sensor.clock_drift.value_or(0.0);
+  return time + drift / (1.0 + drift) * (middle - whole_middle);
+}
+
 PartialProblem::PartialProblem(const JointProblem& whole, const CalibrationState& whole_state,
-                               const std::vector<TimeInterval>& stretches)
+                               const std::vector<TimeInterval>& intervals)
     : state(whole_state) {
   problem.lidars = whole.lidars;
   problem.cameras = whole.cameras;
@@ -108,20 +98,20 @@ PartialProblem::PartialProblem(const JointProblem& whole, const CalibrationState
   problem.imu = whole.imu;
   problem.held_translations = whole.held_translations;
   problem.dataset = &dataset;
-  for (std::size_t d = 0; d < stretches.size(); ++d) {
+  for (std::size_t d = 0; d < intervals.size(); ++d) {
     SplitSpline& trajectory = state.drives[d].trajectory;
-    Part part{whole_state, stretches[d], trajectory.Middle(), 0.0};
-    trajectory.rotation = CutSpline(trajectory.rotation, part.stretch);
-    trajectory.position = CutSpline(trajectory.position, part.stretch);
-    part.part_middle = trajectory.Middle();
+    const double whole_middle = trajectory.Middle();
+    trajectory.rotation = CutSpline(trajectory.rotation, intervals[d]);
+    trajectory.position = CutSpline(trajectory.position, intervals[d]);
+    stretches.push_back({intervals[d], whole_middle, trajectory.Middle()});
     const Drive& drive = whole.dataset->drives[d];
     dataset.drives.emplace_back().epoch = drive.epoch;
     std::copy_if(drive.imu.begin(), drive.imu.end(), std::back_inserter(dataset.drives.back().imu),
-                 [&](const ImuSample& sample) { return part.stretch.Contains(sample.time); });
+                 [&](const ImuSample& sample) { return intervals[d].Contains(sample.time); });
     DriveTerms& terms = problem.drives.emplace_back();
     terms.imu_sigma = whole.drives[d].imu_sigma;
-    terms.planes = PlanesOf(whole.drives[d].planes, part);
-    terms.landmarks = LandmarksOf(whole.drives[d].landmarks, part);
+    terms.planes = PlanesOf(whole.drives[d].planes, whole_state, stretches[d]);
+    terms.landmarks = LandmarksOf(whole.drives[d].landmarks, whole_state, stretches[d]);
   }
 }
 

@@ -7,15 +7,10 @@
 #include <cstdio>
 #include <optional>
 
-#include "mlic_core/association/plane_association.h"
 #include "mlic_core/common/significance.h"
-#include "mlic_core/problem/linearizer.h"
 #include "mlic_core/problem/noise_information.h"
 #include "mlic_core/problem/observability_limits.h"
-#include "mlic_core/problem/partial_problem.h"
-#include "mlic_core/problem/priors.h"
-#include "mlic_core/problem/time_windows.h"
-#include "mlic_core/solver/normal_equations.h"
+#include "mlic_core/uncertainty/half_calibration.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
 #include "mlic_core/uncertainty/stamp_errors.h"
 
@@ -23,95 +18,6 @@ namespace mlic {
 namespace {
 
 using Quantity = HalvesDifference::Quantity;
-
-// Of Gauss-Newton from the found state on; by the second one a camera that was turned by 0.3 deg stands still
-// to a tenth of a sigma. from: guard
-constexpr int kSteps = 2;
-
-// 1/rad^2 and 1/m^2: next to the cut are control points that hardly any measurement of the half touches, and
-// rounding would outweigh these. from: guard, 1e-6 of what a segment's IMU samples say, or less
-constexpr double kControlPoint = 1.0;
-
-// One half's calibration.
-struct Half {
-  Eigen::VectorXd moved;        // from the found state
-  Eigen::MatrixXd information;  // from the data alone, of the last solve's scale; zero of what is fixed
-  Eigen::MatrixXd prior;        // all that the solve knew beside the data, of the true scale
-  Eigen::MatrixXd guesses;      // what of it is the guesses'
-  double correlation = 1.0;     // of points
-  StampSums stamps;
-  CameraInflation cameras;
-};
-
-Eigen::MatrixXd WithoutFixed(Eigen::MatrixXd matrix, const std::vector<bool>& free_calibration) {
-  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
-    if (free_calibration[static_cast<std::size_t>(i)]) continue;
-    matrix.row(i).setZero();
-    matrix.col(i).setZero();
-  }
-  return matrix;
-}
-
-// Fills prior and guesses. What the data of a half do not show at all stays within ten limits of where it is.
-void SetPriors(const JointProblem& problem, const CalibrationState& state, const Layout& layout,
-               const std::vector<bool>& free_calibration, const Eigen::VectorXd& limits, Half* half) {
-  constexpr double kLoose = 10.0, kFixed = 1e-6;  // limits; from: guard, far beyond what is compared
-  Eigen::VectorXd gradient;                       // none: the priors stand about the found state
-  CalibrationPrior(problem, state, layout, &half->prior, &gradient);
-  half->guesses = Eigen::MatrixXd::Zero(half->prior.rows(), half->prior.cols());
-  half->guesses.topLeftCorner(layout.poses, layout.poses) =
-      half->prior.topLeftCorner(layout.poses, layout.poses);
-  AddHeldTranslations(problem, state, &half->prior, &gradient);
-  for (Eigen::Index i = 0; i < limits.size(); ++i) {
-    const bool moves = free_calibration[static_cast<std::size_t>(i)];
-    half->prior(i, i) += std::pow(limits[i] * (moves ? kLoose : kFixed), -2);
-  }
-}
-
-// By what the half's information is too good, measured at its own solution: in the whole's residuals what the
-// halves disagree on looks like errors that observations share, and would excuse itself.
-void MeasureGrowth(const Adjustment& adjustment, const JointProblem& problem, const CalibrationState& state,
-                   Half* half) {
-  half->correlation = CorrelationFactor(problem.drives, state);
-  half->stamps = SumStampErrors(problem, state);
-  if (adjustment.scale.inflation.cameras.IsEmpty()) return;
-  const Layout layout(state, problem.estimate_imu_matrices);
-  const Eigen::MatrixXd covariance =
-      InverseInLimits(half->information + half->prior, CalibrationLimits(state, layout));
-  half->cameras = MeasureCameraInflation({problem, state}, adjustment.cameras.landmark_options, covariance);
-  if (half->cameras.IsEmpty()) half->cameras = adjustment.scale.inflation.cameras;
-}
-
-std::optional<Half> EstimateHalf(const Adjustment& adjustment, double scale,
-                                 const std::vector<TimeInterval>& stretches,
-                                 const CancellationToken& cancellation) {
-  PartialProblem part(adjustment.problem, adjustment.state, stretches);
-  CalibrationState& state = part.state;
-  std::vector<std::vector<std::size_t>> origins;
-  JointProblem problem = WithShortCouplings(part.problem, state, &origins);
-  part.problem.drives.clear();  // their memory
-  const Layout layout(state, problem.estimate_imu_matrices);
-  const std::vector<bool> free_calibration = FreeCalibration(problem, layout);
-  Half half;
-  SetPriors(problem, state, layout, free_calibration, CalibrationLimits(state, layout), &half);
-  half.moved = Eigen::VectorXd::Zero(layout.calibration);
-  for (int step = 0; step < kSteps; ++step) {
-    cancellation.ThrowIfCancelled();
-    std::vector<LandmarkCoupling> couplings;
-    Accumulator sum = Linearize({problem, state, layout}, &couplings);
-    sum.band.row(0).array() += kControlPoint;
-    const NormalSolution solution = SolveNormalEquations(
-        sum, couplings, scale * half.prior, scale * half.prior * half.moved, free_calibration, 0.0, false);
-    if (!solution.solved) return std::nullopt;
-    layout.Update(solution.delta, &state);
-    MoveLandmarks(couplings, solution.delta, &problem);
-    half.moved += solution.delta.tail(layout.calibration);
-    half.information = WithoutFixed(solution.information, free_calibration);
-  }
-  problem.dataset = adjustment.problem.dataset;  // with the scans
-  MeasureGrowth(adjustment, problem, state, &half);
-  return half;
-}
 
 // What both halves say of each calibration parameter (Layout).
 struct Compared {
@@ -124,8 +30,8 @@ struct Compared {
 
 // growth: of both halves together, as few groups of observations are in one. share: of the whole's
 // information.
-Inflation InflationOf(const Adjustment& adjustment, const Half& half, const Eigen::VectorXd& growth,
-                      double share) {
+Inflation InflationOf(const Adjustment& adjustment, const HalfCalibration& half,
+                      const Eigen::VectorXd& growth, double share) {
   Inflation inflation{half.cameras, share * adjustment.scale.inflation.points};
   inflation.cameras.growth = growth;
   return inflation;
@@ -133,7 +39,7 @@ Inflation InflationOf(const Adjustment& adjustment, const Half& half, const Eige
 
 // Adds a half's own error to the covariance of the difference. Returns how its calibration follows the
 // priors' gradient.
-Eigen::MatrixXd AddHalf(const Adjustment& adjustment, const Half& half, double scale, double share,
+Eigen::MatrixXd AddHalf(const Adjustment& adjustment, const HalfCalibration& half, double scale, double share,
                         const Inflation& inflation, Compared* compared, Eigen::MatrixXd* from_data) {
   const Eigen::VectorXd& limits = compared->limits;
   Eigen::MatrixXd information = half.information;
@@ -150,7 +56,8 @@ Eigen::MatrixXd AddHalf(const Adjustment& adjustment, const Half& half, double s
 }
 
 // CovarianceScale::correlation as the halves have it, and no larger than the whole's.
-double CorrelationOf(const Adjustment& adjustment, const Half& first, const Half& second) {
+double CorrelationOf(const Adjustment& adjustment, const HalfCalibration& first,
+                     const HalfCalibration& second) {
   double correlation = 0.5 * (first.correlation + second.correlation);
   StampSums stamps = first.stamps;
   stamps.insert(stamps.end(), second.stamps.begin(), second.stamps.end());
@@ -161,11 +68,12 @@ double CorrelationOf(const Adjustment& adjustment, const Half& first, const Half
   return std::min(correlation, adjustment.scale.correlation);
 }
 
-double InformationOf(const Half& half, const Eigen::VectorXd& limits) {
+double InformationOf(const HalfCalibration& half, const Eigen::VectorXd& limits) {
   return half.information.diagonal().dot(limits.cwiseAbs2());
 }
 
-Compared Compare(const Adjustment& adjustment, const Half& first, const Half& second, double scale) {
+Compared Compare(const Adjustment& adjustment, const HalfCalibration& first, const HalfCalibration& second,
+                 double scale) {
   const Layout layout(adjustment.state, adjustment.problem.estimate_imu_matrices);
   Compared compared;
   compared.limits = CalibrationLimits(adjustment.state, layout);
@@ -320,9 +228,9 @@ std::vector<SensorHalves> CompareHalves(const Adjustment& adjustment, const Data
   const Layout layout(state, adjustment.problem.estimate_imu_matrices);
   const double scale = VarianceScale(adjustment, dataset);
   const Halves halves = CutByTurning(state);
-  const std::optional<Half> first = EstimateHalf(adjustment, scale, halves.first, cancellation);
+  const std::optional<HalfCalibration> first = CalibrateHalf(adjustment, scale, halves.first, cancellation);
   if (!first) return {};
-  const std::optional<Half> second = EstimateHalf(adjustment, scale, halves.second, cancellation);
+  const std::optional<HalfCalibration> second = CalibrateHalf(adjustment, scale, halves.second, cancellation);
   if (!second) return {};
   const Compared compared = Compare(adjustment, *first, *second, scale);
   std::vector<SensorHalves> sensors;

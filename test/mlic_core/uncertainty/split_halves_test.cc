@@ -4,8 +4,13 @@
 
 #include <algorithm>
 
+#include "mlic_core/association/landmark_noise.h"
+#include "mlic_core/association/point_landmarks.h"
 #include "mlic_core/common/significance.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/problem/joint_solver.h"
+#include "mlic_core/uncertainty/observability.h"
+#include "support/camera_with_imu.h"
 
 namespace mlic {
 namespace {
@@ -63,6 +68,76 @@ TEST(CutByTurning, LeavesWholeDrivesTogether) {
   EXPECT_NEAR(halves.first[1].end, 8.5, 0.1);
   EXPECT_EQ(halves.first[2].Duration(), 0.0);
   EXPECT_EQ(halves.second[2].Duration(), 20.0);
+}
+
+// Rounds of landmarks and solve, as the joint calibration's, of a camera that turns by so much in the middle
+// of the drive.
+Adjustment AdjustLoose(double degrees, CameraWithImu* c) {
+  const CameraIntrinsics lens = CameraOfCameraWithImu().intrinsics;
+  const Eigen::Matrix3d turn = ExpMatrix(M_PI / 180.0 * degrees * Eigen::Vector3d::UnitY());
+  *c = MakeCameraWithImu(2, 2000, [&](double time, const Eigen::Vector2d& pixel) -> Eigen::Vector2d {
+    Eigen::Vector3d bearing;
+    Eigen::Vector2d turned;
+    if (time < 0.5 * kCameraWithImuDuration || !Unproject(lens, pixel, &bearing) ||
+        !Project(lens, turn * bearing, &turned)) {
+      return Eigen::Vector2d::Zero();
+    }
+    return turned - pixel;
+  });
+  Adjustment adjustment;
+  adjustment.state = c->state;
+  JointProblem& problem = adjustment.problem;
+  problem.dataset = &c->dataset;
+  problem.cameras.resize(1);
+  problem.drives.emplace_back().imu_sigma = c->imu_sigma;
+  adjustment.given_imu_sigma = {c->imu_sigma};
+  adjustment.cameras.found = {true};
+  adjustment.cameras.tracks = c->tracks;
+  adjustment.rounds.landmarks = Landmarks::kTracks;
+  LandmarkOptions& options = adjustment.cameras.landmark_options;
+  options.noise_of_each = true;
+  options.largest_error = 8.0;
+  options.noise.resize(1);
+  for (int round = 0; round < 6; ++round) {
+    if (round > 0) options.noise = MeasureLandmarkNoise(problem.drives, adjustment.state, options);
+    problem.drives[0].landmarks = TriangulateLandmarks(c->tracks[0], adjustment.state, 0, options);
+    adjustment.last_solve = SolveJointProblem(problem, 6, CancellationToken(), &adjustment.state);
+    PlaceLandmarks(std::move(adjustment.last_solve.landmarks), &problem);
+  }
+  adjustment.scale.inflation.cameras = MeasureCameraInflation(
+      {problem, adjustment.state}, options,
+      AnalyzeCalibration(problem, adjustment.state, adjustment.last_solve.information).solved_covariance);
+  return adjustment;
+}
+
+std::vector<SensorHalves> HalvesOfLoose(double degrees) {
+  CameraWithImu c;
+  const Adjustment adjustment = AdjustLoose(degrees, &c);
+  std::vector<SensorHalves> halves = CompareHalves(adjustment, c.dataset, CancellationToken());
+  for (const SensorHalves& sensor : halves) std::printf("%.1f deg: %s\n", degrees, Describe(sensor).c_str());
+  return halves;
+}
+
+TEST(CompareHalves, OfAFirmCameraAgree) {
+  const std::vector<SensorHalves> halves = HalvesOfLoose(0.0);
+  ASSERT_EQ(halves.size(), 1u);
+  EXPECT_EQ(halves[0].quantities.size(), 4u);
+  EXPECT_LT(WorstOf(halves[0]), LargestByChance(halves));
+}
+
+// The calibration sides with one half, and what it makes of the other's landmarks tells less and less of it.
+TEST(CompareHalves, OfACameraThatComesLooseDiffer) {
+  for (const double degrees : {1.0, 3.0}) {
+    const std::vector<SensorHalves> halves = HalvesOfLoose(degrees);
+    ASSERT_EQ(halves.size(), 1u);
+    EXPECT_GT(WorstOf(halves[0]), 1.5 * LargestByChance(halves)) << degrees;
+    const HalvesDifference& rotation = halves[0].quantities[0];
+    ASSERT_EQ(rotation.difference.size(), 3u);
+    const double turned =
+        Eigen::Vector3d(rotation.difference[0], rotation.difference[1], rotation.difference[2]).norm() *
+        180.0 / M_PI;
+    EXPECT_NEAR(turned, degrees, 0.1 * degrees);
+  }
 }
 
 }  // namespace
