@@ -121,6 +121,23 @@ def with_ranges(change):
     return edited(edit)
 
 
+def turned(after, degrees):
+    """A LiDAR that comes loose: from `after` s on, it is turned about its x axis."""
+    sine, cosine = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
+
+    def edit(message, seconds, draw):
+        if seconds < after:
+            return
+        data = bytearray(message.data)
+        y, z = (field.offset for name in 'yz' for field in message.fields if field.name == name)
+        for at in range(0, message.width * message.height * message.point_step, message.point_step):
+            b, c = struct.unpack_from('<f', data, at + y)[0], struct.unpack_from('<f', data, at + z)[0]
+            struct.pack_into('<f', data, at + y, cosine * b - sine * c)
+            struct.pack_into('<f', data, at + z, sine * b + cosine * c)
+        message.data = bytes(data)
+    return edited(edit)
+
+
 def brightness(table):
     table = bytes(max(0, min(255, int(round(table(value))))) for value in range(256))
     return edited(lambda message, seconds, draw: setattr(message, 'data', bytes(message.data).translate(table)))
@@ -307,6 +324,9 @@ FAULTS = [
     _lidars('lidar_jump_20_ms', (BACK,), jumping(9, 0.02), hurt=('back',), shifted=('back',), says='clock jump'),
     _lidars('lidar_jump_5_s', (BACK,), jumping(9, 5.0), hurt=('back',), shifted=('back',), says='clock jump'),
     _lidars('lidar_drift_500_ppm', (BACK,), drifting(500), hurt=('back',), shifted=('back',), says='its clock drifts'),
+    _lidars('lidar_loose_02_deg', (BACK,), turned(7, 0.2), hurt=('back',), says='first and the second half'),
+    _lidars('lidar_loose_1_deg', (BACK,), turned(7, 1.0), hurt=('back',), says='back'),
+    _lidars('lidar_loose_5_deg', (BACK,), turned(7, 5.0), hurt=('back',), says='back'),
     _lidars('lidars_exchanged', rig=exchanging('lidars', 'front', 'back', frames=False), hurt=('front', 'back'),
             refusable=True, says='topics of front and back look exchanged'),
     _lidars('lidars_exchanged_frames', rig=exchanging('lidars', 'front', 'back', frames=True), hurt=('front', 'back'),

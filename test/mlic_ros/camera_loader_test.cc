@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "mlic_core/common/parallel.h"
+#include "mlic_core/sensors/sensor_problem.h"
 #include "mlic_ros/bag/bag_loader.h"
 #include "support/test_bags.h"
 
@@ -265,6 +266,13 @@ TEST_F(CameraLoader, ImagesThatCannotBeUsedAreErrors) {
     return message;
   });
   ExpectError({"/image", "'nv12'", "bgr8", "enabled: false"});
+  try {
+    Load();
+    FAIL() << "loaded";
+  } catch (const UnusableSensor& problem) {
+    EXPECT_FALSE(problem.Sensor().IsLidar());
+    EXPECT_EQ(problem.Sensor().index, 0u);
+  }
   Write([&](int i) {
     sensor_msgs::Image message = make_(i);
     message.encoding = "bgra8";

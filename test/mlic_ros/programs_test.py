@@ -3,13 +3,14 @@
 import csv
 import fcntl
 import os
+import shutil
 import signal
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
 
+import rosbag
 import yaml
 
 CALIBRATION = """format: mlic_calibration/1
@@ -27,6 +28,37 @@ RIG = "imu: {topic: /imu/data}\nlidars:\n  one: {topic: /velodyne_points}\n"
 
 
 class Programs(unittest.TestCase):
+    finished = None  # the run of calibrate on the drive, and its output directory
+
+    @classmethod
+    def tearDownClass(cls):
+        if cls.finished:
+            cls.finished[1].cleanup()
+
+    def take_finished(self):
+        """The results of one run on the drive, which the tests share, in this one's output directory; its process."""
+        if not Programs.finished:
+            folder = tempfile.TemporaryDirectory()
+            Programs.finished = (self.run_program("calibrate", "--rig", DRIVE[1], "--bag", DRIVE[0], "--output",
+                                                  os.path.join(folder.name, "out")), folder)
+        done, folder = Programs.finished
+        self.assertEqual(done.returncode, 0, done.stderr)
+        shutil.copytree(os.path.join(folder.name, "out"), self.output)
+        return done
+
+    def begin(self, *more):
+        """calibrate on the drive, while it works."""
+        return subprocess.Popen([os.path.join(PROGRAMS, "calibrate"), "--rig", DRIVE[1], "--bag", DRIVE[0], "--output",
+                                 self.output, *more], stderr=subprocess.PIPE, universal_newlines=True)
+
+    def lines_until(self, process, last):
+        lines = []
+        for line in process.stderr:
+            lines.append(line)
+            if last(line):
+                break
+        return lines
+
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
@@ -169,16 +201,16 @@ class Programs(unittest.TestCase):
     def test_finished_results_are_reused(self):
         if not DRIVE:
             self.skipTest("no drive given")
-        first = self.calibrate(DRIVE[1], DRIVE[0])
+        first = self.take_finished()
         before = os.stat(self.path("out/calibration.yaml")).st_mtime_ns
         again = self.calibrate(DRIVE[1], DRIVE[0])
-        self.assertEqual((first.returncode, again.returncode), (0, 0), first.stderr + again.stderr)
+        self.assertEqual(again.returncode, 0, again.stderr)
         self.assertIn("reused", again.stderr)
-        last = first.stderr.splitlines()[-3:]
+        last = again.stderr.splitlines()[-3:]
         for line, part in zip(last, ["TRUSTED: 2 sensors, worst sigma ", "report: " + self.path("out/report.html"),
                                      "use it: roslaunch " + self.path("out/static_transforms.launch")]):
             self.assertIn(part, line)
-        self.assertEqual(again.stderr.splitlines()[-3:], last)
+        self.assertEqual(first.stderr.splitlines()[-3], last[0])
         with open(self.path("out/log.txt")) as log:
             self.assertIn("round 1", log.read(), "the log of the run that did the work")
         self.assertEqual(os.stat(self.path("out/calibration.yaml")).st_mtime_ns, before)
@@ -189,7 +221,32 @@ class Programs(unittest.TestCase):
         self.expect_error(self.run_program("compare", truth, truth), "compare", "claim no sigmas")
         self.assertIn("worst", self.run_program("compare", found, truth).stdout.splitlines()[-1])
         os.remove(self.path("out/calibration.yaml"))
-        self.assertNotIn("reused", self.calibrate(DRIVE[1], DRIVE[0], "--duration", "14").stderr)
+        other = self.begin("--duration", "14")
+        lines = self.lines_until(other, lambda line: "[LiDAR odometry]" in line)
+        other.kill()
+        other.communicate(timeout=60)
+        self.assertIn("[LiDAR odometry]", lines[-1])
+        self.assertNotIn("reused", "".join(lines))
+
+    def test_a_camera_that_cannot_be_read_is_left_out(self):
+        if not DRIVE:
+            self.skipTest("no drive given")
+        with open(DRIVE[1]) as file:
+            topic = yaml.safe_load(file)["cameras"]["cam_left"]["topic"]
+        with rosbag.Bag(DRIVE[0]) as bag, rosbag.Bag(self.path("a.bag"), "w") as copy:
+            for name, message, time_recorded in bag.read_messages():
+                if name == topic:
+                    message.encoding = "nv21"
+                copy.write(name, message, time_recorded)
+        done = self.calibrate(DRIVE[1], self.path("a.bag"))
+        self.assertEqual(done.returncode, 4, done.stderr)
+        last = done.stderr.splitlines()[-3]
+        for part in ["PARTIAL: 1 sensor, worst sigma ", "Rejected: cam_left: topic " + topic, "'nv21'"]:
+            self.assertIn(part, last)
+        with open(self.path("out/calibration.yaml")) as file:
+            sensors = yaml.safe_load(file)["sensors"]
+        self.assertEqual({name: sensor["verdict"] for name, sensor in sensors.items()},
+                         {"lidar": "trusted", "cam_left": "rejected"})
 
     def moved_camera(self, calibration):
         """A calibration that has the camera 1 cm from where it is: the camera has moved since."""
@@ -215,7 +272,7 @@ class Programs(unittest.TestCase):
     def test_verify_names_what_moved(self):
         if not DRIVE:
             self.skipTest("no drive given")
-        self.assertEqual(self.calibrate(DRIVE[1], DRIVE[0]).returncode, 0)
+        self.take_finished()
         found, table = self.path("out/calibration.yaml"), self.path("table.csv")
         same = self.run_program("verify", "--calibration", found, "--bag", DRIVE[0])
         self.assertEqual(same.returncode, 0, same.stdout + same.stderr)
@@ -241,11 +298,8 @@ class Programs(unittest.TestCase):
     def test_killed_run_goes_on_to_the_same_bytes(self):
         if not DRIVE:
             self.skipTest("no drive given")
-        command = [os.path.join(PROGRAMS, "calibrate"), "--rig", DRIVE[1], "--bag", DRIVE[0], "--output", self.output]
-        process = subprocess.Popen(command, stderr=subprocess.PIPE, universal_newlines=True)
-        for line in process.stderr:
-            if "round 2" in line:
-                break
+        process = self.begin()
+        self.lines_until(process, lambda line: "round 2" in line)
         process.kill()
         process.communicate(timeout=60)
         self.expect_nothing_but_the_log()
@@ -254,27 +308,21 @@ class Programs(unittest.TestCase):
         for stage in ["LiDAR odometry", "initialisation", "joint adjustment"]:
             self.assertIn(stage + ": reused from an earlier run", resumed.stderr)
         with open(self.path("out/calibration.yaml")) as file:
-            first = file.read()
-        fresh = self.calibrate(DRIVE[1], DRIVE[0], "--fresh")
-        self.assertNotIn("reused from", fresh.stderr)
+            resumed = file.read()
+        shutil.rmtree(self.output)
+        self.assertNotIn("reused from", self.take_finished().stderr)
         with open(self.path("out/calibration.yaml")) as file:
-            self.assertEqual(file.read(), first)
+            self.assertEqual(file.read(), resumed)
 
     def test_interruption(self):
         if not DRIVE:
             self.skipTest("no drive given")
-        process = subprocess.Popen([os.path.join(PROGRAMS, "calibrate"), "--rig", DRIVE[1], "--bag", DRIVE[0],
-                                    "--output", self.output, "--fresh"], stderr=subprocess.PIPE,
-                                   universal_newlines=True)
-        for line in process.stderr:
-            # Interrupted once it has begun to calibrate: well after loading.
-            if line.startswith("[") and not line.startswith("[loading]"):
-                break
+        process = self.begin("--fresh")
+        # Interrupted once it has begun to calibrate: well after loading.
+        self.lines_until(process, lambda line: line.startswith("[") and not line.startswith("[loading]"))
         process.send_signal(signal.SIGINT)
-        begin = time.monotonic()
         _, rest = process.communicate(timeout=60)
         self.assertEqual(process.returncode, 130, rest)
-        self.assertLess(time.monotonic() - begin, 5.0)
         self.assertIn("INTERRUPTED: ", rest.splitlines()[-3])
         self.expect_nothing_but_the_log()
 

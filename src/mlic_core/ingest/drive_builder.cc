@@ -8,6 +8,7 @@
 #include "mlic_core/ingest/drive_notes.h"
 #include "mlic_core/lidar/own_body.h"
 #include "mlic_core/lidar/scan_joining.h"
+#include "mlic_core/sensors/sensor_problem.h"
 
 namespace mlic {
 namespace {
@@ -202,16 +203,20 @@ Drive BuildDrive(DriveMessages messages, const std::string& imu_topic,
   Drive drive;
   drive.imu = BuildImu(std::move(messages.imu), imu_topic, drive.epoch, notes);
   for (std::size_t i = 0; i < lidar_formats.size(); ++i) {
-    drive.lidars.push_back(BuildLidar(std::move(messages.lidars[i]), lidar_formats[i], drive.epoch, notes));
-    const LidarRecording& lidar = drive.lidars.back();
-    CheckOverlap(drive, lidar.scans.front().time, lidar.scans.back().time + lidar.scan_period, imu_topic,
-                 lidar_formats[i].topic);
+    OfSensor(LidarId(i), [&] {
+      drive.lidars.push_back(BuildLidar(std::move(messages.lidars[i]), lidar_formats[i], drive.epoch, notes));
+      const LidarRecording& lidar = drive.lidars.back();
+      CheckOverlap(drive, lidar.scans.front().time, lidar.scans.back().time + lidar.scan_period, imu_topic,
+                   lidar_formats[i].topic);
+    });
   }
   for (std::size_t i = 0; i < image_formats.size(); ++i) {
-    const ImageFormat& format = image_formats[i];
-    drive.cameras.push_back(BuildCamera(std::move(messages.cameras[i]), format, drive.epoch, notes));
-    const ImageSource& images = *drive.cameras.back().images;
-    CheckOverlap(drive, images.Time(0), images.Time(images.Count() - 1), imu_topic, format.topic);
+    OfSensor(CameraId(i), [&] {
+      const ImageFormat& format = image_formats[i];
+      drive.cameras.push_back(BuildCamera(std::move(messages.cameras[i]), format, drive.epoch, notes));
+      const ImageSource& images = *drive.cameras.back().images;
+      CheckOverlap(drive, images.Time(0), images.Time(images.Count() - 1), imu_topic, format.topic);
+    });
   }
   return drive;
 }

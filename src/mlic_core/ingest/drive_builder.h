@@ -20,8 +20,8 @@ struct DriveMessages {
 };
 
 // Sorts and cleans the messages, reports what was odd about them and puts all times on one epoch, the first
-// IMU stamp. The images are not decoded, and have no masks. Throws InputError when a topic has nothing
-// usable, or IMU and a sensor do not overlap in time.
+// IMU stamp. The images are not decoded, and have no masks. Throws UnusableSensor when a LiDAR or camera has
+// nothing usable or does not overlap with the IMU in time, InputError for what is wrong with the IMU.
 Drive BuildDrive(DriveMessages messages, const std::string& imu_topic,
                  const std::vector<LidarFormat>& lidar_formats, const std::vector<ImageFormat>& image_formats,
                  DriveNotes& notes);

@@ -372,6 +372,7 @@ CalibrationResult Calibrate(const Rig& rig, const Dataset& dataset, const Cancel
                             const CalibrationOptions& options) {
   CalibrationResult result;
   result.imu_frame_id = rig.imu.frame_id;
+  result.rejected = options.unusable;
   if (rig.lidars.empty() && rig.cameras.empty()) {
     throw InputError(
         "the rig file has no enabled sensor under 'lidars' or 'cameras'; at least one is needed");

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "mlic_core/camera/features/feature_matcher.h"
 #include "mlic_core/result/result.h"
@@ -24,6 +25,8 @@ struct CalibrationOptions {
   // itself hardly ever, intrinsics, readouts and the IMU's matrices, is held as it has them. Few keyframes
   // are taken, and photos are not matched with the LiDAR map. The rig's guesses are the calibration's.
   std::optional<CalibrationResult> check_of;
+  // Sensors that the rig has lost already: what they recorded cannot be used.
+  std::vector<RejectedSensor> unusable;
 };
 
 }  // namespace mlic

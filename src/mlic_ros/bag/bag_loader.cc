@@ -8,6 +8,7 @@
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/ingest/drive_builder.h"
 #include "mlic_core/sensors/sensor_frames.h"
+#include "mlic_core/sensors/sensor_problem.h"
 #include "mlic_ros/bag/bag_set.h"
 #include "mlic_ros/bag/cloud_decoder.h"
 #include "mlic_ros/bag/image_messages.h"
@@ -166,9 +167,10 @@ std::vector<ImageFormat> FindImageFormats(const Rig& rig, const BagSet& bags,
                                           const BagSet::Interval& interval,
                                           const CancellationToken& cancellation, LoadReport& report) {
   std::vector<ImageFormat> formats;
-  for (const CameraConfig& camera : rig.cameras) {
+  for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
     cancellation.ThrowIfCancelled();
-    formats.push_back(ProbeCamera(bags, camera.topic, interval));
+    formats.push_back(
+        OfSensor(CameraId(c), [&] { return ProbeCamera(bags, rig.cameras[c].topic, interval); }));
     report.camera_frame_ids.push_back(formats.back().frame_id);
   }
   return formats;
@@ -219,9 +221,11 @@ Dataset LoadDataset(const Rig& rig_file, const std::vector<std::filesystem::path
   const std::vector<BagSet::Interval> drives = DrivesWithin(bags, interval);
 
   std::vector<LidarFormat> formats;
-  for (const LidarConfig& lidar : rig.lidars) {
+  for (std::size_t l = 0; l < rig.lidars.size(); ++l) {
     cancellation.ThrowIfCancelled();
-    formats.push_back(FindLidarFormat(ProbeLidar(bags, lidar.topic, interval), lidar.topic));
+    const std::string& topic = rig.lidars[l].topic;
+    formats.push_back(
+        OfSensor(LidarId(l), [&] { return FindLidarFormat(ProbeLidar(bags, topic, interval), topic); }));
   }
   NoteFormats(formats, report);
   const std::vector<ImageFormat> image_formats = FindImageFormats(rig, bags, interval, cancellation, report);

@@ -30,8 +30,8 @@ struct LoadReport {
 // one pass and with bounded memory besides the result: messages are read in turn while the ones before are
 // decoded and thinned out in parallel. Images are indexed and stay in the bags, which stay open for as long
 // as the dataset's images live. Bags that overlap in time are one drive, disjoint ones are several. The
-// result does not depend on the number of threads. Throws InputError for all that cannot be used, Cancelled
-// when the token is set.
+// result does not depend on the number of threads. Throws UnusableSensor where what a LiDAR or camera
+// recorded cannot be used, InputError for all else that cannot, Cancelled when the token is set.
 Dataset LoadDataset(const Rig& rig, const std::vector<std::filesystem::path>& bags,
                     const LoadOptions& options, LoadReport& report, const CancellationToken& cancellation,
                     ProgressSink& progress);

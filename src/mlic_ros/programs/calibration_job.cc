@@ -13,6 +13,7 @@
 #include "mlic_core/pipeline/calibrator.h"
 #include "mlic_core/pipeline/run_plan.h"
 #include "mlic_core/pipeline/stopwatch.h"
+#include "mlic_core/sensors/sensor_problem.h"
 #include "mlic_ros/programs/finished_run.h"
 #include "mlic_ros/programs/job_log.h"
 #include "mlic_ros/programs/program.h"
@@ -57,23 +58,64 @@ void AddWarnings(const LoadReport& report, CalibrationResult* result) {
   warnings.insert(warnings.end(), notes.begin(), notes.end());
 }
 
+// A recording, and what of the rig it shows.
+struct Recording {
+  Rig rig;
+  Dataset dataset;
+  LoadReport report;
+  std::vector<RejectedSensor> unusable;
+};
+
+// The rig loses the sensor, which is returned.
+RejectedSensor LeaveOut(const UnusableSensor& problem, Rig* rig) {
+  const std::size_t i = problem.Sensor().index;
+  const auto take = [&](auto& sensors, SensorResult::Type type) {
+    RejectedSensor lost{sensors[i].name, type, sensors[i].name + ": " + problem.what(), sensors[i].frame_id};
+    sensors.erase(sensors.begin() + static_cast<std::ptrdiff_t>(i));
+    return lost;
+  };
+  return problem.Sensor().IsLidar() ? take(rig->lidars, SensorResult::Type::kLidar)
+                                    : take(rig->cameras, SensorResult::Type::kCamera);
+}
+
+// Sensors whose data cannot be used are left out, as long as there are others.
+Recording Load(const JobOptions& options, const Rig& rig_file, const CancellationToken& cancellation,
+               JobLog& log) {
+  LoadOptions load = options.load;
+  load.rig_directory = options.rig.parent_path();
+  Recording recording;
+  recording.rig = rig_file;
+  for (;;) {
+    log.OnPlan(PlanRun(recording.rig, options.calibration));
+    recording.report = {};
+    try {
+      recording.dataset = LoadDataset(recording.rig, options.bags, load, recording.report, cancellation, log);
+      break;
+    } catch (const UnusableSensor& problem) {
+      if (recording.rig.lidars.size() + recording.rig.cameras.size() == 1) throw;
+      recording.unusable.push_back(LeaveOut(problem, &recording.rig));
+      log.Warning("warning: left out: " + recording.unusable.back().reason);
+    }
+  }
+  recording.rig = WithMessageFrames(recording.rig, recording.report);
+  return recording;
+}
+
 CalibrationResult Run(const JobOptions& options, const Rig& rig_file, const CancellationToken& cancellation,
                       StageStore& stages, JobLog& log) {
   const Stopwatch stopwatch;
-  log.OnPlan(PlanRun(rig_file, options.calibration));
-  LoadReport report;
-  LoadOptions load = options.load;
-  load.rig_directory = options.rig.parent_path();
-  const Dataset dataset = LoadDataset(rig_file, options.bags, load, report, cancellation, log);
-  const Rig rig = WithMessageFrames(rig_file, report);
+  const Recording recording = Load(options, rig_file, cancellation, log);
+  const LoadReport& report = recording.report;
   for (const std::string& line : report.lines) log.Line(line);
   for (const std::string& line : report.warnings) log.Warning("warning: " + line);
   const StageSummary loading = LoadingSummary(report, stopwatch);
-  log.OnRig(rig);
+  log.OnRig(recording.rig);
 
   CalibrationOptions calibration = options.calibration;
   calibration.colmap_directory = options.output / "stages" / "colmap";
-  CalibrationResult result = Calibrate(rig, dataset, cancellation, log, &stages, calibration);
+  calibration.unusable = recording.unusable;
+  CalibrationResult result =
+      Calibrate(recording.rig, recording.dataset, cancellation, log, &stages, calibration);
   result.stages.insert(result.stages.begin(), loading);
   AddWarnings(report, &result);
   LogTimes(result.stages, &log);
