@@ -22,10 +22,13 @@ void AddWanderOfExposure(const CalibrationState& state, ObservabilityAnalysis* a
     if (order.At(s).IsLidar()) continue;
     const double drift = std::abs(state.Sensor(order.At(s)).clock_drift.value_or(0.0));
     if (drift < kFastestCrystals) continue;
-    const SplitSpline& trajectory = state.drives[0].trajectory;
-    const double moved = drift * (trajectory.End() - trajectory.Start());
+    double squares = 0.0;  // of how far it moves in each drive
+    for (const DriveState& of_drive : state.drives) {
+      const SplitSpline& trajectory = of_drive.trajectory;
+      squares += std::pow(drift * (trajectory.End() - trajectory.Start()), 2);
+    }
     const int offset = Layout::Sensor(s) + 6;
-    analysis->covariance(offset, offset) += moved * moved / 12.0;
+    analysis->covariance(offset, offset) += squares / (12.0 * static_cast<double>(state.drives.size()));
     analysis->sigmas[s].time_offset = std::sqrt(analysis->covariance(offset, offset));
   }
 }

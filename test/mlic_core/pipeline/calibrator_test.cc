@@ -119,8 +119,8 @@ TEST(Calibration, WhatAPlanarDriveDoesNotShowStandsAtTheGuess) {
 }
 
 TEST(Calibration, PlanarDriveWithoutGuessIsRefused) {
-  EXPECT_FALSE(CalibrateSimulated("paper_rig_lidars.yaml", sim::Scenario::kPlanar, 12.0, 1, true, false)
-                   .result.Trusted());
+  EXPECT_FALSE(
+      CalibrateSimulated("handheld.yaml", sim::Scenario::kPlanar, 12.0, 1, true, false).result.Trusted());
 }
 
 // Given the wrong way round, the guess is metres off along the axes that the drive shows, and right by no
