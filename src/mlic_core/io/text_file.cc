@@ -59,7 +59,10 @@ std::string FixedNumber(double value, int decimals) {
 std::string ShortNumber(double value, int significant_digits) {
   char text[64];
   std::snprintf(text, sizeof(text), "%.*g", significant_digits, value == 0.0 ? 0.0 : value);
-  return text;
+  std::string number = text;
+  const std::size_t exponent = number.find('e');
+  if (exponent != std::string::npos && number.find('.') == std::string::npos) number.insert(exponent, ".0");
+  return number;
 }
 
 std::string ShellQuoted(const std::string& text) {

@@ -15,7 +15,8 @@ std::string ReadFile(const std::filesystem::path& path);
 // A number with enough digits: "%.*f" without the sign of a negative zero.
 std::string FixedNumber(double value, int decimals);
 
-// "%.*g" without the sign of a negative zero.
+// "%.*g" without the sign of a negative zero; "1.0e-05" for 1e-05, which readers of YAML 1.1, PyYAML among
+// them, take for text.
 std::string ShortNumber(double value, int significant_digits);
 
 // The text as one word of a shell: as it is where no character means anything there, else in single quotes.

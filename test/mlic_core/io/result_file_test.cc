@@ -19,6 +19,15 @@ void ExpectSame(const PoseSigma& a, const PoseSigma& b) {
   EXPECT_NEAR(a.time_offset, b.time_offset, 1e-12);
 }
 
+// As YAML 1.1 has them, by which PyYAML reads.
+TEST(ShortNumber, HasAPointBeforeAnExponent) {
+  EXPECT_EQ(ShortNumber(1e-5, 12), "1.0e-05");
+  EXPECT_EQ(ShortNumber(-3e20, 6), "-3.0e+20");
+  EXPECT_EQ(ShortNumber(1.5e-7, 12), "1.5e-07");
+  EXPECT_EQ(ShortNumber(0.02, 12), "0.02");
+  EXPECT_EQ(ShortNumber(-0.0, 12), "0");
+}
+
 TEST(ResultFile, SaysOfEachCheckWhetherItPassed) {
   TemporaryDirectory directory;
   WriteCalibrationFile(directory.Path() / "calibration.yaml", SampleResult());
