@@ -219,9 +219,9 @@ MapMatches MatchCamerasToMap(const Dataset& dataset, const CalibrationState& sta
   for (std::size_t w = 0; w < windows.size(); ++w) {
     monitor.cancellation.ThrowIfCancelled();
     const auto& [d, window] = windows[w];
-    const IntensityMap map =
-        BuildIntensityMap(CollectReturns(dataset.drives[d], state.drives[d].trajectory, state.lidars,
-                                         options.map_points, window, CorrectionOfRings(state)));
+    const IntensityMap map = BuildIntensityMap(
+        CollectReturns(dataset.drives[d], state.drives[d].trajectory, state.lidars, options.map_points,
+                       window, CorrectionOfRings(state), matched.rejected_lidars));
     if (map.points.empty()) continue;
     std::vector<std::unique_ptr<const ViewRenderer>> renderers(cameras);
     std::vector<std::vector<Photo>> of_cameras(cameras);

@@ -37,9 +37,10 @@ struct MapMatches {
 
 // What is known of the state's cameras beside their calibration.
 struct MatchedCameras {
-  const std::vector<TrackSet>& tracks;   // of each drive: their keyframes are the photos to choose from
-  const std::vector<PoseSigma>& sigmas;  // of each camera against the LiDARs, now: they size the search
-  const std::vector<bool>& found;        // of each camera: others are left out
+  const std::vector<TrackSet>& tracks;       // of each drive: their keyframes are the photos to choose from
+  const std::vector<PoseSigma>& sigmas;      // of each camera against the LiDARs, now: they size the search
+  const std::vector<bool>& found;            // of each camera: others are left out
+  const std::vector<bool>& rejected_lidars;  // of each LiDAR: the map is made without it
 };
 
 // Renders the map of each window into each camera's most telling photos and matches them, at full resolution

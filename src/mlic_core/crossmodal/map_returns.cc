@@ -51,10 +51,11 @@ double Draw(std::size_t scan, std::size_t point) {
 std::vector<MapReturn> CollectReturns(const Drive& drive, const SplitSpline& trajectory,
                                       const std::vector<SensorCalibration>& lidars, std::size_t largest_count,
                                       const std::optional<TimeInterval>& window,
-                                      const PointCorrection& correction) {
+                                      const PointCorrection& correction, const std::vector<bool>& left_out) {
   std::vector<std::pair<std::size_t, std::size_t>> scans;  // LiDAR, scan
   std::size_t total = 0;
   for (std::size_t l = 0; l < drive.lidars.size(); ++l) {
+    if (!left_out.empty() && left_out[l]) continue;
     for (std::size_t s = 0; s < drive.lidars[l].scans.size(); ++s) {
       const LidarScan& scan = drive.lidars[l].scans[s];
       if (scan.points.empty() ||

@@ -29,10 +29,12 @@ using PointCorrection = std::function<Eigen::Vector3f(std::size_t lidar, const L
 
 // The returns of a drive's scans whose stamps lie in a window (IMU clock; all without one), at the given
 // calibration (lidars[i] belongs to drive.lidars[i]), in order of LiDAR and time; times outside the
-// trajectory's span are left out. At most largest_count, picked evenly.
+// trajectory's span are left out, and so are LiDARs that are marked so (none: all take part). At most
+// largest_count, picked evenly.
 std::vector<MapReturn> CollectReturns(const Drive& drive, const SplitSpline& trajectory,
                                       const std::vector<SensorCalibration>& lidars, std::size_t largest_count,
                                       const std::optional<TimeInterval>& window = std::nullopt,
-                                      const PointCorrection& correction = nullptr);
+                                      const PointCorrection& correction = nullptr,
+                                      const std::vector<bool>& left_out = {});
 
 }  // namespace mlic

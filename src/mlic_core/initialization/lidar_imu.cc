@@ -14,6 +14,7 @@
 #include "mlic_core/imu/hand_eye.h"
 #include "mlic_core/imu/relative_motion.h"
 #include "mlic_core/initialization/knot_spacing.h"
+#include "mlic_core/initialization/loose_lidars.h"
 #include "mlic_core/initialization/pose_fit.h"
 
 namespace mlic {
@@ -192,6 +193,30 @@ void SetClock(const AngularRateAlignment& alignment, const ClockDrift& clock, co
   calibration->clock_drift = clock.drift;
 }
 
+// Of each LiDAR, by any drive; says by how much they turned.
+std::vector<bool> LooseLidars(const Rig& rig, const Dataset& dataset,
+                              const std::vector<DriveOdometry>& odometry, std::vector<std::string>* notes) {
+  std::vector<bool> loose(rig.lidars.size(), false);
+  for (std::size_t d = 0; d < odometry.size(); ++d) {
+    std::vector<std::optional<MountTurn>> turns;
+    for (std::size_t l = 0; l < loose.size(); ++l) {
+      turns.push_back(
+          MeasureMountTurn(dataset.drives[d].imu, odometry[d].lidars[l], odometry[d].alignments[l]));
+    }
+    const std::vector<bool> found = FindLoose(turns);
+    for (std::size_t l = 0; l < loose.size(); ++l) {
+      if (!found[l]) continue;
+      loose[l] = true;
+      char line[160];
+      std::snprintf(line, sizeof(line),
+                    ": rejected, it turned by %.2f deg (%.0f sigmas) against the IMU within the drive",
+                    turns[l]->angle * 180.0 / M_PI, turns[l]->sigmas);
+      notes->push_back(rig.lidars[l].name + line);
+    }
+  }
+  return loose;
+}
+
 }  // namespace
 
 bool IsUsable(const AngularRateAlignment& alignment) {
@@ -250,7 +275,9 @@ Initialization Initialize(const Rig& rig, const Dataset& dataset, const std::vec
   // The base is the LiDAR that agrees best with gyroscope and accelerometer over all drives.
   double best = 1e9;
   std::vector<GravityLeverArm> arms;  // of the base, for each drive
+  result.loose = LooseLidars(rig, dataset, odometry, &result.notes);
   for (std::size_t l = 0; l < lidars; ++l) {
+    if (result.loose[l]) continue;
     double disagreement = 0.0;
     std::vector<GravityLeverArm> of_lidar(odometry.size());
     for (std::size_t d = 0; d < odometry.size(); ++d) {

@@ -35,6 +35,7 @@ struct Initialization {
   std::size_t base_lidar = 0;
   // Of each LiDAR: it starts from its guess alone, as its odometry told nothing.
   std::vector<bool> unaligned;
+  std::vector<bool> loose;  // of each LiDAR: it came loose (loose_lidars.h), and takes no part
   std::vector<std::string> problems;
   std::vector<std::string> notes;
 };

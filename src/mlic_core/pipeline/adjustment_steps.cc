@@ -33,7 +33,9 @@ Adjustment StartAdjustment(const Rig& rig, const Dataset& dataset, Initializatio
   Adjustment adjustment;
   adjustment.base_lidar = start.base_lidar;
   adjustment.unaligned_lidars = std::move(start.unaligned);
-  adjustment.rejected_lidars.assign(rig.lidars.size(), false);
+  adjustment.loose_lidars = std::move(start.loose);
+  adjustment.loose_lidars.resize(rig.lidars.size(), false);
+  adjustment.rejected_lidars = adjustment.loose_lidars;
   adjustment.contradicted_guesses.assign(rig.lidars.size(), false);
   adjustment.state = std::move(start.state);
   adjustment.initial.lidars = adjustment.state.lidars;
@@ -49,7 +51,8 @@ Adjustment StartAdjustment(const Rig& rig, const Dataset& dataset, Initializatio
   problem.imu.lag_sigma = kLagSigma;
   adjustment.state.gravity = rig.imu.gravity.value_or(kStandardGravity);
   for (const LidarConfig& lidar : rig.lidars) {
-    problem.lidars.push_back({lidar.fixed ? std::nullopt : lidar.guess, lidar.fixed});
+    const bool still = lidar.fixed || adjustment.rejected_lidars[problem.lidars.size()];
+    problem.lidars.push_back({lidar.fixed ? std::nullopt : lidar.guess, still});
   }
   return adjustment;
 }

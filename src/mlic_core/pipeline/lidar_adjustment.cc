@@ -13,12 +13,12 @@ Adjustment AdjustEachLidar(Adjustment adjustment, const AdjustmentContext& conte
   const std::size_t lidars = context.rig.lidars.size(), base = adjustment.base_lidar;
   std::vector<std::size_t> order{base};
   for (std::size_t l = 0; l < lidars; ++l) {
-    if (l != base) order.push_back(l);
+    if (l != base && !adjustment.rejected_lidars[l]) order.push_back(l);
   }
   JointProblem& problem = adjustment.problem;
   std::vector<PlaneNoise>& noise = adjustment.plane_noise;
   const std::vector<LidarTerms> given = problem.lidars;
-  for (std::size_t k = 0; k < lidars; ++k) {
+  for (std::size_t k = 0; k < order.size(); ++k) {
     const std::size_t lidar = order[k];
     std::vector<bool> only(lidars, false);
     only[lidar] = true;
@@ -29,7 +29,7 @@ Adjustment AdjustEachLidar(Adjustment adjustment, const AdjustmentContext& conte
       SolveAdjustment(context.monitor.cancellation, &adjustment);
       noise = MeasurePlaneNoise(problem.drives, adjustment.state, noise);
       context.monitor.progress((static_cast<double>(k) + (round + 1.0) / kRounds) /
-                               static_cast<double>(lidars));
+                               static_cast<double>(order.size()));
     }
     char text[160];
     std::snprintf(text, sizeof(text), "%s: %zu planes, points off them by %.1f mm",

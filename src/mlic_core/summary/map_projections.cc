@@ -61,15 +61,18 @@ std::vector<ProjectedPoint> Overlay(const std::vector<MapReturn>& returns, const
   return points;
 }
 
-// What the LiDARs of the state see about the time of a photo.
-std::vector<MapReturn> ReturnsAround(const Drive& drive, const CalibrationState& state,
-                                     const CameraCalibration& camera, double stamp) {
-  const SplitSpline& trajectory = state.drives[0].trajectory;
-  const double time = camera.sensor.OnImuClock(stamp, trajectory.Middle());
-  return CollectReturns(drive, trajectory, state.lidars, kMostPoints,
-                        TimeInterval{time - kOverlaySeconds, time + kOverlaySeconds},
-                        CorrectionOfRings(state));
-}
+// The first drive and its LiDARs.
+struct LidarView {
+  const Drive& drive;
+  const CalibrationState& state;
+  const std::vector<bool>& rejected;
+
+  // What they see so many seconds about the time (IMU clock).
+  std::vector<MapReturn> Around(double time, double seconds, std::size_t most) const {
+    return CollectReturns(drive, state.drives[0].trajectory, state.lidars, most,
+                          TimeInterval{time - seconds, time + seconds}, CorrectionOfRings(state), rejected);
+  }
+};
 
 // The sensors where the rig file has them, those without a guess where they were found.
 CalibrationState AtGuesses(const Rig& rig, CalibrationState state) {
@@ -88,22 +91,19 @@ bool HasGuesses(const Rig& rig) {
          std::any_of(rig.cameras.begin(), rig.cameras.end(), guessed);
 }
 
-CameraProjection ProjectOnPhoto(const std::string& name, const Drive& drive, std::size_t camera, double stamp,
-                                const CameraCalibration& before, const CalibrationState& state,
-                                const LandmarkSet& landmarks) {
-  const SplitSpline& trajectory = state.drives[0].trajectory;
-  const CameraCalibration& after = state.cameras[camera];
+CameraProjection ProjectOnPhoto(const std::string& name, const LidarView& view, std::size_t camera,
+                                double stamp, const CameraCalibration& before, const LandmarkSet& landmarks) {
+  const SplitSpline& trajectory = view.state.drives[0].trajectory;
+  const CameraCalibration& after = view.state.cameras[camera];
   const double time = after.sensor.OnImuClock(stamp, trajectory.Middle());
   CameraProjection out;
   out.camera = name;
-  out.images = drive.cameras[camera].images;
+  out.images = view.drive.cameras[camera].images;
   while (out.image + 1 < out.images->Count() && out.images->Time(out.image) < stamp) ++out.image;
-  const std::vector<MapReturn> returns = ReturnsAround(drive, state, after, stamp);
+  const std::vector<MapReturn> returns = view.Around(time, kOverlaySeconds, kMostPoints);
   out.before = Overlay(returns, trajectory, before, stamp);
   out.after = Overlay(returns, trajectory, after, stamp);
-  const IntensityMap map = BuildIntensityMap(
-      CollectReturns(drive, trajectory, state.lidars, kMapPoints,
-                     TimeInterval{time - kMapSeconds, time + kMapSeconds}, CorrectionOfRings(state)));
+  const IntensityMap map = BuildIntensityMap(view.Around(time, kMapSeconds, kMapPoints));
   out.rendering =
       ViewRenderer(map, after.intrinsics, RenderOptions())
           .Render(PoseOnTrajectory(trajectory, after.sensor, stamp, after.readout, after.intrinsics.height))
@@ -127,18 +127,23 @@ CameraProjection ProjectOnPhoto(const std::string& name, const Drive& drive, std
 
 std::vector<CameraProjection> ProjectOnPhotos(const Rig& rig, const Dataset& dataset,
                                               const std::vector<CameraCalibration>& before,
-                                              const CalibrationState& state, const LandmarkSet& landmarks) {
+                                              const CalibrationState& state, const LandmarkSet& landmarks,
+                                              const std::vector<bool>& rejected_lidars) {
   const std::vector<std::optional<double>> best = BestPhotos(landmarks, rig.cameras.size());
   const bool guessed = HasGuesses(rig);
+  const Drive& drive = dataset.drives[0];
   const CalibrationState guess = AtGuesses(rig, state);
   std::vector<CameraProjection> projections;
   for (std::size_t c = 0; c < best.size(); ++c) {
     if (!best[c]) continue;
-    projections.push_back(
-        ProjectOnPhoto(rig.cameras[c].name, dataset.drives[0], c, *best[c], before[c], state, landmarks));
+    projections.push_back(ProjectOnPhoto(rig.cameras[c].name, {drive, state, rejected_lidars}, c, *best[c],
+                                         before[c], landmarks));
     if (!guessed) continue;
-    projections.back().guess = Overlay(ReturnsAround(dataset.drives[0], guess, state.cameras[c], *best[c]),
-                                       state.drives[0].trajectory, guess.cameras[c], *best[c]);
+    const SplitSpline& trajectory = state.drives[0].trajectory;
+    const double time = state.cameras[c].sensor.OnImuClock(*best[c], trajectory.Middle());
+    const LidarView at_guess{drive, guess, rejected_lidars};
+    projections.back().guess =
+        Overlay(at_guess.Around(time, kOverlaySeconds, kMostPoints), trajectory, guess.cameras[c], *best[c]);
   }
   return projections;
 }

@@ -8,6 +8,7 @@
 
 #include "mlic_core/common/error.h"
 #include "mlic_core/initialization/guess_check.h"
+#include "mlic_core/initialization/loose_lidars.h"
 #include "mlic_core/problem/layout.h"
 #include "mlic_core/problem/observability_limits.h"
 #include "mlic_core/summary/camera_views.h"
@@ -288,8 +289,10 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
                                 : !found[id.index]);
     taking_part.push_back(!lost[s]);
     if (!id.IsLidar() || !lost[s]) continue;
+    const LidarConfig& config = rig.lidars[id.index];
+    const bool loose = adjustment.loose_lidars[id.index];
     result->rejected.push_back(
-        {sensors[s].name, SensorResult::Type::kLidar, WhyRejected(rig.lidars[id.index])});
+        {sensors[s].name, SensorResult::Type::kLidar, loose ? WhyLoose(config) : WhyRejected(config)});
   }
   result->residuals = SummarizeResiduals(rig, dataset, adjustment);
   result->checks = MakeChecks(rig, dataset, adjustment, analysis, taking_part, result->residuals);
@@ -332,7 +335,7 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
   RenumberLidars(shown, &result->map);
   if (adjustment.rounds.landmarks == Landmarks::kTracksAndMap) {
     result->projections = ProjectOnPhotos(rig, dataset, adjustment.map.cameras_before, state,
-                                          adjustment.problem.drives[0].landmarks);
+                                          adjustment.problem.drives[0].landmarks, adjustment.rejected_lidars);
   }
   result->views = ChooseViews(rig, dataset.drives[0], state, adjustment.problem.drives[0].landmarks);
   result->keyframes = UsedKeyframes(rig, dataset, adjustment.problem.drives);

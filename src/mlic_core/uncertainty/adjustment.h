@@ -69,8 +69,9 @@ struct Adjustment {
   CalibrationState state;
   CalibrationState initial;  // the sensors as the initialisation left them; without drives
   std::size_t base_lidar = 0;
-  std::vector<bool> unaligned_lidars;  // of each LiDAR: see Initialization
-  std::vector<bool> rejected_lidars;   // of each LiDAR: takes no part, its planes lead far from its guess
+  std::vector<bool> unaligned_lidars, loose_lidars;  // of each LiDAR: see Initialization
+  // Of each LiDAR: takes no part, as it is loose or its planes lead far from its guess.
+  std::vector<bool> rejected_lidars;
   // Of each LiDAR, then of each camera: what the data show of it contradicts its guess, which counts no more.
   std::vector<bool> contradicted_guesses;
   // Of each LiDAR, then of each camera: a drift of its clock was estimated and is not shown.

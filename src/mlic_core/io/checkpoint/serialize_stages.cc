@@ -97,8 +97,8 @@ auto Members(DriveOdometry& odometry) {
   return std::tie(odometry.lidars, odometry.alignments, odometry.clocks);
 }
 auto Members(Initialization& start) {
-  return std::tie(start.state, start.imu_sigma, start.base_lidar, start.unaligned, start.problems,
-                  start.notes);
+  return std::tie(start.state, start.imu_sigma, start.base_lidar, start.unaligned, start.loose,
+                  start.problems, start.notes);
 }
 
 auto Members(FixedCameraParameters& held) {
