@@ -15,6 +15,7 @@
 #include "mlic_core/pipeline/pair_adjustment.h"
 #include "mlic_core/pipeline/pair_cameras.h"
 #include "mlic_core/pipeline/stage_clock.h"
+#include "mlic_core/pipeline/stage_names.h"
 #include "mlic_core/problem/state.h"
 #include "mlic_core/summary/checks.h"
 #include "mlic_core/summary/pair_assembly.h"
@@ -29,7 +30,7 @@ namespace {
 template <typename Make>
 Initialization InitializationStage(const StageContext& context, const std::string& suffix,
                                    CameraInitialization* cameras, const Make& make) {
-  StageClock stage("initialisation", context);
+  StageClock stage(stage_names::kInitialization, context);
   Initialization start;
   if (context.Load("initialisation" + suffix, &start) &&
       (cameras == nullptr || context.Load("cameras" + suffix, cameras))) {
@@ -60,7 +61,7 @@ void Keep(const StageContext& context, const StageClock& stage, const std::strin
 
 Adjustment LidarAdjustmentStage(const StageContext& context, Adjustment adjustment) {
   constexpr const char* kFile = "lidar_adjustment";
-  StageClock stage("plane adjustment of each LiDAR", context);
+  StageClock stage(stage_names::kEachLidar, context);
   const AdjustmentContext of_stage = ContextOf(context, &stage);
   bool found;
   adjustment = TakeOver(context, kFile, adjustment, &found);
@@ -159,7 +160,7 @@ Adjustment CameraStages(const StageContext& context, const std::vector<CameraSta
 // Whether one calibration serves the whole drive; a check is held against the calibration itself.
 void HalvesStage(const StageContext& context, Adjustment* adjustment) {
   if (context.options.check_of) return;
-  StageClock stage("halves of the drive", context);
+  StageClock stage(stage_names::kHalves, context);
   adjustment->halves = CompareHalves(*adjustment, context.dataset, context.cancellation);
   if (adjustment->halves.empty()) stage.Line("not compared: the equations of one have no solution");
   const SensorOrder order = adjustment->state.Sensors();
@@ -212,7 +213,7 @@ Adjustment CheckCameras(const StageContext& context, Adjustment adjustment) {
 }
 
 void ResultStage(const StageContext& context, const Adjustment& adjustment) {
-  StageClock stage("result", context);
+  StageClock stage(stage_names::kResult, context);
   AssembleResult(context.rig, context.dataset, adjustment, context.result);
   const std::vector<QualityCheck>& checks = context.result->checks;
   const auto passed =

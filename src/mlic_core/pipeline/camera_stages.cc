@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <map>
 
+#include "mlic_core/pipeline/stage_names.h"
+
 namespace mlic {
 namespace {
 
@@ -76,10 +78,10 @@ struct PassNames {
 
 PassNames Names(SharedPass pass) {
   if (pass == SharedPass::kFirstLook) {
-    return {"first tracks across cameras", "first_shared_tracks", "cameras on first shared tracks",
+    return {stage_names::kFirstSharedTracks, "first_shared_tracks", stage_names::kFirstSharedCameras,
             "first_cameras_shared"};
   }
-  return {"tracks across cameras", "shared_tracks", "cameras on shared tracks", "cameras_shared"};
+  return {stage_names::kSharedTracks, "shared_tracks", stage_names::kSharedCameras, "cameras_shared"};
 }
 
 TrackingOptions OptionsOf(const StageContext& context) {
@@ -112,7 +114,7 @@ ImageFeatures Thinned(const ImageFeatures& all) {
 
 std::vector<ImageFeatures> FeatureStage(const StageContext& context, const std::vector<CameraStart>& start,
                                         const CalibrationState& state) {
-  StageClock stage("image features", context);
+  StageClock stage(stage_names::kFeatures, context);
   stage.Line("matcher: " + Matcher(context.options).Name());
   const Watch watch{&stage, &context.cancellation};
   return ForEveryDrive<ImageFeatures>(context, "features", &stage, [&](std::size_t d) {
@@ -131,7 +133,7 @@ std::vector<ImageFeatures> FeatureStage(const StageContext& context, const std::
 
 std::vector<TrackSet> TrackStage(const StageContext& context, const std::vector<CameraStart>& start,
                                  const std::vector<ImageFeatures>& features) {
-  StageClock stage("tracks of each camera", context);
+  StageClock stage(stage_names::kTracks, context);
   const Watch watch{&stage, &context.cancellation};
   const TrackingOptions options = OptionsOf(context);
   const auto tracks = ForEveryDrive<TrackSet>(context, "tracks", &stage, [&](std::size_t d) {
@@ -182,7 +184,7 @@ CameraInitialization CameraInitializationStage(const StageContext& context, cons
                                                const std::vector<CameraStart>& start,
                                                const std::vector<TrackSet>& tracks,
                                                const CalibrationState& state) {
-  StageClock stage("camera initialisation", context);
+  StageClock stage(stage_names::kCameras, context);
   CameraInitialization cameras;
   if (context.Load(file, &cameras)) {
     stage.TakeOver({});

@@ -3,6 +3,7 @@
 
 #include "mlic_core/camera/colmap/colmap.h"
 #include "mlic_core/pipeline/camera_stages.h"
+#include "mlic_core/pipeline/stage_names.h"
 
 namespace mlic {
 namespace {
@@ -82,7 +83,7 @@ CameraInitialization IntrinsicsByColmap(const StageContext& context, const std::
 bool ColmapStage(const StageContext& context, const std::vector<bool>& asked,
                  const std::vector<TrackSet>& tracks, std::vector<CameraStart>* start) {
   constexpr const char* kName = "colmap";
-  StageClock stage("intrinsics by COLMAP", context);
+  StageClock stage(stage_names::kColmap, context);
   CameraInitialization result;
   bool installed = true;
   if (context.Load(kName, &result)) {

@@ -5,6 +5,7 @@
 
 #include "mlic_core/association/plane_association.h"
 #include "mlic_core/initialization/guess_check.h"
+#include "mlic_core/pipeline/stage_names.h"
 
 namespace mlic {
 
@@ -36,7 +37,7 @@ Adjustment AdjustEachLidar(Adjustment adjustment, const AdjustmentContext& conte
                   context.rig.lidars[lidar].name.c_str(), problem.drives[0].planes.planes.size(),
                   1e3 * noise[lidar].Sigma(1.0));
     context.monitor.line(text);
-    ShowAdjustment(context, "plane adjustment of each LiDAR", static_cast<int>(k), adjustment);
+    ShowAdjustment(context, stage_names::kEachLidar, static_cast<int>(k), adjustment);
   }
   problem.lidars = given;
   problem.fix_trajectory = false;

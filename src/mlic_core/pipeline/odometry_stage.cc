@@ -5,10 +5,12 @@
 #include <string>
 #include <utility>
 
+#include "mlic_core/pipeline/stage_names.h"
+
 namespace mlic {
 
 std::vector<DriveOdometry> OdometryStage(const StageContext& context) {
-  StageClock stage("LiDAR odometry", context);
+  StageClock stage(stage_names::kOdometry, context);
   const Rig& rig = context.rig;
   std::vector<DriveOdometry> odometry;
   const double share = 1.0 / static_cast<double>(context.dataset.drives.size());

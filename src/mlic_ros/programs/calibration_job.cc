@@ -12,6 +12,7 @@
 #include "mlic_core/io/write_results.h"
 #include "mlic_core/pipeline/calibrator.h"
 #include "mlic_core/pipeline/run_plan.h"
+#include "mlic_core/pipeline/stage_names.h"
 #include "mlic_core/pipeline/stopwatch.h"
 #include "mlic_core/sensors/sensor_problem.h"
 #include "mlic_ros/programs/finished_run.h"
@@ -26,7 +27,7 @@ const char* const kProgram = "calibrate";
 
 StageSummary LoadingSummary(const LoadReport& report, const Stopwatch& stopwatch) {
   StageSummary summary;
-  summary.name = "loading";
+  summary.name = stage_names::kLoading;
   stopwatch.Read(&summary);
   summary.lines = report.lines;
   return summary;
