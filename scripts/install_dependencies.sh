@@ -53,11 +53,16 @@ declare -A optional=(
   [libjs-three]="reports draw the rig from above and from the side instead of turnable"
   [rviz]="no RViz: calibrate.launch works with rviz:=false only"
   [librviz-dev]="RViz shows no panel with stage, verdict and convergence"
-  [qtbase5-dev]="RViz shows no panel with stage, verdict and convergence"
   [xvfb]="no scripts/screenshot.sh"
   [imagemagick]="no scripts/screenshot.sh"
   [libgl1-mesa-dri]="no software OpenGL, so no scripts/screenshot.sh"
 )
+# The Qt that RViz is built with.
+case "$(. /etc/os-release && echo "${VERSION_ID:-}")" in
+  11 | 12) qt=qtbase5-dev ;;
+  *) qt=qt6-base-dev ;;
+esac
+optional[$qt]="RViz shows no panel with stage, verdict and convergence"
 
 installed() { [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]; }
 available() {

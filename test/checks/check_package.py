@@ -13,7 +13,7 @@ import xml.etree.ElementTree
 KEY_OF_PACKAGE = {
     'Boost': 'libboost-dev', 'CLI11': 'cli11', 'Ceres': 'libceres-dev', 'Eigen3': 'eigen', 'GTest': 'gtest',
     'OpenCV': 'libopencv-dev', 'PCL': 'libpcl-all-dev', 'pcl_io': 'libpcl-all-dev', 'SQLite3': 'libsqlite3-dev',
-    'LibXml2': 'libxml2', 'Qt5': 'qtbase5-dev', 'rviz': 'rviz', 'TBB': 'tbb', 'benchmark': 'benchmark', 'embree': 'embree', 'openblas': 'libopenblas-dev',
+    'LibXml2': 'libxml2', 'Qt5': 'qtbase5-dev', 'Qt6': None, 'rviz': 'rviz', 'TBB': 'tbb', 'benchmark': 'benchmark', 'embree': 'embree', 'openblas': 'libopenblas-dev',
     'spdlog': 'spdlog',
     'tsl-robin-map': 'robin-map-dev', 'yaml-cpp': 'yaml-cpp', 'catkin': 'catkin',
     'opengv': None, 'Threads': None, 'OnnxRuntime': None, 'Torch': None, 'onnxruntime': None, 'Python3': None,
@@ -41,7 +41,7 @@ USED_ELSEWHERE = {
     'roslaunch': ('launch/calibrate.launch', '<launch>'),
     'rospy': ('test/mlic_ros/check_calibration.py', 'import rospy'),
     'rostest': ('test/mlic_ros/CMakeLists.txt', 'rostest'),
-    'libqt5-widgets': ('src/mlic_ros/panel/CMakeLists.txt', 'Qt5::Widgets'),
+    'libqt5-widgets': ('src/mlic_ros/panel/CMakeLists.txt', 'Qt5 QUIET COMPONENTS Widgets'),
 }
 LICENCE = 'BSD-3-Clause'
 INCLUDE = re.compile(r'^\s*#\s*include\s*<([^>]+)>', re.MULTILINE)
