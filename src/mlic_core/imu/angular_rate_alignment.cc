@@ -300,6 +300,12 @@ void FillInformation(const Refined& refined, const std::optional<RotationGuess>&
 
 }  // namespace
 
+bool IsUsable(const AngularRateAlignment& alignment) {
+  constexpr double kOffsetSigma = 0.05;  // s; from: guard, the turning tells when it was
+  constexpr double kInliers = 0.3;       // of the poses; from: guard
+  return alignment.valid && alignment.time_offset_sigma < kOffsetSigma && alignment.inlier_share > kInliers;
+}
+
 AngularRateAlignment AlignAngularRates(const std::vector<ImuSample>& imu, const std::vector<TimedPose>& poses,
                                        const std::optional<RotationGuess>& guess) {
   AngularRateAlignment result;

@@ -58,6 +58,9 @@ struct AngularRateAlignment {
   double second_peak_offset = 0.0;
 };
 
+// The least that is asked of an alignment before anything is concluded from it.
+bool IsUsable(const AngularRateAlignment& alignment);
+
 // Time offset, rotation and gyroscope bias of a LiDAR to the IMU from the LiDAR's odometry (T_odom_lidar on
 // the LiDAR's clock) and the gyroscope. No guess is needed for the offset (up to 1 s) nor, if the motion
 // turns about more than one axis, for the rotation. docs/method.md, section 7.1.

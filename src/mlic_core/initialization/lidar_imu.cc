@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/parallel.h"
@@ -217,11 +218,39 @@ std::vector<bool> LooseLidars(const Rig& rig, const Dataset& dataset,
   return loose;
 }
 
-}  // namespace
+// The base is the LiDAR that agrees best with gyroscope and accelerometer over all drives; none: no LiDAR
+// does.
+struct BaseLidar {
+  std::optional<std::size_t> lidar;
+  std::vector<GravityLeverArm> arms;  // for each drive
+};
 
-bool IsUsable(const AngularRateAlignment& alignment) {
-  return alignment.valid && alignment.time_offset_sigma < 0.05 && alignment.inlier_share > 0.3;
+BaseLidar ChooseBase(const Rig& rig, const Dataset& dataset, const std::vector<DriveOdometry>& odometry,
+                     const std::vector<bool>& loose) {
+  BaseLidar base;
+  double best = std::numeric_limits<double>::infinity();
+  for (std::size_t l = 0; l < rig.lidars.size(); ++l) {
+    const bool usable = std::all_of(odometry.begin(), odometry.end(), [&](const DriveOdometry& of_drive) {
+      return IsUsable(of_drive.alignments[l]);
+    });
+    if (loose[l] || !usable) continue;
+    double disagreement = 0.0;
+    std::vector<GravityLeverArm> arms;
+    for (std::size_t d = 0; d < odometry.size(); ++d) {
+      const AngularRateAlignment& a = odometry[d].alignments[l];
+      arms.push_back(SolveGravityLeverArm(dataset.drives[d].imu, odometry[d].lidars[l], a.R_imu_lidar,
+                                          a.time_offset, a.gyroscope_bias, LeverArmGuessOf(rig.lidars[l]),
+                                          a.rotation_covariance));
+      disagreement += Disagreement(a, arms.back());
+    }
+    if (disagreement >= best) continue;
+    best = disagreement;
+    base = {l, std::move(arms)};
+  }
+  return base;
 }
+
+}  // namespace
 
 DriveOdometry RunDriveOdometry(const Rig& rig, const Drive& drive, const CancellationToken& cancellation,
                                const std::function<void(double)>& on_progress) {
@@ -272,36 +301,13 @@ Initialization Initialize(const Rig& rig, const Dataset& dataset, const std::vec
   for (const Drive& drive : dataset.drives) {
     result.imu_sigma.push_back(SampleSigma(drive.imu, rig.imu.noise));
   }
-  // The base is the LiDAR that agrees best with gyroscope and accelerometer over all drives.
-  double best = 1e9;
-  std::vector<GravityLeverArm> arms;  // of the base, for each drive
   result.loose = LooseLidars(rig, dataset, odometry, &result.notes);
-  for (std::size_t l = 0; l < lidars; ++l) {
-    if (result.loose[l]) continue;
-    double disagreement = 0.0;
-    std::vector<GravityLeverArm> of_lidar(odometry.size());
-    for (std::size_t d = 0; d < odometry.size(); ++d) {
-      const AngularRateAlignment& a = odometry[d].alignments[l];
-      if (!IsUsable(a)) {
-        disagreement += 1e9;
-        continue;
-      }
-      of_lidar[d] =
-          SolveGravityLeverArm(dataset.drives[d].imu, odometry[d].lidars[l], a.R_imu_lidar, a.time_offset,
-                               a.gyroscope_bias, LeverArmGuessOf(rig.lidars[l]), a.rotation_covariance);
-      disagreement += Disagreement(a, of_lidar[d]);
-    }
-    if (disagreement < best) {
-      best = disagreement;
-      result.base_lidar = l;
-      arms = std::move(of_lidar);
-    }
-  }
-  if (best >= 1e9) {
+  const auto [chosen, arms] = ChooseBase(rig, dataset, odometry, result.loose);
+  if (!chosen) {
     result.problems.push_back(WhyNoneAgrees(dataset));
     return result;
   }
-  const std::size_t base = result.base_lidar;
+  const std::size_t base = result.base_lidar = *chosen;
   result.notes.push_back("base LiDAR: " + rig.lidars[base].name);
   result.state.lidars.resize(lidars);
   result.unaligned.assign(lidars, false);

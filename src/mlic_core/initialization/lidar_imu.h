@@ -40,9 +40,6 @@ struct Initialization {
   std::vector<std::string> notes;
 };
 
-// The alignment tells something: a peak well above chance and an offset good to a tenth of a second.
-bool IsUsable(const AngularRateAlignment& alignment);
-
 // docs/method.md, sections 5 and 7.1: all LiDARs in parallel; aligned with the gyroscope; run again with gyro
 // de-skew where that is known.
 DriveOdometry RunDriveOdometry(const Rig& rig, const Drive& drive, const CancellationToken& cancellation,

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "mlic_core/geometry/so3.h"
-#include "mlic_core/initialization/lidar_imu.h"
 
 namespace mlic {
 namespace {

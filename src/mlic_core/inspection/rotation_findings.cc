@@ -20,13 +20,6 @@ constexpr double kUnshown = 10.0;                  // rad; from: guard, sigma of
 // A rotation that fits must leave this much less of the distance in sigmas, squared. from: guard
 constexpr double kMuchBetter = 4.0;
 
-// The least that is asked of an alignment before anything is concluded from it.
-bool IsUsable(const AngularRateAlignment& alignment) {
-  constexpr double kOffsetSigma = 0.05;  // s; from: guard, the turning tells when it was
-  constexpr double kInliers = 0.3;       // of the poses; from: guard
-  return alignment.valid && alignment.time_offset_sigma < kOffsetSigma && alignment.inlier_share > kInliers;
-}
-
 // Squared distance in sigmas of a guess and of the measurement, in the directions that the motion shows.
 double SquaredDistance(const AngularRateAlignment& alignment, const Eigen::Quaterniond& guess,
                        const Eigen::Vector3d& sigma) {
