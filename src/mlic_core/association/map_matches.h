@@ -35,7 +35,7 @@ struct MapMatches {
   std::vector<double> nid;           // mean normalised information distance of photos and renderings
 };
 
-// What is known of the state's cameras beside their calibration.
+// What is known of the state's sensors beside their calibration.
 struct MatchedCameras {
   const std::vector<TrackSet>& tracks;       // of each drive: their keyframes are the photos to choose from
   const std::vector<PoseSigma>& sigmas;      // of each camera against the LiDARs, now: they size the search
