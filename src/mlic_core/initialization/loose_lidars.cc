@@ -77,8 +77,7 @@ std::vector<bool> FindLoose(const std::vector<std::optional<MountTurn>>& turns) 
 std::string WhyLoose(const LidarConfig& config) {
   return config.name +
          ": it turned against the IMU within the drive, while another LiDAR did not; its mount came loose: "
-         "fix "
-         "it and record again, or take the part before alone (--start, --duration)";
+         "fix it and record again, or take the part before alone (--start, --duration)";
 }
 
 }  // namespace mlic
