@@ -40,8 +40,8 @@ std::vector<CalibrationBlock> CalibrationBlocks(EvaluationPoint* at, const Layou
   if (layout.matrices < 0) {
     blocks.push_back({state.accelerometer_matrix.data(), 9, 3, layout.alignment, PlusAlignment});
   } else {
-    blocks.push_back({state.gyroscope_matrix.data(), 9, 9, layout.matrices, PlusMatrix});
-    blocks.push_back({state.accelerometer_matrix.data(), 9, 6, layout.matrices + 9, PlusLowerTriangle});
+    blocks.push_back({state.accelerometer_matrix.data(), 9, 9, layout.alignment, PlusAccelerometer});
+    blocks.push_back({state.gyroscope_matrix.data(), 9, 6, layout.matrices + 6, PlusLowerTriangle});
   }
   for (std::size_t d = 0; d < state.drives.size(); ++d) {
     blocks.push_back({state.drives[d].gyroscope_bias.data(), 3, 3, layout.Bias(d), nullptr});

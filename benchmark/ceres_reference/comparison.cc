@@ -8,6 +8,7 @@
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/problem/priors.h"
 #include "mlic_core/problem/time_windows.h"
+#include "mlic_core/sensors/imu_matrices.h"
 
 namespace mlic::ceres_reference {
 namespace {
@@ -43,17 +44,16 @@ Eigen::VectorXd CalibrationDifference(const Layout& layout, const CalibrationSta
   }
   difference[layout.gravity] = a.gravity - b.gravity;
   difference[layout.lag] = a.accelerometer_lag - b.accelerometer_lag;
-  if (layout.matrices < 0) {
-    difference.segment<3>(layout.alignment) =
-        Log(Eigen::Matrix3d(a.accelerometer_matrix * b.accelerometer_matrix.transpose()));
-    return difference;
-  }
-  const Eigen::Matrix3d gyroscope = a.gyroscope_matrix - b.gyroscope_matrix;
-  const Eigen::Matrix3d accelerometer = a.accelerometer_matrix - b.accelerometer_matrix;
-  int lower = layout.matrices + 9;
-  for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 3; ++c) difference[layout.matrices + 3 * r + c] = gyroscope(r, c);
-    for (int c = 0; c <= r; ++c) difference[lower++] = accelerometer(r, c);
+  const RotationAndTriangle of_a = SplitAccelerometerMatrix(a.accelerometer_matrix),
+                            of_b = SplitAccelerometerMatrix(b.accelerometer_matrix);
+  difference.segment<3>(layout.alignment) = Log(Eigen::Matrix3d(of_a.rotation * of_b.rotation.transpose()));
+  if (layout.matrices < 0) return difference;
+  int at = layout.matrices;
+  for (const Eigen::Matrix3d& apart : {Eigen::Matrix3d(of_a.triangle - of_b.triangle),
+                                       Eigen::Matrix3d(a.gyroscope_matrix - b.gyroscope_matrix)}) {
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c <= r; ++c) difference[at++] = apart(r, c);
+    }
   }
   return difference;
 }

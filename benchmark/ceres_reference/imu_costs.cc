@@ -71,8 +71,8 @@ bool ImuCost::Evaluate(double const* const*, double* residuals, double** jacobia
     WriteBlock(rows, ImuResidual::kAlignment, 3, 9, rest[4]);
     return true;
   }
-  WriteBlock(rows, ImuResidual::kMatrices + 9, 6, 9, rest[4]);
-  WriteBlock(rows, ImuResidual::kMatrices, 9, 9, rest[5]);
+  WriteBlock(rows, ImuResidual::kAlignment, 9, 9, rest[4]);
+  WriteBlock(rows, ImuResidual::kMatrices + 6, 6, 9, rest[5]);
   return true;
 }
 

@@ -23,15 +23,18 @@ void PlusLeft(const double* x, const double* step, double* moved) {
   out = (ExpQuaternion(ConstVector(step)) * ConstQuaternion(x)).normalized();
 }
 
-void PlusMatrix(const double* x, const double* step, double* moved) {
-  for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 3; ++c) moved[3 * c + r] = x[3 * c + r] + step[3 * r + c];
-  }
-}
-
 void PlusAlignment(const double* x, const double* step, double* moved) {
   Eigen::Map<Eigen::Matrix3d> out(moved);
   out = ExpMatrix(Eigen::Map<const Eigen::Vector3d>(step)) * Eigen::Map<const Eigen::Matrix3d>(x);
+}
+
+void PlusAccelerometer(const double* x, const double* step, double* moved) {
+  const Eigen::Matrix3d identity = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d deformed;
+  PlusLowerTriangle(identity.data(), step + 3, deformed.data());
+  Eigen::Map<Eigen::Matrix3d> out(moved);
+  PlusAlignment(x, step, moved);
+  out = (out * deformed).eval();
 }
 
 void PlusLowerTriangle(const double* x, const double* step, double* moved) {

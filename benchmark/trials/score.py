@@ -74,16 +74,64 @@ def twist(matrix, axes):
     return [part / length for part in along + [w]]
 
 
+def dot(a, b):
+    return sum(x * y for x, y in zip(a, b))
+
+
+def scaled(vector, by):
+    return [by * part for part in vector]
+
+
+def cross(a, b):
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def rows_of(matrix):
+    return [list(matrix[3 * i:3 * i + 3]) for i in range(3)]
+
+
+def transposed(rows):
+    return [list(column) for column in zip(*rows)]
+
+
+def times(a, b):
+    return [[dot(row, column) for column in transposed(b)] for row in a]
+
+
+def orthonormal(first, second):
+    """Unit vectors along `first` and along what `second` has beside it."""
+    first = scaled(first, 1.0 / math.sqrt(dot(first, first)))
+    along = dot(first, second)
+    rest = [b - along * a for a, b in zip(first, second)]
+    return first, scaled(rest, 1.0 / math.sqrt(dot(rest, rest)))
+
+
+def gyroscope_axes(matrix):
+    """The rotation Q of M_w = L Q with a lower triangle L, as rows (docs/method.md, section 1)."""
+    first, second = orthonormal(matrix[0], matrix[1])
+    return [first, second, cross(first, second)]
+
+
+def accelerometer_axes(matrix):
+    """The rotation R of M_a = R L with a lower triangle L, as rows."""
+    columns = transposed(matrix)
+    third, second = orthonormal(columns[2], columns[1])
+    return transposed([cross(second, third), second, third])
+
+
 def in_axes_of(imu, true):
     """Turns the poses of a truth into the axes that a result's IMU has: about the directions about which the
     accelerometer's rotation was held these are the accelerometer's, else the gyroscope's (docs/outputs.md)."""
-    axes = imu.get('alignment', {}).get('held', [])
-    if imu.get('axes') != 'gyroscope' or not axes:
+    if imu.get('axes') != 'gyroscope':
         return
-    rows = [[imu['accelerometer_matrix'][3 * i + j] for j in range(3)] for i in range(3)]
-    of_truth = [[true['imu']['accelerometer_matrix'][3 * i + j] for j in range(3)] for i in range(3)]
-    # What the result does not have of the rotation: all of it about the held axes, its errors about others.
-    turn = twist([sum(rows[k][i] * of_truth[k][j] for k in range(3)) for i in range(3) for j in range(3)], axes)
+    axes = imu.get('alignment', {}).get('held', [])
+    to_gyroscope = gyroscope_axes(rows_of(true['imu']['gyroscope_matrix']))
+    found = accelerometer_axes(rows_of(imu['accelerometer_matrix']))
+    of_truth = accelerometer_axes(times(rows_of(true['imu']['accelerometer_matrix']), transposed(to_gyroscope)))
+    # What the result does not have of the accelerometer's rotation: all of it about the held axes, its errors about
+    # others.
+    missing = twist(sum(times(transposed(found), of_truth), []), axes)
+    turn = product(missing, twist(sum(to_gyroscope, []), [[1, 0, 0], [0, 1, 0], [0, 0, 1]]))
     back = [-turn[0], -turn[1], -turn[2], turn[3]]
     for sensor in true['sensors'].values():
         pose = sensor['T_imu_sensor']

@@ -45,20 +45,34 @@ def yaml_of(x=0.1, yaw_deg=0.0, offset=0.01, z='true', f=400.0, pair_x=0.5, verd
             INTRINSICS.format(f=f) + PAIR.format(x=pair_x))
 
 
+IDENTITY = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
+
+
 class Axes(unittest.TestCase):
 
     def test_truth_turns_about_held_axes_only(self):
         """About z the result has the accelerometer's axes, about x the gyroscope's."""
         turned = families.rotation([0, 0, 1], math.radians(3))
-        true = {'imu': {'accelerometer_matrix': turned},
+        true = {'imu': {'accelerometer_matrix': turned, 'gyroscope_matrix': IDENTITY},
                 'sensors': {'front': {'T_imu_sensor': {'translation': [1.0, 0.0, 0.0], 'rotation': [0.0, 0.0, 0.0, 1.0]}}}}
         imu = {'axes': 'gyroscope', 'alignment': {'held': [[1.0, 0.0, 0.0]]},
-               'accelerometer_matrix': [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]}
+               'accelerometer_matrix': IDENTITY}
         score.in_axes_of(imu, true)
         pose = true['sensors']['front']['T_imu_sensor']
         self.assertAlmostEqual(pose['translation'][1], 0.0)
         imu['alignment']['held'] = [[0.0, 0.0, 1.0]]
         score.in_axes_of(imu, true)
+        self.assertAlmostEqual(pose['translation'][1], math.sin(math.radians(3)))
+        self.assertAlmostEqual(score.rotation_vector(pose['rotation'], [0.0, 0.0, 0.0, 1.0])[2], 3.0)
+
+    def test_truth_turns_with_its_gyroscope(self):
+        """Both of the IMU's sensors are turned against the axes that the truth is in, and sheared."""
+        turned, triangle = families.rotation([0, 0, 1], math.radians(3)), [[1.01, 0, 0], [0.02, 0.99, 0], [-0.01, 0.03, 1]]
+        matrix = sum(score.times(triangle, score.rows_of(turned)), [])
+        true = {'imu': {'accelerometer_matrix': turned, 'gyroscope_matrix': matrix},
+                'sensors': {'front': {'T_imu_sensor': {'translation': [1.0, 0.0, 0.0], 'rotation': [0.0, 0.0, 0.0, 1.0]}}}}
+        score.in_axes_of({'axes': 'gyroscope', 'accelerometer_matrix': IDENTITY}, true)
+        pose = true['sensors']['front']['T_imu_sensor']
         self.assertAlmostEqual(pose['translation'][1], math.sin(math.radians(3)))
         self.assertAlmostEqual(score.rotation_vector(pose['rotation'], [0.0, 0.0, 0.0, 1.0])[2], 3.0)
 

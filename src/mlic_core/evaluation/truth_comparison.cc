@@ -1,11 +1,11 @@
 #include "mlic_core/evaluation/truth_comparison.h"
 
-#include <Eigen/SVD>
 #include <cmath>
 #include <cstdio>
 #include <limits>
 
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/sensors/imu_matrices.h"
 
 namespace mlic {
 namespace {
@@ -134,11 +134,14 @@ double PoseError::RotationDegrees() const { return kDegreesPerRadian * rotation.
 CalibrationResult InAxesOf(const CalibrationResult& result, const CalibrationResult& truth) {
   CalibrationResult turned = truth;
   if (!result.alignment || result.alignment->axes != ImuAxes::kGyroscope) return turned;
-  // What the result does not have of the rotation: all of it about the held axes, its errors about others.
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(
-      result.imu.accelerometer_matrix.transpose() * truth.imu.accelerometer_matrix,
-      Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Quaterniond alignment(Eigen::Matrix3d(svd.matrixU() * svd.matrixV().transpose()));
+  // The result's axes are the gyroscope's: first the truth's sensors are expressed in these.
+  const Eigen::Matrix3d to_gyroscope = SplitGyroscopeMatrix(truth.imu.gyroscope_matrix).rotation;
+  // What the result does not have of the accelerometer's rotation to them: all of it about the held axes, its
+  // errors about others.
+  const Eigen::Matrix3d found = SplitAccelerometerMatrix(result.imu.accelerometer_matrix).rotation;
+  const Eigen::Matrix3d of_truth =
+      SplitAccelerometerMatrix(truth.imu.accelerometer_matrix * to_gyroscope.transpose()).rotation;
+  const Eigen::Quaterniond alignment(Eigen::Matrix3d(found.transpose() * of_truth));
   // The part about the held axes (swing-twist decomposition).
   Eigen::Vector3d along = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& axis : result.alignment->held) along += axis * axis.dot(alignment.vec());
@@ -146,9 +149,10 @@ CalibrationResult InAxesOf(const CalibrationResult& result, const CalibrationRes
   twist.w() = alignment.w();
   twist.vec() = along;
   twist.normalize();
+  const Eigen::Quaterniond turn = twist * Eigen::Quaterniond(to_gyroscope);
   for (SensorResult& sensor : turned.sensors) {
     RigidTransform& T = sensor.calibration.T_imu_sensor;
-    T = {twist * T.rotation, twist * T.translation};
+    T = {turn * T.rotation, turn * T.translation};
   }
   return turned;
 }

@@ -13,8 +13,8 @@ namespace mlic {
 //   r_w = M_w w(t) + b_w - w_m,   r_a = M_a f(t - lag) + b_a - a_m,   f = R^T (p'' - g)
 // Columns: 4 rotation control points (12), 4 position control points (12), gyroscope bias (3), accelerometer
 // bias (3), gravity's magnitude (1), lag of the accelerometer (1), rotation of the accelerometer (M_a <-
-// Exp(delta) M_a, 3), gyroscope matrix row by row (9), lower triangle of the accelerometer matrix row by row
-// (6).
+// Exp(delta) M_a, 3), its scale and shear (M_a <- M_a (I + delta), delta a lower triangle row by row, 6), the
+// lower triangle of the gyroscope's matrix row by row (6).
 struct ImuResidual {
   static constexpr int kPosition = 12;                  // from: structural, places of columns
   static constexpr int kBias = 24;                      // from: structural, places of columns
@@ -22,7 +22,7 @@ struct ImuResidual {
   static constexpr int kLag = 31;                       // from: structural, places of columns
   static constexpr int kAlignment = 32;                 // from: structural, places of columns
   static constexpr int kMatrices = 35;                  // from: structural, places of columns
-  static constexpr int kColumns = 50;                   // from: structural, places of columns
+  static constexpr int kColumns = 47;                   // from: structural, places of columns
   using Jacobian = Eigen::Matrix<double, kColumns, 6>;  // one column for each residual component
 
   // Bases: at the sample's time. The lag is short against the knots' spacing: their segments serve for the
@@ -66,9 +66,11 @@ struct ImuResidual {
                                       force_to_position * trajectory.position.Jerk(position_then))
                                          .transpose();
     jacobian->block<3, 3>(kAlignment, 3) = Hat(imu.accelerometer_matrix * force);  // (-Hat)^T
-    int lower = kMatrices + 9;
+    int lower = kMatrices;
     for (int r = 0; r < 3; ++r) {
-      for (int c = 0; c <= r; ++c) (*jacobian)(lower++, 3 + r) = force[c];
+      for (int c = 0; c <= r; ++c) {
+        jacobian->block<1, 3>(lower++, 3) = force[c] * imu.accelerometer_matrix.col(r).transpose();
+      }
     }
     return residual;
   }
@@ -82,7 +84,10 @@ struct ImuResidual {
       jacobian->block<3, 3>(3 * j, 0) = (imu.gyroscope_matrix * J.angular_velocity[j]).transpose();
     }
     jacobian->block<3, 3>(kBias, 0).setIdentity();
-    for (int r = 0; r < 3; ++r) jacobian->block<3, 1>(kMatrices + 3 * r, r) = value.angular_velocity;
+    int lower = kMatrices + 6;
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c <= r; ++c) (*jacobian)(lower++, r) = value.angular_velocity[c];
+    }
   }
 };
 

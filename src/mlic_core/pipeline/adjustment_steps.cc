@@ -45,9 +45,7 @@ Adjustment StartAdjustment(const Rig& rig, const Dataset& dataset, Initializatio
   problem.dataset = &dataset;
   for (const ImuSigma& sigma : start.imu_sigma) problem.drives.emplace_back().imu_sigma = sigma;
   adjustment.given_imu_sigma = std::move(start.imu_sigma);
-  // The accelerometer's scale, where it is estimated, and gravity look alike.
-  const bool gravity_moves = !rig.imu.gravity && rig.imu.intrinsics == ImuIntrinsicsModel::kBias;
-  problem.imu.gravity_sigma = gravity_moves ? kGravitySigma : 0.0;
+  problem.imu.gravity_sigma = rig.imu.gravity ? 0.0 : kGravitySigma;
   problem.imu.lag_sigma = kLagSigma;
   adjustment.state.gravity = rig.imu.gravity.value_or(kStandardGravity);
   for (const LidarConfig& lidar : rig.lidars) {
@@ -103,9 +101,11 @@ void AssociateWithPlanes(const AdjustmentContext& context, const std::vector<boo
   }
 }
 
-SolveSummary SolveAdjustment(const CancellationToken& cancellation, Adjustment* adjustment) {
+SolveSummary SolveAdjustment(const CancellationToken& cancellation, Adjustment* adjustment,
+                             const Probes& probes) {
   JointProblem& problem = adjustment->problem;
-  SolveSummary summary = SolveJointProblem(problem, kSolverIterations, cancellation, &adjustment->state);
+  SolveSummary summary =
+      SolveJointProblem(problem, kSolverIterations, cancellation, &adjustment->state, probes);
   if (!summary.solved || !IsFinite(adjustment->state)) {
     throw InternalError(
         "the joint adjustment's equations have no solution in numbers; please report this with the log");

@@ -48,7 +48,8 @@ void AssociateWithPlanes(const AdjustmentContext& context, const std::vector<boo
 
 // Solves from the state as it is: state and landmarks move together. Throws InternalError where the equations
 // have no solution.
-SolveSummary SolveAdjustment(const CancellationToken& cancellation, Adjustment* adjustment);
+SolveSummary SolveAdjustment(const CancellationToken& cancellation, Adjustment* adjustment,
+                             const Probes& probes = {});
 
 // By what the last solve's information is too good, but for the IMU's part. linearized: the adjustment's
 // problem at its state.

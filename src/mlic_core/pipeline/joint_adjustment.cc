@@ -10,14 +10,12 @@
 #include "mlic_core/association/plane_association.h"
 #include "mlic_core/association/ring_corrections.h"
 #include "mlic_core/common/order_statistics.h"
-#include "mlic_core/geometry/so3.h"
 #include "mlic_core/initialization/guess_check.h"
 #include "mlic_core/pipeline/clock_review.h"
-#include "mlic_core/problem/imu_terms.h"
+#include "mlic_core/pipeline/imu_review.h"
 #include "mlic_core/problem/noise_information.h"
 #include "mlic_core/problem/priors.h"
 #include "mlic_core/uncertainty/held_translations.h"
-#include "mlic_core/uncertainty/imu_alignment.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
 #include "mlic_core/uncertainty/point_scatter.h"
 #include "mlic_core/uncertainty/range_errors.h"
@@ -48,6 +46,7 @@ void BeginRounds(Landmarks landmarks, Adjustment* adjustment) {
   adjustment->rounds.alignment_tried = false;
   adjustment->rounds.noise_measured = false;
   adjustment->rounds.clocks_reviewed = false;
+  adjustment->rounds.matrices_judged = false;
   adjustment->rounds.ranges_measured = false;
   if (landmarks != Landmarks::kTracksAndMap) return;
   adjustment->map.cameras_before = adjustment->state.cameras;
@@ -116,14 +115,6 @@ void FixUnobservableIntrinsics(const Dataset& dataset, Adjustment* adjustment) {
   PlaceHeldTangentialTerms(problem.cameras, &adjustment->state);
 }
 
-void MeasureImuSigmas(const Dataset& dataset, Adjustment* adjustment) {
-  for (std::size_t d = 0; d < dataset.drives.size(); ++d) {
-    adjustment->problem.drives[d].imu_sigma =
-        MeasureImuSigma(EvaluateImuResiduals(dataset, adjustment->state, d),
-                        adjustment->state.drives[d].trajectory, adjustment->given_imu_sigma[d]);
-  }
-}
-
 void DropContradictedGuesses(Adjustment* adjustment) {
   JointProblem& problem = adjustment->problem;
   const SensorOrder order = adjustment->state.Sensors();
@@ -180,23 +171,6 @@ bool ReviewRanges(Adjustment* adjustment) {
   return CorrectRanges(adjustment->problem, correlation, &adjustment->state);
 }
 
-// Decides which axes of the accelerometer's rotation to the gyroscope move in the next round; held ones are
-// the identity's. True if they are others than in this one.
-bool ReviewAxes(const AdjustmentContext& context, bool many, Adjustment* adjustment) {
-  constexpr double kSame = 0.1;  // of projectors; from: guard, rounding and what a round moves
-  const AlignmentReview review =
-      ReviewAlignment(adjustment->problem, adjustment->state, ScaledInformation(*adjustment, context.dataset),
-                      context.rig.imu.alignment_sigma, !many || adjustment->rounds.alignment_tried);
-  adjustment->alignment_covariance = review.covariance;
-  adjustment->rounds.alignment_tried |= review.taken_back && many;
-  Eigen::Matrix3d& held = adjustment->problem.imu.alignment_held;
-  if ((review.held - held).norm() < kSame) return false;
-  held = review.held;
-  Eigen::Matrix3d& matrix = adjustment->state.accelerometer_matrix;
-  matrix = ExpMatrix((Eigen::Matrix3d::Identity() - held) * Log(matrix));
-  return true;
-}
-
 // True if the next round takes more points of each scan.
 bool TakeMorePoints(const Dataset& dataset, Adjustment* adjustment) {
   std::size_t& points_per_scan = adjustment->rounds.points_per_scan;
@@ -213,10 +187,11 @@ bool TakeMorePoints(const Dataset& dataset, Adjustment* adjustment) {
 }
 
 // Association, solve, and the noise that its residuals show.
-void AssociateAndSolve(const AdjustmentContext& context, bool many, Adjustment* adjustment) {
+void AssociateAndSolve(const AdjustmentContext& context, bool many, const Probes& probes,
+                       Adjustment* adjustment) {
   const int round = adjustment->rounds.done;
   JointProblem& problem = adjustment->problem;
-  problem.estimate_imu_matrices =
+  problem.estimate_imu_matrices |=
       context.rig.imu.intrinsics == ImuIntrinsicsModel::kScaleMisalignment && (round >= 2 || many);
   std::vector<bool> taking_part = adjustment->rejected_lidars;
   taking_part.flip();
@@ -224,34 +199,10 @@ void AssociateAndSolve(const AdjustmentContext& context, bool many, Adjustment* 
   // Landmarks that are kept were made with an earlier noise.
   const bool landmarks = adjustment->rounds.landmarks != Landmarks::kNone && round < kLandmarkRounds;
   if (landmarks) AssociateWithLandmarks(context, adjustment);
-  adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment);
+  adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment, probes);
   adjustment->plane_noise = MeasurePlaneNoise(problem.drives, adjustment->state, adjustment->plane_noise);
   if (landmarks) MeasureLandmarks(adjustment);
   MeasureImuSigmas(context.dataset, adjustment);
-}
-
-// What the IMU's slow errors, which single samples do not show, take from its say: measured once, as with
-// less say it contradicts the trajectory more.
-void WeakenImuBySlowErrors(const AdjustmentContext& context, Adjustment* adjustment) {
-  bool weaker = false;
-  for (std::size_t d = 0; d < context.dataset.drives.size(); ++d) {
-    ImuSigma& sigma = adjustment->problem.drives[d].imu_sigma;
-    const ImuMeanExcess excess =
-        MeasureMeanExcess(EvaluateImuResiduals(context.dataset, adjustment->state, d), sigma);
-    adjustment->scale.imu.push_back(excess);
-    sigma.gyroscope *= std::sqrt(excess.variance[0]);
-    sigma.accelerometer *= std::sqrt(excess.variance[1]);
-    for (std::size_t sensor = 0; sensor < 2; ++sensor) {
-      if (excess.variance[sensor] <= 1.0) continue;
-      weaker = true;
-      char text[200];
-      std::snprintf(text, sizeof(text), "the %s errs by %.1f times its noise in means over %.0f s",
-                    sensor == 0 ? "gyroscope" : "accelerometer", std::sqrt(excess.variance[sensor]),
-                    excess.seconds[sensor]);
-      context.monitor.line(text);
-    }
-  }
-  if (weaker) adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment);
 }
 
 std::string DescribeRound(const Adjustment& adjustment, double change) {
@@ -305,9 +256,11 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     const int round = rounds.done;
     const bool many = rounds.points_per_scan > kFewPoints;
     const CalibrationState before = adjustment.state;
-    if (options.find_sensor_errors && many) adjustment.problem.probed_clocks = ConstantClocks(adjustment);
-    AssociateAndSolve(context, many, &adjustment);
-    adjustment.problem.probed_clocks.clear();
+    Probes probes;
+    if (options.find_sensor_errors && many) {
+      probes = {ConstantClocks(adjustment), options.find_imu_axes && !rounds.matrices_judged};
+    }
+    AssociateAndSolve(context, many, probes, &adjustment);
     const double change = ChangeInSigmas(adjustment, context.dataset, before);
     rounds.last_change = change;
     if (many && !rounds.noise_measured) {
@@ -315,12 +268,13 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     }
     // Not before: extrinsics on their way look like clocks that drift, and like rings and ranges that err.
     const bool settled = options.find_sensor_errors && many && change < 1.0;
-    bool clocks_moved = false, ranges_moved = false;
+    bool clocks_moved = false, matrices_moved = false, ranges_moved = false;
     if (settled && !rounds.clocks_reviewed) {
       rounds.clocks_reviewed = true;
       clocks_moved = ReviewClocks(context, &adjustment);
     }
-    if (settled && !clocks_moved) {
+    if (settled && !clocks_moved) matrices_moved = ReviewMatrices(context, &adjustment);
+    if (settled && !clocks_moved && !matrices_moved) {
       ranges_moved = CorrectRings(adjustment.problem.drives, &adjustment.state);
       ranges_moved |= ReviewRanges(&adjustment);
     }
@@ -335,7 +289,7 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     const bool more = many && TakeMorePoints(context.dataset, &adjustment);
     const bool guess_dropped =
         round + 1 < kMostRounds && FindContradictedGuesses(context, before, &adjustment);
-    if (many && !more && !ranges_moved && !axes_moved && !guess_dropped && !clocks_moved &&
+    if (many && !more && !ranges_moved && !axes_moved && !guess_dropped && !clocks_moved && !matrices_moved &&
         change < options.until && round + 1 >= least_rounds &&
         (round + 1 == kMostRounds || !settled || !ReviewClocks(context, &adjustment))) {
       break;

@@ -54,7 +54,8 @@ void AddImu(const LinearizationPoint& at, std::size_t d, std::size_t chunk, Accu
   calibration.push_back(at.layout.gravity);
   calibration.push_back(at.layout.lag);
   for (int i = 0; i < 3; ++i) calibration.push_back(at.layout.alignment + i);
-  for (int i = 0; i < 15 && at.layout.matrices >= 0; ++i) calibration.push_back(at.layout.matrices + i);
+  for (int i = 0; i < Layout::kOfMatrices && at.layout.matrices >= 0; ++i)
+    calibration.push_back(at.layout.matrices + i);
   const int width = 24 + static_cast<int>(calibration.size());
   const auto [begin, end] = ImuPart(at, d, chunk);
   ImuResidual::Jacobian J;

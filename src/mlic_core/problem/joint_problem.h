@@ -23,13 +23,19 @@ struct FixedCameraParameters {
   bool usual_centre = false;     // a prior has the centre near the middle of the image
 };
 
-// What of the IMU moves beside its biases and matrices.
+// Of each entry of the IMU's scale and shear, from nothing but that it is an IMU.
+// from: standard, data sheets of consumer IMUs: 1 to 3 %
+constexpr double kMatrixSigma = 0.02;
+
+// What of the IMU moves beside its biases.
 struct ImuFreedom {
   // Projector on the axes (columns, in the IMU frame) about which the accelerometer's rotation to the
   // gyroscope stands where it is.
   Eigen::Matrix3d alignment_held = Eigen::Matrix3d::Identity();
   double gravity_sigma = 0.0;  // m/s^2, of the prior about kStandardGravity; 0: gravity is held
   double lag_sigma = 0.0;      // s, of the prior about no lag of the accelerometer; 0: the lag is held
+  // Of the prior about no scale error and no shear, where they are estimated.
+  double matrix_sigma = kMatrixSigma;
 };
 
 // What one drive adds to the problem beside its IMU samples; empty where it has none of a kind.
@@ -67,15 +73,12 @@ struct JointProblem {
   std::vector<DriveTerms> drives;
   std::vector<LidarTerms> lidars;
   std::vector<CameraTerms> cameras;
-  bool fix_trajectory = false;  // and the biases
-  bool estimate_imu_matrices = false;
+  bool fix_trajectory = false;         // and the biases
+  bool estimate_imu_matrices = false;  // scale and shear
   ImuFreedom imu;
   // Combinations of the sensors' poses and offsets (Layout, up to `poses`) that stay where the guesses have
   // them: row . (state - guess) = 0. Rows are unit vectors, of the translations of sensors with a guess.
   std::vector<Eigen::VectorXd> held_translations;
-  // Sensors with constant clocks of which the solve also finds how far they seem to drift
-  // (SolveSummary::drifts).
-  std::vector<SensorId> probed_clocks;
 };
 
 inline const std::optional<ExtrinsicGuess>& GuessOf(SensorId sensor, const JointProblem& problem) {

@@ -11,6 +11,7 @@
 #include "mlic_core/problem/settle_points.h"
 #include "mlic_core/problem/time_windows.h"
 #include "mlic_core/solver/normal_equations.h"
+#include "mlic_core/solver/submatrix.h"
 
 namespace mlic {
 namespace {
@@ -66,53 +67,61 @@ Priors PriorsAt(const JointProblem& problem, const CalibrationState& state, cons
   return priors;
 }
 
-// While a solve runs, probed clocks have a drift of zero that does not move, so that the equations say where
-// it would go.
-class ClockProbes {
+// What a solve probes is part of its equations and does not move, so that they say where it would go.
+class HeldProbes {
  public:
-  ClockProbes(const std::vector<SensorId>& clocks, CalibrationState* state) : clocks_(clocks) {
-    Set(0.0, state);
+  HeldProbes(const Probes& probes, const JointProblem& problem, CalibrationState* state)
+      : clocks_(probes.clocks), matrices_(probes.imu_matrices && !problem.estimate_imu_matrices) {
+    SetDrifts(0.0, state);
   }
-  // To be called once the layout of the state is made.
-  void Hold(const Layout& layout, std::vector<bool>* free_calibration) {
-    for (const SensorId id : clocks_) (*free_calibration)[layout.Drift(id)] = false;
+  bool OfMatrices() const { return matrices_; }
+  // To be called once the layout of the state is made. free_calibration: of the solve without them; theirs.
+  std::vector<bool> Hold(const Layout& layout, std::vector<bool> free_calibration) {
+    std::vector<bool> of_clocks(free_calibration.size(), false), of_matrices = of_clocks;
+    for (const SensorId id : clocks_) of_clocks[layout.Drift(id)] = true;
+    if (matrices_) std::fill_n(of_matrices.begin() + layout.matrices, Layout::kOfMatrices, true);
     for (int i = 0; i < layout.calibration; ++i) {
-      const bool of_probe =
-          std::any_of(clocks_.begin(), clocks_.end(), [&](SensorId id) { return layout.Drift(id) == i; });
-      if (!of_probe) kept_.push_back(i);
+      if (of_clocks[i] || of_matrices[i]) free_calibration[i] = false;
+      if (!of_clocks[i] && !of_matrices[i]) kept_.push_back(i);
+      if (!of_matrices[i]) with_clocks_.push_back(i);
+      if (!of_clocks[i]) with_matrices_.push_back(i);
     }
+    return free_calibration;
   }
   // What is left of parameters (columns) without the probes.
-  Eigen::MatrixXd RowsWithout(const Eigen::MatrixXd& given) const {
-    Eigen::MatrixXd rows(static_cast<Eigen::Index>(kept_.size()), given.cols());
-    for (std::size_t i = 0; i < kept_.size(); ++i) {
-      rows.row(static_cast<Eigen::Index>(i)) = given.row(kept_[i]);
-    }
-    return rows;
-  }
+  Eigen::MatrixXd RowsWithout(const Eigen::MatrixXd& given) const { return Rows(given, kept_); }
   // Of a symmetric matrix of them.
-  Eigen::MatrixXd Without(const Eigen::MatrixXd& matrix) const {
-    return RowsWithout(RowsWithout(matrix).transpose());
-  }
+  Eigen::MatrixXd Without(const Eigen::MatrixXd& matrix) const { return Submatrix(matrix, kept_); }
   // free_calibration: of the solve.
-  DriftProbe Look(const NormalSolution& solution, const Priors& priors, const Layout& layout,
-                  std::vector<bool> free_calibration) const {
-    if (clocks_.empty()) return {};
-    for (const SensorId id : clocks_) free_calibration[layout.Drift(id)] = true;
-    return {clocks_, solution.information,
-            SolveCalibration(solution.information, solution.gradient, priors.information, priors.gradient,
-                             free_calibration, 0.0)};
+  void Look(const NormalSolution& solution, const Priors& priors, const Layout& layout,
+            const std::vector<bool>& free_calibration, SolveSummary* summary) const {
+    if (!clocks_.empty()) summary->drifts = LookAtClocks(solution, priors, layout, free_calibration);
+    if (!matrices_) return;
+    summary->imu_matrices = {Submatrix(solution.information, with_matrices_),
+                             Rows(solution.gradient, with_matrices_), Rows(priors.gradient, with_matrices_)};
   }
-  void End(CalibrationState* state) const { Set(std::nullopt, state); }
+  void End(CalibrationState* state) const { SetDrifts(std::nullopt, state); }
 
  private:
-  void Set(const std::optional<double>& drift, CalibrationState* state) const {
+  DriftProbe LookAtClocks(const NormalSolution& solution, const Priors& priors, const Layout& layout,
+                          std::vector<bool> is_free) const {
+    std::vector<bool> of_them;
+    for (const SensorId id : clocks_) is_free[layout.Drift(id)] = true;
+    for (const int i : with_clocks_) of_them.push_back(is_free[i]);
+    const Eigen::MatrixXd information = Submatrix(solution.information, with_clocks_);
+    return {clocks_, information,
+            SolveCalibration(information, Rows(solution.gradient, with_clocks_),
+                             Submatrix(priors.information, with_clocks_), Rows(priors.gradient, with_clocks_),
+                             of_them, 0.0)};
+  }
+  void SetDrifts(const std::optional<double>& drift, CalibrationState* state) const {
     for (const SensorId id : clocks_) {
       (id.IsLidar() ? state->lidars[id.index] : state->cameras[id.index].sensor).clock_drift = drift;
     }
   }
   const std::vector<SensorId>& clocks_;
-  std::vector<int> kept_;
+  bool matrices_;
+  std::vector<int> kept_, with_clocks_, with_matrices_;  // parameters (Layout)
 };
 
 void FixCamera(const FixedCameraParameters& held, const Layout& layout, std::size_t camera,
@@ -157,16 +166,16 @@ std::vector<bool> FreeCalibration(const JointProblem& problem, const Layout& lay
 }
 
 SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
-                               const CancellationToken& cancellation, CalibrationState* state) {
+                               const CancellationToken& cancellation, CalibrationState* state,
+                               const Probes& probed) {
   Check(given.drives.size() == state->drives.size() && given.lidars.size() == state->lidars.size() &&
             given.cameras.size() == state->cameras.size(),
         "the joint problem and its state differ in their drives or sensors");
   std::vector<std::vector<std::size_t>> origins;
   JointProblem problem = WithShortCouplings(given, *state, &origins);  // the landmarks move with the solve
-  ClockProbes probes(given.probed_clocks, state);
-  const Layout layout(*state, problem.estimate_imu_matrices);
-  std::vector<bool> free_calibration = FreeCalibration(problem, layout);
-  probes.Hold(layout, &free_calibration);
+  HeldProbes probes(probed, problem, state);
+  const Layout layout(*state, problem.estimate_imu_matrices || probes.OfMatrices());
+  const std::vector<bool> free_calibration = probes.Hold(layout, FreeCalibration(problem, layout));
   SolveSummary summary = CountedObservations(problem);
   std::vector<LandmarkCoupling> couplings;
   const auto linearize = [&](const CalibrationState& at) {
@@ -190,7 +199,7 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
     // Damping holds the trajectory, which would look like information.
     if (damping == 0.0) {
       summary.information = probes.Without(solution.information);
-      summary.drifts = probes.Look(solution, priors, layout, free_calibration);
+      probes.Look(solution, priors, layout, free_calibration, &summary);
     }
     CalibrationState moved = *state;
     std::vector<LandmarkGeometry> before = GeometryOf(problem);

@@ -11,11 +11,25 @@
 
 namespace mlic {
 
+// What a solve looks at beside what moves in it: of what it holds, where that would go.
+struct Probes {
+  std::vector<SensorId> clocks;  // that are constant: how far they seem to drift
+  bool imu_matrices = false;     // the IMU's scale and shear, where the problem does not estimate them
+};
+
 // How far clocks that the solve took for constant seem to drift.
 struct DriftProbe {
   std::vector<SensorId> clocks;
   Eigen::MatrixXd information;  // as SolveSummary's, of the calibration (Layout) with these drifts
   Eigen::VectorXd step;         // of the same, all of it left free: the drifts themselves, s/s
+};
+
+// Where scale and shear of the IMU, which the solve held, would go: the equations of the calibration (Layout)
+// with them. Empty: they were not probed.
+struct MatrixProbe {
+  Eigen::MatrixXd information;     // as SolveSummary's
+  Eigen::VectorXd gradient;        // of the data
+  Eigen::VectorXd prior_gradient;  // of all else
 };
 
 struct SolveSummary {
@@ -30,7 +44,9 @@ struct SolveSummary {
   // Of the calibration (Layout): the last undamped step, where it would have raised the cost; else empty. The
   // minimum lies about that far off, whatever damped steps have moved.
   Eigen::VectorXd refused_step;
-  DriftProbe drifts;                        // of the last undamped step; empty: no clock was probed
+  // Of the last undamped step; empty where nothing was probed.
+  DriftProbe drifts;
+  MatrixProbe imu_matrices;
   std::vector<LandmarkGeometry> landmarks;  // of each drive, as the solve moved them
 };
 
@@ -40,7 +56,8 @@ struct SolveSummary {
 // one too. Throws InternalError where the cost is not a number at the start. The result does not depend on
 // the number of threads but for the rounding of the dense factorisation.
 SolveSummary SolveJointProblem(const JointProblem& problem, int iterations,
-                               const CancellationToken& cancellation, CalibrationState* state);
+                               const CancellationToken& cancellation, CalibrationState* state,
+                               const Probes& probes = {});
 
 // Puts the problem's landmarks to where a solve of it has moved them.
 void PlaceLandmarks(std::vector<LandmarkGeometry> landmarks, JointProblem* problem);

@@ -73,7 +73,7 @@ Layout::Layout(const CalibrationState& state, bool with_imu_matrices) {
   calibration += 3;
   if (with_imu_matrices) {
     matrices = calibration;
-    calibration += 15;
+    calibration += kOfMatrices;
   }
   biases = calibration;
   calibration += 6 * static_cast<int>(state.drives.size());
@@ -104,11 +104,15 @@ void Layout::Update(const Eigen::VectorXd& delta, CalibrationState* state) const
   state->accelerometer_lag += delta[knots + lag];
   state->accelerometer_matrix = ExpMatrix(delta.segment<3>(knots + alignment)) * state->accelerometer_matrix;
   if (matrices < 0) return;
-  int lower = knots + matrices + 9;
+  Eigen::Matrix3d deformed = Eigen::Matrix3d::Identity();
+  int of_accelerometer = knots + matrices, of_gyroscope = of_accelerometer + 6;
   for (int r = 0; r < 3; ++r) {
-    state->gyroscope_matrix.row(r) += delta.segment<3>(knots + matrices + 3 * r).transpose();
-    for (int c = 0; c <= r; ++c) state->accelerometer_matrix(r, c) += delta[lower++];
+    for (int c = 0; c <= r; ++c) {
+      deformed(r, c) += delta[of_accelerometer++];
+      state->gyroscope_matrix(r, c) += delta[of_gyroscope++];
+    }
   }
+  state->accelerometer_matrix *= deformed;
 }
 
 }  // namespace mlic

@@ -10,10 +10,12 @@ namespace mlic {
 // (which keeps the matrix banded), then the calibration: for each LiDAR, then for each camera, rotation
 // (left perturbation, 3), translation (3) and time offset (1); for each camera readout (1, rolling shutters
 // only) and intrinsics (as many as its model has); for each sensor whose clock's drift is estimated that (1);
-// gravity's magnitude (1); the accelerometer's lag (1) and rotation (left perturbation of its matrix, 3); the
-// IMU's matrices (15, if estimated); for each drive gyroscope and accelerometer bias (6).
+// gravity's magnitude (1); the accelerometer's lag (1) and rotation (left perturbation of its matrix, 3);
+// scale and shear of the IMU (12, if estimated: ImuResidual); for each drive gyroscope and accelerometer bias
+// (6).
 struct Layout {
-  static constexpr int kOfSensor = 7;  // scalars of one sensor's pose and offset; from: structural
+  static constexpr int kOfSensor = 7;     // scalars of one sensor's pose and offset; from: structural
+  static constexpr int kOfMatrices = 12;  // scalars of scale and shear; from: structural
 
   struct DriveKnots {
     std::vector<int> rotation;  // first index of each control point
@@ -27,7 +29,7 @@ struct Layout {
   int gravity = 0;      // index within the calibration
   int lag = 0;          // index within the calibration of the accelerometer's lag
   int alignment = 0;    // index within the calibration of the accelerometer's rotation
-  int matrices = -1;    // index within the calibration, -1: not estimated
+  int matrices = -1;    // index within the calibration of scale and shear, -1: not estimated
   int biases = 0;       // index within the calibration of the first drive's
 
   Layout(const CalibrationState& state, bool with_imu_matrices);

@@ -4,6 +4,7 @@
 
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/sensors/bias_prior.h"
+#include "mlic_core/sensors/imu_matrices.h"
 
 namespace mlic {
 namespace {
@@ -67,9 +68,8 @@ void AddImu(const ImuFreedom& imu, const CalibrationState& state, const Layout& 
   const Eigen::Matrix3d free = Eigen::Matrix3d::Identity() - imu.alignment_held;
   information->block<3, 3>(layout.alignment, layout.alignment) =
       imu.alignment_held / (kHeld * kHeld) + free / (kLoose * kLoose);
-  if (layout.matrices < 0) {
-    gradient->segment<3>(layout.alignment) = free * Log(state.accelerometer_matrix) / (kLoose * kLoose);
-  }
+  const RotationAndTriangle accelerometer = SplitAccelerometerMatrix(state.accelerometer_matrix);
+  gradient->segment<3>(layout.alignment) = free * Log(accelerometer.rotation) / (kLoose * kLoose);
   constexpr double kHeldGravity = 1e-5;  // m/s^2; from: guard, far below any difference on the ground
   const double sigma = imu.gravity_sigma > 0.0 ? imu.gravity_sigma : kHeldGravity;
   (*information)(layout.gravity, layout.gravity) = 1.0 / (sigma * sigma);
@@ -80,6 +80,17 @@ void AddImu(const ImuFreedom& imu, const CalibrationState& state, const Layout& 
   const double lag_sigma = imu.lag_sigma > 0.0 ? imu.lag_sigma : kHeldLag;
   (*information)(layout.lag, layout.lag) = 1.0 / (lag_sigma * lag_sigma);
   if (imu.lag_sigma > 0.0) (*gradient)[layout.lag] = state.accelerometer_lag / (lag_sigma * lag_sigma);
+  if (layout.matrices < 0) return;
+  const double matrix_weight = 1.0 / (imu.matrix_sigma * imu.matrix_sigma);
+  int at = layout.matrices;
+  for (const Eigen::Matrix3d& triangle : {accelerometer.triangle, state.gyroscope_matrix}) {
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c <= r; ++c, ++at) {
+        (*information)(at, at) = matrix_weight;
+        (*gradient)[at] = matrix_weight * (triangle(r, c) - (r == c ? 1.0 : 0.0));
+      }
+    }
+  }
 }
 
 }  // namespace
@@ -140,22 +151,6 @@ void CalibrationPrior(const JointProblem& problem, const CalibrationState& state
       (*gradient)[at + a] = kGyroscopeWeight * state.drives[d].gyroscope_bias[a];
       (*information)(at + 3 + a, at + 3 + a) = kAccelerometerWeight;
       (*gradient)[at + 3 + a] = kAccelerometerWeight * state.drives[d].accelerometer_bias[a];
-    }
-  }
-  if (layout.matrices < 0) return;
-  // Scale and misalignment of a per cent or two (0.02) are the rule; only what the motion shows moves
-  // further.
-  // from: standard, data sheets of consumer IMUs: 1 to 3 %.
-  constexpr double kMatrixWeight = 1.0 / (0.02 * 0.02);
-  int lower = layout.matrices + 9;
-  for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 3; ++c) {
-      const double identity = r == c ? 1.0 : 0.0;
-      (*information)(layout.matrices + 3 * r + c, layout.matrices + 3 * r + c) = kMatrixWeight;
-      (*gradient)[layout.matrices + 3 * r + c] = kMatrixWeight * (state.gyroscope_matrix(r, c) - identity);
-      if (c > r) continue;
-      (*information)(lower, lower) = kMatrixWeight;
-      (*gradient)[lower++] = kMatrixWeight * (state.accelerometer_matrix(r, c) - identity);
     }
   }
 }

@@ -64,10 +64,6 @@ void JudgeImuAgreement(const Dataset& dataset, const Adjustment& adjustment, Cal
 
 ImuAlignment AlignmentOf(const Adjustment& adjustment) {
   ImuAlignment alignment;
-  if (adjustment.problem.estimate_imu_matrices) {
-    alignment.axes = ImuAxes::kAccelerometer;
-    return alignment;
-  }
   for (int a = 0; a < 3; ++a) {
     alignment.estimated[a] = adjustment.problem.imu.alignment_held(a, a) < 0.5;
     if (alignment.estimated[a]) alignment.axes = ImuAxes::kGyroscope;

@@ -46,6 +46,7 @@ struct JointRounds {
   std::size_t points_per_scan = 0;  // that take part in the map
   bool alignment_tried = false;     // AlignmentReview::taken_back of an earlier round
   bool clocks_reviewed = false;     // for drift, a first time
+  bool matrices_judged = false;     // whether the IMU has errors of scale and shear
   bool noise_measured = false;      // Adjustment::noise_information is of these rounds
   bool ranges_measured = false;     // whether LiDARs' ranges err together (CorrectRanges)
   // By how many of its sigmas the last round moved the calibration where rounds were over before it was

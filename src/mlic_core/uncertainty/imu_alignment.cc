@@ -6,6 +6,7 @@
 
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/problem/layout.h"
+#include "mlic_core/sensors/imu_matrices.h"
 #include "mlic_core/uncertainty/observability.h"
 
 namespace mlic {
@@ -39,12 +40,12 @@ AlignmentReview ReviewAlignment(const JointProblem& problem, const CalibrationSt
   AlignmentReview review;
   review.covariance *= prior_sigma * prior_sigma;
   const Layout layout(state, problem.estimate_imu_matrices);
-  if (layout.matrices >= 0 || information.rows() != layout.calibration) return review;
+  if (information.rows() != layout.calibration) return review;
   const FreeAlignment free = CovarianceWithFreeAlignment(problem, state, information);
   const int at = layout.alignment;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(
       Eigen::Matrix3d(free.covariance.block<3, 3>(at, at)));
-  const Eigen::Vector3d found = Log(state.accelerometer_matrix);
+  const Eigen::Vector3d found = Log(SplitAccelerometerMatrix(state.accelerometer_matrix).rotation);
   review.held.setZero();
   review.covariance.setZero();
   for (int i = 0; i < 3; ++i) {

@@ -6,6 +6,7 @@
 #include "mlic_core/common/random.h"
 #include "mlic_core/evaluation/truth_comparison.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/sensors/imu_matrices.h"
 #include "support/sample_result.h"
 
 namespace mlic {
@@ -62,9 +63,9 @@ TEST(TruthComparison, TakesTheAxesThatTheResultHas) {
   const CalibrationResult truth = SampleResult();
   CalibrationResult result = truth;
   const Eigen::Quaterniond heading = ExpQuaternion({0.0, 0.0, 0.05});
-  const Eigen::Matrix3d found = truth.imu.accelerometer_matrix;
+  const RotationAndTriangle found = SplitAccelerometerMatrix(truth.imu.accelerometer_matrix);
   CalibrationResult turned = truth;
-  turned.imu.accelerometer_matrix = found * heading.toRotationMatrix();
+  turned.imu.accelerometer_matrix = found.rotation * heading.toRotationMatrix() * found.triangle;
   for (SensorResult& sensor : result.sensors) {
     RigidTransform& T = sensor.calibration.T_imu_sensor;
     T = {heading * T.rotation, heading * T.translation};
@@ -76,6 +77,24 @@ TEST(TruthComparison, TakesTheAxesThatTheResultHas) {
   result.alignment->held.clear();
   for (const PoseError& error : CompareWithTruth(result, turned).sensors) {
     EXPECT_NEAR(error.RotationDegrees(), 0.05 * 180.0 / M_PI, 1e-6);
+  }
+}
+
+// A truth whose gyroscope is turned is compared in the gyroscope's axes.
+TEST(TruthComparison, TakesTheGyroscopesAxesWhereItIsTurned) {
+  CalibrationResult result = SampleResult();
+  result.alignment->held.clear();
+  CalibrationResult truth = result;
+  const Eigen::Quaterniond turn = ExpQuaternion({0.004, -0.002, 0.003});
+  truth.imu.gyroscope_matrix *= turn.toRotationMatrix();
+  truth.imu.accelerometer_matrix *= turn.toRotationMatrix();
+  for (SensorResult& sensor : truth.sensors) {
+    RigidTransform& T = sensor.calibration.T_imu_sensor;
+    T = {turn.conjugate() * T.rotation, turn.conjugate() * T.translation};
+  }
+  for (const PoseError& error : CompareWithTruth(result, truth).sensors) {
+    EXPECT_LT(error.RotationDegrees(), 1e-6);
+    EXPECT_LT(error.translation.norm(), 1e-12);
   }
 }
 

@@ -175,7 +175,7 @@ TEST(ImuResidual, JacobianAgreesWithNumericOne) {
   columns.push_back(layout.knots + layout.gravity);
   columns.push_back(layout.knots + layout.lag);
   for (int i = 0; i < 3; ++i) columns.push_back(layout.knots + layout.alignment + i);
-  for (int i = 0; i < 15; ++i) columns.push_back(layout.knots + layout.matrices + i);
+  for (int i = 0; i < Layout::kOfMatrices; ++i) columns.push_back(layout.knots + layout.matrices + i);
   ExpectNumericJacobian(J, ImuResidual::kColumns, [&](int column, double step) {
     return evaluate(Moved(state, layout, columns[column], step), nullptr);
   });

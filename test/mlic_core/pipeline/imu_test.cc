@@ -63,6 +63,26 @@ TEST(TurnedAccelerometer, IsFoundWithinSigmasInNoise) {
   EXPECT_LT(result.alignment->sigma.maxCoeff(), 0.03 * kDegree);
 }
 
+// Scale and shear of 0.3 percent, which nothing says but the data.
+TEST(ScaledImu, IsFoundWhereTheRigFileAsksForBiasesAlone) {
+  sim::SensorSet sensors = ConfiguredSensors("handheld.yaml");
+  ImuCalibration& imu = sensors.imu.calibration;
+  imu.gyroscope_matrix << 1.003, 0.0, 0.0, -0.002, 0.996, 0.0, 0.004, -0.003, 1.002;
+  imu.accelerometer_matrix << 0.997, 0.004, -0.001, 0.003, 1.002, 0.002, -0.003, 0.001, 1.004;
+  const CalibrationResult result = CalibrateHandheld(sensors, 20.0, true);
+  ASSERT_TRUE(result.Trusted());
+  EXPECT_LT((result.imu.gyroscope_matrix - imu.gyroscope_matrix).cwiseAbs().maxCoeff(), 5e-4);
+  EXPECT_LT((result.imu.accelerometer_matrix - imu.accelerometer_matrix).cwiseAbs().maxCoeff(), 1.5e-3);
+  const SensorResult& lidar = result.sensors[0];
+  const RigidTransform &found = lidar.calibration.T_imu_sensor,
+                       &truth = sensors.lidars[0].calibration.T_imu_sensor;
+  const Eigen::Vector3d rotation = Log(found.rotation * truth.rotation.conjugate());
+  const Eigen::Vector3d translation = found.translation - truth.translation;
+  EXPECT_LT(rotation.cwiseQuotient(lidar.sigma.rotation).cwiseAbs().maxCoeff(), 4.0);
+  EXPECT_LT(translation.cwiseQuotient(lidar.sigma.translation).cwiseAbs().maxCoeff(), 4.0);
+  EXPECT_LT(rotation.norm() / kDegree, 0.03);
+}
+
 // Butterworth low-passes of second order delay slow signals by sqrt(2) / (2 pi cut-off).
 TEST(LaggingAccelerometer, IsFoundWhereItsFilterIsSlowerThanTheGyroscopes) {
   sim::SensorSet sensors = ConfiguredSensors("handheld.yaml");

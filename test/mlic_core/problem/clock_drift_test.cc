@@ -193,8 +193,8 @@ TEST_F(DriftingClocks, AreSeenByTheSolveThatTakesThemForConstant) {
   CalibrationState plain = state_;
   const SolveSummary unprobed = SolveJointProblem(problem_, 3, CancellationToken(), &plain);
   EXPECT_TRUE(unprobed.drifts.clocks.empty());
-  problem_.probed_clocks = {LidarId(0), CameraId(0)};
-  const SolveSummary summary = SolveJointProblem(problem_, 3, CancellationToken(), &state_);
+  const Probes probes{{LidarId(0), CameraId(0)}};
+  const SolveSummary summary = SolveJointProblem(problem_, 3, CancellationToken(), &state_, probes);
   EXPECT_FALSE(state_.lidars[0].clock_drift);
   EXPECT_FALSE(state_.cameras[0].sensor.clock_drift);
   EXPECT_NEAR(state_.lidars[0].time_offset, plain.lidars[0].time_offset, 1e-9);

@@ -52,7 +52,6 @@ std::string SigmaText(const PoseSigma& sigma) {
 std::string AlignmentText(const std::optional<ImuAlignment>& alignment) {
   if (!alignment) return "";
   std::string text = "  axes: " + ImuAxesNames()[static_cast<std::size_t>(alignment->axes)] + "\n";
-  if (alignment->axes == ImuAxes::kAccelerometer) return text;
   std::string held;
   for (const Eigen::Vector3d& axis : alignment->held) held += (held.empty() ? "" : ", ") + Fixed(axis);
   return text + "  alignment: {estimated: " + Flags(alignment->estimated) + ", held: [" + held +

@@ -13,7 +13,7 @@ const std::vector<std::string>& TypeNames() {
 }
 
 const std::vector<std::string>& ImuAxesNames() {
-  static const std::vector<std::string> names{"common", "gyroscope", "accelerometer"};
+  static const std::vector<std::string> names{"common", "gyroscope"};
   return names;
 }
 

@@ -1,0 +1,85 @@
+#include "mlic_core/pipeline/imu_review.h"
+
+#include <cmath>
+#include <cstdio>
+
+#include "mlic_core/geometry/so3.h"
+#include "mlic_core/problem/imu_terms.h"
+#include "mlic_core/sensors/imu_matrices.h"
+#include "mlic_core/uncertainty/imu_alignment.h"
+#include "mlic_core/uncertainty/imu_matrices.h"
+
+namespace mlic {
+
+void MeasureImuSigmas(const Dataset& dataset, Adjustment* adjustment) {
+  for (std::size_t d = 0; d < dataset.drives.size(); ++d) {
+    adjustment->problem.drives[d].imu_sigma =
+        MeasureImuSigma(EvaluateImuResiduals(dataset, adjustment->state, d),
+                        adjustment->state.drives[d].trajectory, adjustment->given_imu_sigma[d]);
+  }
+}
+
+bool ReviewAxes(const AdjustmentContext& context, bool many, Adjustment* adjustment) {
+  constexpr double kSame = 0.1;  // of projectors; from: guard, rounding and what a round moves
+  const AlignmentReview review =
+      ReviewAlignment(adjustment->problem, adjustment->state, ScaledInformation(*adjustment, context.dataset),
+                      context.rig.imu.alignment_sigma, !many || adjustment->rounds.alignment_tried);
+  adjustment->alignment_covariance = review.covariance;
+  adjustment->rounds.alignment_tried |= review.taken_back && many;
+  Eigen::Matrix3d& held = adjustment->problem.imu.alignment_held;
+  if ((review.held - held).norm() < kSame) return false;
+  held = review.held;
+  const RotationAndTriangle accelerometer = SplitAccelerometerMatrix(adjustment->state.accelerometer_matrix);
+  adjustment->state.accelerometer_matrix =
+      ExpMatrix((Eigen::Matrix3d::Identity() - held) * Log(accelerometer.rotation)) * accelerometer.triangle;
+  return true;
+}
+
+bool ReviewMatrices(const AdjustmentContext& context, Adjustment* adjustment) {
+  JointProblem& problem = adjustment->problem;
+  if (adjustment->rounds.matrices_judged || problem.estimate_imu_matrices) return false;
+  MatrixEvidence evidence =
+      EvidenceOfMatrices(problem, adjustment->state, adjustment->last_solve.imu_matrices,
+                         VarianceScale(*adjustment, context.dataset));
+  if (!evidence.IsShown()) return false;
+  adjustment->rounds.matrices_judged = true;
+  CovarianceScale scale;
+  MeasureScale({problem, adjustment->state}, *adjustment, &scale);
+  const double growth = scale.correlation / adjustment->scale.correlation;
+  evidence = EvidenceOfMatrices(problem, adjustment->state, adjustment->last_solve.imu_matrices,
+                                growth * VarianceScale(*adjustment, context.dataset));
+  if (!evidence.IsShown()) return false;
+  problem.estimate_imu_matrices = true;
+  problem.imu.matrix_sigma = evidence.sigma;
+  adjustment->rounds.noise_measured = false;
+  char text[160];
+  std::snprintf(text, sizeof(text), "the IMU's scale and axes are off by some %.2f %%: they are estimated",
+                100.0 * evidence.sigma);
+  context.monitor.line(text);
+  adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment);
+  return true;
+}
+
+void WeakenImuBySlowErrors(const AdjustmentContext& context, Adjustment* adjustment) {
+  bool weaker = false;
+  for (std::size_t d = 0; d < context.dataset.drives.size(); ++d) {
+    ImuSigma& sigma = adjustment->problem.drives[d].imu_sigma;
+    const ImuMeanExcess excess =
+        MeasureMeanExcess(EvaluateImuResiduals(context.dataset, adjustment->state, d), sigma);
+    adjustment->scale.imu.push_back(excess);
+    sigma.gyroscope *= std::sqrt(excess.variance[0]);
+    sigma.accelerometer *= std::sqrt(excess.variance[1]);
+    for (std::size_t sensor = 0; sensor < 2; ++sensor) {
+      if (excess.variance[sensor] <= 1.0) continue;
+      weaker = true;
+      char text[200];
+      std::snprintf(text, sizeof(text), "the %s errs by %.1f times its noise in means over %.0f s",
+                    sensor == 0 ? "gyroscope" : "accelerometer", std::sqrt(excess.variance[sensor]),
+                    excess.seconds[sensor]);
+      context.monitor.line(text);
+    }
+  }
+  if (weaker) adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment);
+}
+
+}  // namespace mlic

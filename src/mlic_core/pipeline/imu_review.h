@@ -1,0 +1,23 @@
+#pragma once
+
+#include "mlic_core/pipeline/adjustment_steps.h"
+
+namespace mlic {
+
+// The noise of the IMU that the last solve's residuals show.
+void MeasureImuSigmas(const Dataset& dataset, Adjustment* adjustment);
+
+// Decides which axes of the accelerometer's rotation to the gyroscope move in the next round; held ones are
+// the identity's. many: the map has settled. True if they are others than in this one.
+bool ReviewAxes(const AdjustmentContext& context, bool many, Adjustment* adjustment);
+
+// Decides whether scale and shear of the IMU are estimated (docs/method.md, section 10). A first look, with
+// sigmas that are too small, leaves most drives as they are. True if they are from now on; then the state has
+// been solved for anew.
+bool ReviewMatrices(const AdjustmentContext& context, Adjustment* adjustment);
+
+// What the IMU's slow errors, which single samples do not show, take from its say: to be measured once, as
+// with less say it contradicts the trajectory more. Solves once more where they take any.
+void WeakenImuBySlowErrors(const AdjustmentContext& context, Adjustment* adjustment);
+
+}  // namespace mlic

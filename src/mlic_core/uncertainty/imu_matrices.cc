@@ -1,0 +1,69 @@
+#include "mlic_core/uncertainty/imu_matrices.h"
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <vector>
+
+#include "mlic_core/problem/observability_limits.h"
+#include "mlic_core/problem/priors.h"
+#include "mlic_core/solver/submatrix.h"
+#include "mlic_core/uncertainty/intrinsics_observability.h"
+
+namespace mlic {
+namespace {
+
+// Information and gradient of the twelve entries from the data alone, all that moves beside them followed.
+struct MarginalEquations {
+  Eigen::MatrixXd information;
+  Eigen::VectorXd gradient;
+};
+
+MarginalEquations MarginalOfMatrices(JointProblem problem, const CalibrationState& state,
+                                     const MatrixProbe& probe, double scale) {
+  problem.estimate_imu_matrices = true;
+  const Layout layout(state, true);
+  Eigen::MatrixXd prior;
+  Eigen::VectorXd prior_gradient;
+  CalibrationPrior(problem, state, layout, &prior, &prior_gradient);
+  const std::vector<bool> moves = FreeCalibration(problem, layout);
+  const Eigen::VectorXd limits = CalibrationLimits(state, layout);
+  std::vector<int> others, matrices;
+  for (int i = 0; i < layout.calibration; ++i) {
+    const bool of_matrices = i >= layout.matrices && i < layout.matrices + Layout::kOfMatrices;
+    if (of_matrices) matrices.push_back(i);
+    if (!of_matrices && moves[i]) others.push_back(i);
+  }
+  const Eigen::MatrixXd data = probe.information / scale;
+  const Eigen::VectorXd gradient = probe.gradient / scale;
+  const Eigen::MatrixXd cross = Submatrix(data, matrices, others);
+  const Eigen::MatrixXd followed =
+      cross * InverseInLimits(Submatrix(data + prior, others), Rows(limits, others));
+  return {Submatrix(data, matrices) - followed * cross.transpose(),
+          Rows(gradient, matrices) - followed * Rows(gradient + probe.prior_gradient, others)};
+}
+
+}  // namespace
+
+MatrixEvidence EvidenceOfMatrices(const JointProblem& problem, const CalibrationState& state,
+                                  const MatrixProbe& probe, double scale) {
+  MatrixEvidence evidence;
+  if (probe.information.size() == 0) return evidence;
+  const MarginalEquations marginal = MarginalOfMatrices(problem, state, probe, scale);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
+      0.5 * (marginal.information + marginal.information.transpose()));
+  const Eigen::VectorXd information = eigen.eigenvalues().cwiseMax(0.0);
+  const Eigen::VectorXd gradient = eigen.eigenvectors().transpose() * marginal.gradient;
+  // Each direction's likelihood is that of a normal variable of variance 1 / information + sigma^2.
+  const auto gain = [&](double sigma) {
+    const Eigen::ArrayXd excess = 1.0 + sigma * sigma * information.array();
+    return (gradient.array().square() * sigma * sigma / excess - excess.log()).sum();
+  };
+  constexpr double kFinest = 1e-5, kCoarsest = 0.05;  // from: guard, of 1e-3 and 0.02, what IMUs have
+  constexpr double kStep = 1.1;                       // from: guard, the likelihood is flat there
+  for (double sigma = kFinest; sigma < kCoarsest; sigma *= kStep) {
+    if (gain(sigma) > evidence.gain) evidence = {sigma, gain(sigma)};
+  }
+  return evidence;
+}
+
+}  // namespace mlic

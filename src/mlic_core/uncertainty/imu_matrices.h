@@ -1,0 +1,22 @@
+#pragma once
+
+#include "mlic_core/problem/joint_solver.h"
+
+namespace mlic {
+
+// What a drive says of scale and shear of its IMU.
+struct MatrixEvidence {
+  double sigma = 0.0;  // of their entries, as the data have it; 0: they show none
+  double gain = 0.0;   // twice the logarithm of the likelihood's ratio to an IMU without such errors
+
+  // Beyond three sigmas.
+  bool IsShown() const { return gain > 9.0; }
+};
+
+// The entries of both triangles (Layout) as draws from a normal distribution about none, whose sigma is the
+// unknown: the likelihood's maximum over it, all else of the calibration left free (empirical Bayes;
+// docs/method.md, section 10). scale: of the variances. None where no matrices were probed.
+MatrixEvidence EvidenceOfMatrices(const JointProblem& problem, const CalibrationState& state,
+                                  const MatrixProbe& probe, double scale);
+
+}  // namespace mlic

@@ -1,0 +1,82 @@
+#include "mlic_core/uncertainty/imu_matrices.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "mlic_core/common/random.h"
+#include "mlic_core/problem/layout.h"
+
+namespace mlic {
+namespace {
+
+// One LiDAR; a probe that shows every second entry of the IMU's triangles to `shown`, the others not at all.
+class ProbedImu : public testing::Test {
+ protected:
+  ProbedImu() {
+    state_.lidars.resize(1);
+    state_.drives.resize(1);
+    const UniformKnots knots = UniformKnots::Covering(0.0, 1.0, 0.5);
+    state_.drives[0].trajectory = {
+        So3Spline(knots, std::vector<Eigen::Quaterniond>(knots.count, Eigen::Quaterniond::Identity())),
+        PositionSpline(knots, std::vector<Eigen::Vector3d>(knots.count, Eigen::Vector3d::Zero()))};
+    problem_.lidars.resize(1);
+  }
+  // size: of the errors, beside the noise of the data. imitated: the LiDAR's rotation can look like the first
+  // three entries.
+  MatrixEvidence Evidence(double size, double shown, std::uint64_t seed, bool imitated = false) const {
+    Random random(seed);
+    const Layout layout(state_, true);
+    MatrixProbe probe;
+    probe.information = Eigen::MatrixXd::Zero(layout.calibration, layout.calibration);
+    probe.information.diagonal().setConstant(1e8);
+    probe.gradient = probe.prior_gradient = Eigen::VectorXd::Zero(layout.calibration);
+    const double information = 1.0 / (shown * shown);
+    for (int i = 0; i < Layout::kOfMatrices; ++i) {
+      const int at = layout.matrices + i;
+      const double error = size * random.Normal() + shown * random.Normal();
+      const bool is_shown = imitated ? i < 3 : i % 2 == 0;
+      probe.information(at, at) = is_shown ? information : 0.0;
+      probe.gradient[at] = is_shown ? -information * error : 0.0;
+      if (!imitated || !is_shown) continue;
+      probe.information(at, i) = probe.information(i, at) = probe.information(i, i) = information;
+      probe.gradient[i] = probe.gradient[at];
+    }
+    return EvidenceOfMatrices(problem_, state_, probe, 1.0);
+  }
+
+  JointProblem problem_;
+  CalibrationState state_;
+};
+
+TEST_F(ProbedImu, WithoutErrorsHasNone) {
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    EXPECT_FALSE(Evidence(0.0, 1e-3, seed).IsShown()) << "seed " << seed;
+  }
+}
+
+TEST_F(ProbedImu, WithErrorsHasTheirSize) {
+  double sum = 0.0;
+  constexpr int kDraws = 20;
+  for (std::uint64_t seed = 1; seed <= kDraws; ++seed) {
+    const MatrixEvidence evidence = Evidence(5e-3, 3e-4, seed);
+    EXPECT_TRUE(evidence.IsShown()) << "seed " << seed;
+    sum += evidence.sigma * evidence.sigma;
+  }
+  EXPECT_NEAR(std::sqrt(sum / kDraws), 5e-3, 1e-3);
+}
+
+TEST_F(ProbedImu, WithErrorsThatTheDriveDoesNotShowHasNone) {
+  EXPECT_FALSE(Evidence(5e-3, 0.05, 3).IsShown());
+}
+
+TEST_F(ProbedImu, WithErrorsThatASensorImitatesHasNone) {
+  EXPECT_FALSE(Evidence(5e-3, 3e-4, 3, true).IsShown());
+}
+
+TEST_F(ProbedImu, ThatWasNotProbedHasNone) {
+  EXPECT_FALSE(EvidenceOfMatrices(problem_, state_, {}, 1.0).IsShown());
+}
+
+}  // namespace
+}  // namespace mlic
