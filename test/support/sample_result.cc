@@ -165,12 +165,12 @@ CalibrationResult SampleResult() {
   rotation.directions = 2;
   rotation.deviation = 0.6;
   rotation.largest = 1.0;
-  result.halves = {{"front_lidar", {rotation}}};
+  result.halves = {{"front_lidar", DriveParts::kEnd, {rotation}}};
   result.imu_frame_id = "imu_link";
   Random random(3);
   result.imu.gyroscope_bias = NormalVector(random, 0.002);
   result.imu.accelerometer_bias = NormalVector(random, 0.05);
-  result.imu.gyroscope_matrix(0, 1) = 0.0021;
+  result.imu.gyroscope_matrix(1, 0) = 0.0021;
   result.imu.accelerometer_matrix(1, 0) = -0.0034;
   result.alignment =
       ImuAlignment{ImuAxes::kGyroscope, {true, true, false}, {{0.0, 0.0, 1.0}}, {1e-3, 2e-3, 1.7e-2}};

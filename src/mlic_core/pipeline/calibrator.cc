@@ -165,9 +165,10 @@ void HalvesStage(const StageContext& context, Adjustment* adjustment) {
   if (adjustment->halves.empty()) stage.Line("not compared: the equations of one have no solution");
   const SensorOrder order = adjustment->state.Sensors();
   for (std::size_t s = 0; s < adjustment->halves.size(); ++s) {
-    const std::string difference = Describe(adjustment->halves[s]);
+    const SensorHalves& sensor = adjustment->halves[s];
+    const std::string difference = Describe(sensor);
     if (difference.empty()) continue;
-    stage.Line(NameOf(order.At(s), context.rig) + ": they differ in " + difference);
+    stage.Line(NameOf(order.At(s), context.rig) + ": " + NameOf(sensor.parts) + " differ in " + difference);
   }
 }
 

@@ -40,14 +40,14 @@ struct HeldOutMatches {
   double rms = 0.0;
 };
 
-// By how much two halves of the drive, calibrated apart, differ in one quantity of a sensor: the second minus
-// the first. Of parameters that a half alone does not show, sigma is zero.
+// By how much two parts of the drive, calibrated apart, differ in one quantity of a sensor: the later minus
+// the earlier. Of parameters that a part alone does not show, sigma is zero.
 struct HalvesDifference {
   enum class Quantity { kRotation, kTranslation, kTimeOffset, kIntrinsics };
   Quantity quantity = Quantity::kRotation;
   std::vector<double> difference;  // rad (small left rotation), m, s; of intrinsics each in its own unit
   std::vector<double> sigma;       // of the difference
-  int directions = 0;              // that both halves show
+  int directions = 0;              // that both parts show
   // What a normal variable exceeds, in its sigmas, as rarely as these directions together differ by so much.
   double deviation = 0.0;
   double largest = 0.0;  // of the single parameters, in sigmas
@@ -55,9 +55,27 @@ struct HalvesDifference {
   double Worst() const { return std::max(deviation, largest); }
 };
 
-// Of one sensor; quantities that a half alone does not show are left out.
+// Which parts of a drive were calibrated apart: its halves; its first quarter and its second half; its first
+// half and its last quarter.
+enum class DriveParts { kHalves, kBeginning, kEnd };
+
+// For people.
+inline std::string NameOf(DriveParts parts) {
+  switch (parts) {
+    case DriveParts::kHalves:
+      return "first and second half";
+    case DriveParts::kBeginning:
+      return "first quarter and second half";
+    case DriveParts::kEnd:
+      return "first half and last quarter";
+  }
+  return "";
+}
+
+// Of one sensor; quantities that a part alone does not show are left out.
 struct SensorHalves {
   std::string sensor;  // its name
+  DriveParts parts = DriveParts::kHalves;
   std::vector<HalvesDifference> quantities;
 };
 
@@ -207,7 +225,7 @@ enum class Verdict {
 };
 
 // Whose axes the IMU's are. common: gyroscope and accelerometer are taken for aligned.
-enum class ImuAxes { kCommon, kGyroscope, kAccelerometer };
+enum class ImuAxes { kCommon, kGyroscope };
 
 // How well the accelerometer's axes are known against the gyroscope's (a small left rotation of
 // accelerometer_matrix, rad), and about which axes of the IMU that rotation was estimated. held: unit vectors

@@ -301,8 +301,8 @@ void AddWhiteness(const Judged& judged, const std::string& name, std::vector<Qua
   }
 }
 
-// Whether the first and the second half of the drive give the same calibration of a sensor. limit: by chance,
-// of all sensors' comparisons.
+// Whether parts of the drive give the same calibration of a sensor. limit: by chance, of all sensors'
+// comparisons.
 void AddHalves(const std::string& name, const SensorHalves& halves, double limit,
                std::vector<QualityCheck>* checks) {
   if (halves.quantities.empty()) return;
@@ -313,7 +313,7 @@ void AddHalves(const std::string& name, const SensorHalves& halves, double limit
   check.limit = limit;
   check.unit = "sigma";
   check.refuses = true;
-  check.failure = name + ": the first and the second half of the drive do not agree on it: they differ in " +
+  check.failure = name + ": " + NameOf(halves.parts) + " of the drive do not agree on it: they differ in " +
                   Describe(halves);
   check.remedy =
       "check that its mount, its clock and the IMU are the same all the time; record again, or only the part "

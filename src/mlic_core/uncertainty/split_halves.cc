@@ -19,16 +19,18 @@ namespace {
 
 using Quantity = HalvesDifference::Quantity;
 
-// What both halves say of each calibration parameter (Layout).
+constexpr std::size_t kComparisons = 3;  // DriveParts; from: structural
+
+// What two parts say of each calibration parameter (Layout).
 struct Compared {
   Eigen::VectorXd difference;
   Eigen::MatrixXd covariance;                         // of the difference
-  Eigen::MatrixXd first_from_data, second_from_data;  // covariances of the halves without the guesses
+  Eigen::MatrixXd first_from_data, second_from_data;  // covariances of the parts without the guesses
   std::vector<bool> free_calibration;
   Eigen::VectorXd limits;
 };
 
-// growth: of both halves together, as few groups of observations are in one. share: of the whole's
+// growth: of both parts together, as few groups of observations are in one. share: of the whole's
 // information.
 Inflation InflationOf(const Adjustment& adjustment, const HalfCalibration& half,
                       const Eigen::VectorXd& growth, double share) {
@@ -72,28 +74,31 @@ double InformationOf(const HalfCalibration& half, const Eigen::VectorXd& limits)
   return half.information.diagonal().dot(limits.cwiseAbs2());
 }
 
+// of_whole: InformationOf both halves.
 Compared Compare(const Adjustment& adjustment, const HalfCalibration& first, const HalfCalibration& second,
-                 double scale) {
+                 double of_whole, double scale) {
   const Layout layout(adjustment.state, adjustment.problem.estimate_imu_matrices);
   Compared compared;
   compared.limits = CalibrationLimits(adjustment.state, layout);
   compared.free_calibration = FreeCalibration(adjustment.problem, layout);
   compared.difference = second.moved - first.moved;
   compared.covariance = Eigen::MatrixXd::Zero(layout.calibration, layout.calibration);
-  const double of_first = InformationOf(first, compared.limits);
-  const double share = of_first / std::max(1e-300, of_first + InformationOf(second, compared.limits));
+  const auto share_of = [&](const HalfCalibration& part) {
+    return InformationOf(part, compared.limits) / std::max(1e-300, of_whole);
+  };
+  const double of_first = share_of(first), of_second = share_of(second);
   const Eigen::VectorXd growth =
       first.cameras.IsEmpty() || second.cameras.IsEmpty()
           ? Eigen::VectorXd()
           : (0.5 * (first.cameras.growth.cwiseAbs2() + second.cameras.growth.cwiseAbs2())).cwiseSqrt().eval();
   const Eigen::MatrixXd by_first =
-      AddHalf(adjustment, first, scale, share, InflationOf(adjustment, first, growth, share), &compared,
+      AddHalf(adjustment, first, scale, of_first, InflationOf(adjustment, first, growth, of_first), &compared,
               &compared.first_from_data);
   const Eigen::MatrixXd by_second =
-      AddHalf(adjustment, second, scale, 1.0 - share, InflationOf(adjustment, second, growth, 1.0 - share),
+      AddHalf(adjustment, second, scale, of_second, InflationOf(adjustment, second, growth, of_second),
               &compared, &compared.second_from_data);
   compared.covariance *= CorrelationOf(adjustment, first, second) / adjustment.scale.correlation;
-  // The priors err alike in both: only what the halves follow them differently by is left.
+  // The priors err alike in both: only what the parts follow them differently by is left.
   const Eigen::MatrixXd unlike = by_first - by_second;
   compared.covariance += unlike * first.prior * unlike;
   return compared;
@@ -195,7 +200,7 @@ SensorHalves CompareSensor(const Adjustment& adjustment, const Layout& layout, c
 
 }  // namespace
 
-Halves CutByTurning(const CalibrationState& state) {
+Halves CutByTurning(const CalibrationState& state, double share) {
   constexpr double kStep = 0.05;  // s; from: structural, finer than turns
   std::vector<double> turned{0.0};
   struct Place {
@@ -210,7 +215,7 @@ Halves CutByTurning(const CalibrationState& state) {
       places.push_back({d, t});
     }
   }
-  const auto half = std::lower_bound(turned.begin() + 1, turned.end() - 1, 0.5 * turned.back());
+  const auto half = std::lower_bound(turned.begin() + 1, turned.end() - 1, share * turned.back());
   const Place cut = places[static_cast<std::size_t>(half - turned.begin()) - 1];
   Halves halves;
   for (std::size_t d = 0; d < state.drives.size(); ++d) {
@@ -227,16 +232,30 @@ std::vector<SensorHalves> CompareHalves(const Adjustment& adjustment, const Data
   const CalibrationState& state = adjustment.state;
   const Layout layout(state, adjustment.problem.estimate_imu_matrices);
   const double scale = VarianceScale(adjustment, dataset);
-  const Halves halves = CutByTurning(state);
-  const std::optional<HalfCalibration> first = CalibrateHalf(adjustment, scale, halves.first, cancellation);
+  const Halves halves = CutByTurning(state, 0.5);
+  const auto calibrate = [&](const std::vector<TimeInterval>& part) {
+    return CalibrateHalf(adjustment, scale, part, cancellation);
+  };
+  const std::optional<HalfCalibration> first = calibrate(halves.first);
   if (!first) return {};
-  const std::optional<HalfCalibration> second = CalibrateHalf(adjustment, scale, halves.second, cancellation);
+  const std::optional<HalfCalibration> second = calibrate(halves.second);
   if (!second) return {};
-  const Compared compared = Compare(adjustment, *first, *second, scale);
-  std::vector<SensorHalves> sensors;
-  for (std::size_t s = 0; s < layout.order.size(); ++s) {
-    sensors.push_back(CompareSensor(adjustment, layout, compared, layout.order.At(s)));
-  }
+  const Eigen::VectorXd limits = CalibrationLimits(state, layout);
+  const double of_whole = InformationOf(*first, limits) + InformationOf(*second, limits);
+  std::vector<SensorHalves> sensors(layout.order.size());
+  const auto compare = [&](DriveParts parts, const std::optional<HalfCalibration>& earlier,
+                           const std::optional<HalfCalibration>& later) {
+    if (!earlier || !later) return;
+    const Compared compared = Compare(adjustment, *earlier, *later, of_whole, scale);
+    for (std::size_t s = 0; s < sensors.size(); ++s) {
+      SensorHalves sensor = CompareSensor(adjustment, layout, compared, layout.order.At(s));
+      sensor.parts = parts;
+      if (parts == DriveParts::kHalves || WorstOf(sensor) > WorstOf(sensors[s])) sensors[s] = sensor;
+    }
+  };
+  compare(DriveParts::kHalves, first, second);
+  compare(DriveParts::kBeginning, calibrate(CutByTurning(state, 0.25).first), second);
+  compare(DriveParts::kEnd, first, calibrate(CutByTurning(state, 0.75).second));
   return sensors;
 }
 
@@ -250,7 +269,7 @@ double LargestByChance(const std::vector<SensorHalves>& sensors) {
     for (const HalvesDifference& difference : sensor.quantities) {
       const auto& sigma = difference.sigma;
       const auto shown = std::count_if(sigma.begin(), sigma.end(), [](double s) { return s > 0.0; });
-      comparisons += 1 + (sigma.size() > 1 ? static_cast<std::size_t>(shown) : 0);
+      comparisons += kComparisons * (1 + (sigma.size() > 1 ? static_cast<std::size_t>(shown) : 0));
     }
   }
   return StudentDeviation(kFalseAlarms / static_cast<double>(std::max<std::size_t>(1, comparisons)),

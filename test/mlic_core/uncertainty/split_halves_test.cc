@@ -51,7 +51,7 @@ DriveState TurningFrom(double begin, double end) {
 TEST(CutByTurning, LeavesHalfOfTheTurningOnEitherSide) {
   CalibrationState state;
   state.drives = {TurningFrom(12.0, 18.0)};
-  const Halves halves = CutByTurning(state);
+  const Halves halves = CutByTurning(state, 0.5);
   ASSERT_EQ(halves.first.size(), 1u);
   EXPECT_EQ(halves.first[0].start, 0.0);
   EXPECT_NEAR(halves.first[0].end, 15.0, 0.1);
@@ -62,7 +62,7 @@ TEST(CutByTurning, LeavesHalfOfTheTurningOnEitherSide) {
 TEST(CutByTurning, LeavesWholeDrivesTogether) {
   CalibrationState state;
   state.drives = {TurningFrom(0.0, 4.0), TurningFrom(0.0, 20.0), TurningFrom(19.0, 20.0)};
-  const Halves halves = CutByTurning(state);
+  const Halves halves = CutByTurning(state, 0.5);
   EXPECT_EQ(halves.first[0].Duration(), 20.0);
   EXPECT_EQ(halves.second[0].Duration(), 0.0);
   EXPECT_NEAR(halves.first[1].end, 8.5, 0.1);
@@ -70,15 +70,15 @@ TEST(CutByTurning, LeavesWholeDrivesTogether) {
   EXPECT_EQ(halves.second[2].Duration(), 20.0);
 }
 
-// Rounds of landmarks and solve, as the joint calibration's, of a camera that turns by so much in the middle
-// of the drive.
-Adjustment AdjustLoose(double degrees, CameraWithImu* c) {
+// Rounds of landmarks and solve, as the joint calibration's, of a camera that turns by so much when this
+// share of the drive is over.
+Adjustment AdjustLoose(double degrees, double share, CameraWithImu* c) {
   const CameraIntrinsics lens = CameraOfCameraWithImu().intrinsics;
   const Eigen::Matrix3d turn = ExpMatrix(M_PI / 180.0 * degrees * Eigen::Vector3d::UnitY());
   *c = MakeCameraWithImu(2, 2000, [&](double time, const Eigen::Vector2d& pixel) -> Eigen::Vector2d {
     Eigen::Vector3d bearing;
     Eigen::Vector2d turned;
-    if (time < 0.5 * kCameraWithImuDuration || !Unproject(lens, pixel, &bearing) ||
+    if (time < share * kCameraWithImuDuration || !Unproject(lens, pixel, &bearing) ||
         !Project(lens, turn * bearing, &turned)) {
       return Eigen::Vector2d::Zero();
     }
@@ -110,16 +110,16 @@ Adjustment AdjustLoose(double degrees, CameraWithImu* c) {
   return adjustment;
 }
 
-std::vector<SensorHalves> HalvesOfLoose(double degrees) {
+std::vector<SensorHalves> HalvesOfLoose(double degrees, double share) {
   CameraWithImu c;
-  const Adjustment adjustment = AdjustLoose(degrees, &c);
+  const Adjustment adjustment = AdjustLoose(degrees, share, &c);
   std::vector<SensorHalves> halves = CompareHalves(adjustment, c.dataset, CancellationToken());
   for (const SensorHalves& sensor : halves) std::printf("%.1f deg: %s\n", degrees, Describe(sensor).c_str());
   return halves;
 }
 
 TEST(CompareHalves, OfAFirmCameraAgree) {
-  const std::vector<SensorHalves> halves = HalvesOfLoose(0.0);
+  const std::vector<SensorHalves> halves = HalvesOfLoose(0.0, 0.5);
   ASSERT_EQ(halves.size(), 1u);
   EXPECT_EQ(halves[0].quantities.size(), 4u);
   EXPECT_LT(WorstOf(halves[0]), LargestByChance(halves));
@@ -128,7 +128,7 @@ TEST(CompareHalves, OfAFirmCameraAgree) {
 // The calibration sides with one half, and what it makes of the other's landmarks tells less and less of it.
 TEST(CompareHalves, OfACameraThatComesLooseDiffer) {
   for (const double degrees : {1.0, 3.0}) {
-    const std::vector<SensorHalves> halves = HalvesOfLoose(degrees);
+    const std::vector<SensorHalves> halves = HalvesOfLoose(degrees, 0.5);
     ASSERT_EQ(halves.size(), 1u);
     EXPECT_GT(WorstOf(halves[0]), 1.5 * LargestByChance(halves)) << degrees;
     const HalvesDifference& rotation = halves[0].quantities[0];
@@ -137,6 +137,16 @@ TEST(CompareHalves, OfACameraThatComesLooseDiffer) {
         Eigen::Vector3d(rotation.difference[0], rotation.difference[1], rotation.difference[2]).norm() *
         180.0 / M_PI;
     EXPECT_NEAR(turned, degrees, 0.1 * degrees);
+  }
+}
+
+// The half in which it turns sides with its own larger piece.
+TEST(CompareHalves, OfACameraThatComesLooseLateOrEarlyDiffer) {
+  for (const double share : {0.25, 0.8}) {
+    const std::vector<SensorHalves> halves = HalvesOfLoose(1.0, share);
+    ASSERT_EQ(halves.size(), 1u);
+    EXPECT_EQ(halves[0].parts, share < 0.5 ? DriveParts::kBeginning : DriveParts::kEnd) << share;
+    EXPECT_GT(WorstOf(halves[0]), LargestByChance(halves)) << share;
   }
 }
 

@@ -83,7 +83,7 @@ std::string MeaningOf(const std::string& check) {
       {"agreement_with_guess", "distance from the rig file's guess, in the guess's sigmas"},
       {"stamps", "time errors of scans or images beyond their noise"},
       {"whiteness", "what the residuals of one sixtieth of the drive have in common"},
-      {"halves", "by how much the two halves of the drive, calibrated apart, differ"},
+      {"halves", "by how much two parts of the drive, calibrated apart, differ"},
       {"coverage_image", "share of the image in which landmarks are seen"},
       {"reprojection_spread", "scatter of the reprojection errors against the noise of the features"},
       {"coverage_directions",

@@ -227,21 +227,22 @@ std::string HalvesTable(const CalibrationResult& result) {
   if (result.halves.empty()) return "";
   using Quantity = HalvesDifference::Quantity;
   std::string html =
-      "<div class=\"wide\"><table><tr><th>sensor</th><th>rot x, m&deg;</th><th>rot y, m&deg;</th>"
+      "<div class=\"wide\"><table><tr><th>sensor</th><th>parts</th><th>rot x, m&deg;</th><th>rot y, "
+      "m&deg;</th>"
       "<th>rot z, m&deg;</th><th>&sigma;s</th><th>x, mm</th><th>y, mm</th><th>z, mm</th><th>&sigma;s</th>"
       "<th>time offset, ms</th><th>&sigma;s</th><th>intrinsics, &sigma;s</th></tr>\n";
   for (const SensorHalves& sensor : result.halves) {
-    html += "<tr>" + Cell(EscapeXml(sensor.sensor)) +
+    html += "<tr>" + Cell(EscapeXml(sensor.sensor)) + Cell(NameOf(sensor.parts)) +
             DifferenceCells(sensor, Quantity::kRotation, 3, 1e-3 / kDegreesPerRadian) +
             DifferenceCells(sensor, Quantity::kTranslation, 3, 1e-3) +
             DifferenceCells(sensor, Quantity::kTimeOffset, 1, 1e-3) +
             DifferenceCells(sensor, Quantity::kIntrinsics, 0, 1.0) + "</tr>\n";
   }
   return html +
-         "</table></div>\n<p class=\"note\">The drive was cut in two, each half with half of the turning, "
-         "and every sensor calibrated from each half alone: the second minus the first, with the sigma of "
-         "the difference. &sigma;s: how unlikely the quantity's difference is, as a deviation of one normal "
-         "variable. What a half alone does not show is left out.</p>\n";
+         "</table></div>\n<p class=\"note\">Halves and quarters of the drive, as the rig turns, were "
+         "calibrated from their own data alone; of each sensor those two that differ most: the later minus "
+         "the earlier, with the sigma of the difference. &sigma;s: how unlikely the quantity's difference "
+         "is, as a deviation of one normal variable. What a part alone does not show is left out.</p>\n";
 }
 
 std::string ImuTable(const CalibrationResult& result) {
