@@ -3,7 +3,8 @@ parameter.
 
 Errors are taken along the axes that the file's sigmas belong to (docs/outputs.md): translations and rotations along the
 axes of the IMU, of pairs along those of the first sensor. Directions that the result marks as not observable stand at the
-guess: they are left out, as are intrinsics that were held.
+guess: they are left out, as are intrinsics that were held, and the distortion where a coefficient of it was held at
+another value than the true one.
 """
 
 import math
@@ -164,7 +165,12 @@ def add_intrinsics(collected, found, truth):
         return
     pairs = zip(found['intrinsics']['params'], truth['intrinsics']['params'], found['intrinsics_sigma'])
     errors = [(a - b, s) for a, b, s in pairs]
+    held = [s == 0.0 and a != b for a, b, s in zip(found['intrinsics']['params'], truth['intrinsics']['params'],
+                                                   found['intrinsics_sigma'])]
     for name, part in [('focal', errors[:2]), ('center', errors[2:4]), ('distortion', errors[4:])]:
+        # Coefficients that stand beside ones held elsewhere than the truth has them make up for these.
+        if name == 'distortion' and any(held[4:]):
+            continue
         # Held parameters have no sigma.
         collected.add(f'camera_{name}', [e for e, _ in part], [s for _, s in part], [True] * len(part))
     readouts = [sensor.get('rolling_shutter_readout') for sensor in (found, truth)]

@@ -128,7 +128,7 @@ void MeasureScale(const LinearizedProblem& linearized, const Adjustment& adjustm
   if (adjustment.rounds.landmarks == Landmarks::kNone) return;
   scale->inflation.cameras = MeasureCameraInflation(
       linearized, adjustment.cameras.landmark_options,
-      AnalyzeCalibration(problem, state, adjustment.last_solve.information).solved_covariance);
+      AnalyzeCalibration(problem, state, LastInformation(adjustment)).solved_covariance);
 }
 
 void ShowAdjustment(const AdjustmentContext& context, const std::string& stage, int iteration,

@@ -44,8 +44,15 @@ double VarianceScale(const Adjustment& adjustment, const Dataset& dataset) {
   return scatter * adjustment.scale.correlation * (1.0 + unsettled * unsettled);
 }
 
-Eigen::MatrixXd ScaledInformation(const Adjustment& adjustment, const Dataset& dataset) {
+Eigen::MatrixXd LastInformation(const Adjustment& adjustment) {
   const Eigen::MatrixXd& information = adjustment.last_solve.information;
+  if (information.size() > 0) return information;
+  const int size = Layout(adjustment.state, adjustment.problem.estimate_imu_matrices).calibration;
+  return Eigen::MatrixXd::Zero(size, size);
+}
+
+Eigen::MatrixXd ScaledInformation(const Adjustment& adjustment, const Dataset& dataset) {
+  const Eigen::MatrixXd information = LastInformation(adjustment);
   const Eigen::MatrixXd& noise = adjustment.noise_information;
   const double scale = VarianceScale(adjustment, dataset);
   if (noise.rows() != information.rows()) return information / scale;  // not measured of these parameters

@@ -99,6 +99,9 @@ struct Adjustment {
 // where that is above one, the points' correlation, and what rounds still differ by.
 double VarianceScale(const Adjustment& adjustment, const Dataset& dataset);
 
+// The last solve's information of the calibration; zero where only damped steps had a solution.
+Eigen::MatrixXd LastInformation(const Adjustment& adjustment);
+
 // The last solve's information of the calibration without what of it is the noise's, divided by the
 // VarianceScale.
 Eigen::MatrixXd ScaledInformation(const Adjustment& adjustment, const Dataset& dataset);

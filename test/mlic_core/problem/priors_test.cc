@@ -41,6 +41,12 @@ TEST(CalibrationPrior, DrawsPixelsToSquareWhereDataSayLittle) {
   EXPECT_EQ(Step(state, 100.0, false).norm(), 0.0);
 }
 
+// As far off as a car's vertical focal length comes out, which its little pitch tells.
+TEST(CalibrationPrior, DrawsPixelsToSquareFromAfar) {
+  const Eigen::Vector2d far = Step(WithFocalLengths(498.0, 479.0), 3.0);
+  EXPECT_NEAR(far[1] - far[0], 19.0, 0.5);
+}
+
 TEST(CalibrationPrior, LeavesAnamorphicPixelsAlone) {
   EXPECT_EQ(Step(WithFocalLengths(500.0, 540.0), 100.0).norm(), 0.0);
 }

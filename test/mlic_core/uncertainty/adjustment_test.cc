@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -49,6 +50,13 @@ TEST_F(OneCamera, AnOffsetThatMovesFasterThanClocksDoIsUnsureByThat) {
   EXPECT_NEAR(of_clock, 1e-3, 1e-5);
   Drift(-2e-4);
   EXPECT_NEAR(OffsetSigma(), std::hypot(of_clock, 2e-4 * kDuration / std::sqrt(12.0)), 1e-5);
+}
+
+TEST_F(OneCamera, ThatNoSolveHasSeenIsNotShown) {
+  const ObservabilityAnalysis analysis = Analyze(adjustment_, dataset_);
+  ASSERT_EQ(analysis.sensors.size(), 1u);
+  EXPECT_FALSE(analysis.sensors[0].time_offset);
+  EXPECT_EQ(analysis.sensors[0].rotation, (std::array<bool, 3>{false, false, false}));
 }
 
 TEST_F(OneCamera, AStepThatWasRefusedIsStillToGo) {
