@@ -53,8 +53,9 @@ bool ReviewMatrices(const AdjustmentContext& context, Adjustment* adjustment) {
   problem.imu.matrix_sigma = evidence.sigma;
   adjustment->rounds.noise_measured = false;
   char text[160];
-  std::snprintf(text, sizeof(text), "the IMU's scale and axes are off by some %.2f %%: they are estimated",
-                100.0 * evidence.sigma);
+  std::snprintf(text, sizeof(text),
+                "the IMU's scale and axes are off by some %.2f %% (%.0f sigmas): they are estimated",
+                100.0 * evidence.sigma, std::sqrt(evidence.gain));
   context.monitor.line(text);
   adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment);
   return true;
