@@ -149,7 +149,7 @@ TEST(SensorSet, EveryShippedFileLoads) {
     SCOPED_TRACE(entry.path().string());
     const SensorSet set = LoadSensorSet(entry.path());
     EXPECT_GT(set.imu.noise.gyroscope, 0.0);
-    EXPECT_TRUE(set.imu.calibration.accelerometer_matrix.isLowerTriangular());
+    EXPECT_TRUE(set.imu.calibration.gyroscope_matrix.isLowerTriangular());
     for (const SimulatedCamera& camera : set.cameras) {
       SCOPED_TRACE(camera.name);
       // The double sphere of the set has an image circle within its image.
