@@ -39,7 +39,9 @@ TEST(Report, ShowsTheChecksThatFailedFirst) {
   EXPECT_LT(html.find("<b>coverage_image</b>"), html.find("<b>convergence</b>"));
   EXPECT_TRUE(Contains(html, "turn so that structure crosses all of it"));
   EXPECT_TRUE(Contains(html, "share of the image in which landmarks are seen"));
-  EXPECT_TRUE(Contains(html, "<td>front_lidar</td><td class=\"n\">5.73<small>&plusmn; 11.46</small>"));
+  EXPECT_TRUE(Contains(html,
+                       "<td>front_lidar</td><td>first half and last quarter</td><td class=\"n\">5.73"
+                       "<small>&plusmn; 11.46</small>"));
 }
 
 // Twenty sensors do not make twenty rows of one check, before they are unfolded.
