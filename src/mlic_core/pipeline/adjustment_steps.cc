@@ -115,7 +115,7 @@ SolveSummary SolveAdjustment(const CancellationToken& cancellation, Adjustment* 
   return summary;
 }
 
-void MeasureScale(const LinearizedProblem& linearized, const Adjustment& adjustment, CovarianceScale* scale) {
+void MeasureCorrelation(const Adjustment& adjustment, CovarianceScale* scale) {
   const JointProblem& problem = adjustment.problem;
   const CalibrationState& state = adjustment.state;
   scale->correlation = CorrelationFactor(problem.drives, state);
@@ -123,6 +123,12 @@ void MeasureScale(const LinearizedProblem& linearized, const Adjustment& adjustm
   for (std::size_t l = 0; l < state.lidars.size(); ++l) {
     scale->correlation = std::max(scale->correlation, scale->stamps[l].excess);
   }
+}
+
+void MeasureScale(const LinearizedProblem& linearized, const Adjustment& adjustment, CovarianceScale* scale) {
+  const JointProblem& problem = adjustment.problem;
+  const CalibrationState& state = adjustment.state;
+  MeasureCorrelation(adjustment, scale);
   scale->inflation.points = ScatterOfPoints(linearized, scale->correlation);
   scale->inflation.points += ScatterOfRanges(problem, state);
   if (adjustment.rounds.landmarks == Landmarks::kNone) return;

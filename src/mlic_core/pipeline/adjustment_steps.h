@@ -51,6 +51,9 @@ void AssociateWithPlanes(const AdjustmentContext& context, const std::vector<boo
 SolveSummary SolveAdjustment(const CancellationToken& cancellation, Adjustment* adjustment,
                              const Probes& probes = {});
 
+// What of MeasureScale needs no linearised problem: correlation and stamps.
+void MeasureCorrelation(const Adjustment& adjustment, CovarianceScale* scale);
+
 // By what the last solve's information is too good, but for the IMU's part. linearized: the adjustment's
 // problem at its state.
 void MeasureScale(const LinearizedProblem& linearized, const Adjustment& adjustment, CovarianceScale* scale);

@@ -44,7 +44,7 @@ bool ReviewMatrices(const AdjustmentContext& context, Adjustment* adjustment) {
   if (!evidence.IsShown()) return false;
   adjustment->rounds.matrices_judged = true;
   CovarianceScale scale;
-  MeasureScale({problem, adjustment->state}, *adjustment, &scale);
+  MeasureCorrelation(*adjustment, &scale);
   const double growth = scale.correlation / adjustment->scale.correlation;
   evidence = EvidenceOfMatrices(problem, adjustment->state, adjustment->last_solve.imu_matrices,
                                 growth * VarianceScale(*adjustment, context.dataset));

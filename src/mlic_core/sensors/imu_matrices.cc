@@ -1,6 +1,7 @@
 #include "mlic_core/sensors/imu_matrices.h"
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 
 namespace mlic {
 
@@ -17,15 +18,9 @@ RotationAndTriangle SplitAccelerometerMatrix(const Eigen::Matrix3d& matrix) {
 }
 
 RotationAndTriangle SplitGyroscopeMatrix(const Eigen::Matrix3d& matrix) {
-  RotationAndTriangle parts;
-  // The first row has one axis alone, the second that and another.
-  parts.rotation.row(0) = matrix.row(0).normalized();
-  const Eigen::RowVector3d second =
-      matrix.row(1) - parts.rotation.row(0) * parts.rotation.row(0).dot(matrix.row(1));
-  parts.rotation.row(1) = second.normalized();
-  parts.rotation.row(2) = parts.rotation.row(0).cross(parts.rotation.row(1));
-  parts.triangle = (matrix * parts.rotation.transpose()).triangularView<Eigen::Lower>();
-  return parts;
+  // The inverse is a rotation times a triangle, as an accelerometer's.
+  const RotationAndTriangle inverse = SplitAccelerometerMatrix(matrix.inverse());
+  return {inverse.rotation.transpose(), inverse.triangle.inverse()};
 }
 
 }  // namespace mlic
