@@ -11,15 +11,14 @@
 #include "mlic_ros/display/display_messages.h"
 
 namespace mlic {
-namespace {
 
 // A landmark as PCL knows it; the names become the message's fields.
+// In no anonymous namespace: there clang warns of the operators that the macro defines and nobody calls.
 struct LandmarkPoint {
   float x, y, z, rgb, error;
   std::uint16_t observations;
 };
 
-}  // namespace
 }  // namespace mlic
 
 POINT_CLOUD_REGISTER_POINT_STRUCT(mlic::LandmarkPoint,

@@ -7,16 +7,15 @@
 #include "mlic_ros/display/display_clouds.h"
 
 namespace mlic {
-namespace {
 
 // A point of the map as PCL knows it; the names become the message's fields.
+// In no anonymous namespace: there clang warns of the operators that the macro defines and nobody calls.
 struct DisplayPoint {
   float x, y, z, intensity, rgb;
   std::uint16_t lidar;
   std::int32_t plane;
 };
 
-}  // namespace
 }  // namespace mlic
 
 POINT_CLOUD_REGISTER_POINT_STRUCT(mlic::DisplayPoint,

@@ -12,14 +12,13 @@
 #include "mlic_core/common/error.h"
 
 namespace mlic {
-namespace {
 
+// In no anonymous namespace: there clang warns of the operators that the macro defines and nobody calls.
 struct PointOfFile {
   float x, y, z, intensity;
   std::int32_t lidar, plane;
 };
 
-}  // namespace
 }  // namespace mlic
 
 POINT_CLOUD_REGISTER_POINT_STRUCT(mlic::PointOfFile,
