@@ -149,5 +149,40 @@ TEST_F(Floor, AlignsWithoutTheBiasOfAnAffineWarp) {
   EXPECT_LT(std::abs(bent / count), 0.006);
 }
 
+// Light that falls off towards the corners, over a wall that does not move: patches stay where they are.
+TEST(Patch, AGainThatChangesAcrossATemplateIsNoShift) {
+  constexpr int kWidth = 320, kHeight = 240, kRadius = 9;
+  const auto straight = [](const Eigen::Vector2d& pixel) { return pixel; };
+  const cv::Mat even = RenderTexture(SyntheticTexture(5), kWidth, kHeight, straight, 1.0, 1);
+  cv::Mat darker = RenderTexture(SyntheticTexture(5), kWidth, kHeight, straight, 1.0, 2);
+  const Eigen::Vector2d middle(0.5 * (kWidth - 1), 0.5 * (kHeight - 1));
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const double share = 1.0 - 0.5 * (Eigen::Vector2d(x, y) - middle).squaredNorm() / middle.squaredNorm();
+      darker.at<std::uint8_t>(y, x) = cv::saturate_cast<std::uint8_t>(share * darker.at<std::uint8_t>(y, x));
+    }
+  }
+  const auto first = AreaPyramid(even, 1), second = AreaPyramid(darker, 1);
+  double inwards = 0.0;
+  int count = 0;
+  for (int y = 30; y < kHeight - 30; y += 9) {
+    for (int x = 30; x < kWidth - 30; x += 9) {
+      const Eigen::Vector2f pixel(static_cast<float>(x), static_cast<float>(y));
+      const Eigen::Vector2f from_middle = pixel - middle.cast<float>();
+      if (from_middle.norm() < 80.0f) continue;
+      const auto fixed = PatchTemplate::Make(CutPatch(first, pixel, 0), kRadius);
+      if (!fixed) continue;
+      const Patch patch = CutPatch(second, pixel, 0);
+      const auto found = fixed->Align(patch, patch.feature, Eigen::Matrix2f::Identity());
+      if (!found) continue;
+      inwards -= from_middle.normalized().dot(found->pixel - patch.feature);
+      ++count;
+    }
+  }
+  std::printf("%d patches: %.4f px inwards\n", count, inwards / count);
+  EXPECT_GT(count, 100);
+  EXPECT_LT(std::abs(inwards / count), 0.005);  // 0.012 where only one gain is fitted
+}
+
 }  // namespace
 }  // namespace mlic

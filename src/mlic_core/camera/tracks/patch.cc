@@ -40,6 +40,25 @@ std::array<float, 4> CubicWeights(float f) {
           ((-1.5f * f + 2.0f) * f + 0.5f) * f, (0.5f * f - 0.5f) * f * f};
 }
 
+// What a gain that changes linearly across a template, as lenses' vignetting makes it, adds to its values:
+// orthonormal columns without constant. Left to the shift, a gain that grows by the share a for each pixel
+// moves a texture of structures l long by a l^2 / 2 px (the least-squares shift for the residual a x I(x),
+// with l^2 the mean of I^2 over that of its gradient's), in the same pattern over all images. gray: of the
+// template, row by row.
+Eigen::Matrix<float, Eigen::Dynamic, 2> ShadingOf(const Eigen::VectorXf& gray, int radius) {
+  const int side = 2 * radius + 1;
+  Eigen::Matrix<float, Eigen::Dynamic, 2> shading(gray.size(), 2);
+  for (int k = 0; k < gray.size(); ++k) {
+    shading(k, 0) = gray[k] * static_cast<float>(k % side - radius);
+    shading(k, 1) = gray[k] * static_cast<float>(k / side - radius);
+  }
+  shading.rowwise() -= shading.colwise().mean();
+  shading.col(0).normalize();
+  shading.col(1) -= shading.col(0) * shading.col(0).dot(shading.col(1));
+  shading.col(1).normalize();
+  return shading;
+}
+
 }  // namespace
 
 std::vector<cv::Mat> AreaPyramid(const cv::Mat& gray, int levels) {
@@ -95,13 +114,18 @@ std::optional<PatchTemplate> PatchTemplate::Make(const Patch& patch, int radius)
       result.jacobian_.row(k) << gx, gy, gx * u, gx * v, gy * u, gy * v;
     }
   }
+  const Eigen::VectorXf gray = result.values_;
   result.values_.array() -= result.values_.mean();
   const float length_square = result.values_.squaredNorm();
   if (length_square < 4.0f * count) return std::nullopt;  // below 2 gray values of contrast
+  result.shading_ = ShadingOf(gray, radius);
+  result.values_ -= result.shading_ * (result.shading_.transpose() * result.values_);
+  const float unshaded = result.values_.squaredNorm();
   for (int c = 0; c < 6; ++c) {
     auto column = result.jacobian_.col(c);
     column.array() -= column.mean();
-    column -= result.values_ * (result.values_.dot(column) / length_square);
+    column -= result.shading_ * (result.shading_.transpose() * column);
+    column -= result.values_ * (result.values_.dot(column) / unshaded);
   }
   const Eigen::Matrix<float, 6, 6> normal = result.jacobian_.transpose() * result.jacobian_;
   const Eigen::Matrix2f translation = normal.topLeftCorner<2, 2>();
@@ -148,6 +172,7 @@ bool PatchTemplate::Sample(const Patch& other, const Eigen::Matrix2f& affine, co
     }
   }
   values->array() -= values->mean();
+  *values -= shading_ * (shading_.transpose() * *values);
   const float square = values->squaredNorm(), product = values->dot(values_);
   if (!(product > 0.0f) || !(square > 0.0f)) return false;
   *correlation = product / std::sqrt(square * values_.squaredNorm());
@@ -204,7 +229,7 @@ std::optional<PatchAlignment> PatchTemplate::Align(const Patch& other, const Eig
   }
   if (!converged || !Sample(other, affine, bend, centre, &values, &result.correlation)) return std::nullopt;
   residual = values - values_;
-  const float variance = residual.squaredNorm() / (static_cast<float>(residual.size()) - 8.0f);
+  const float variance = residual.squaredNorm() / (static_cast<float>(residual.size()) - 10.0f);
   const Eigen::Matrix2f covariance = variance * affine * inverse_.topLeftCorner<2, 2>() * affine.transpose();
   result.sigma = std::sqrt(std::max(0.5f * covariance.trace(), VarianceOfParts(residual, affine)));
   result.pixel = centre + affine * feature;

@@ -66,14 +66,17 @@ class PatchTemplate {
   // squares alone looks too good (Liang and Zeger, Biometrika 1986, with the parts as clusters).
   float VarianceOfParts(const Eigen::VectorXf& residual, const Eigen::Matrix2f& affine) const;
 
-  // Samples `other` at the warped template, with the mean and the length of the template's values.
+  // Samples `other` at the warped template: mean and shading removed, in the template's gain.
   bool Sample(const Patch& other, const Eigen::Matrix2f& affine, const PatchBend& bend,
               const Eigen::Vector2f& centre, Eigen::VectorXf* values, float* correlation) const;
 
   int radius_ = 0;
-  Eigen::Vector2f offset_;    // of the feature from the template's middle
-  Eigen::VectorXf values_;    // mean removed
-  Eigen::MatrixXf jacobian_;  // of values to (translation, affine part), what gain and offset explain removed
+  Eigen::Vector2f offset_;  // of the feature from the template's middle
+  // What the values have beside a gain and its gradient across the template: of them, their derivatives and
+  // what is compared with them, mean and shading are removed.
+  Eigen::Matrix<float, Eigen::Dynamic, 2> shading_;
+  Eigen::VectorXf values_;
+  Eigen::MatrixXf jacobian_;  // of values to (translation, affine part), without what the gain explains
   Eigen::Matrix<float, 6, 6> inverse_;   // of the normal matrix
   Eigen::Matrix2f inverse_translation_;  // of its part of the translation alone
 };

@@ -14,9 +14,9 @@ namespace mlic {
 
 // Features of one point are found in each image for themselves, a few tenths of a pixel off. Here the patch
 // about the feature in one image of the track, the reference, is found again in all others (Lucas and Kanade,
-// IJCAI 1981; inverse compositional: Baker and Matthews, IJCV 2004) under an affine warp and a change of gain
-// and offset. The reference's own error is no error of the track: it only says which point of the surface is
-// meant.
+// IJCAI 1981; inverse compositional: Baker and Matthews, IJCV 2004) under an affine warp, an offset, and a
+// gain that changes linearly across the patch (lenses shade their corners). The reference's own error is no
+// error of the track: it only says which point of the surface is meant.
 struct TrackRefinementOptions {
   // from: measured, paper rig, seeds 1 and 3: best of 5 to 13 px.
   int radius = 9;  // px of the patch, in the pyramid's level that fits the feature's scale
