@@ -9,6 +9,7 @@
 #include "mlic_core/association/landmark_noise.h"
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/problem/landmark_terms.h"
+#include "mlic_core/uncertainty/intrinsics_observability.h"
 
 namespace mlic {
 namespace {
@@ -33,17 +34,65 @@ struct Grouping {
   }
 };
 
+constexpr int kPatterns = 10;  // polynomials of two variables up to the third order; from: definition
+using Patterns = Eigen::Matrix<double, kPatterns, 1>;
+
+// Of the place in the image, -1 to 1 along its longer side.
+Patterns PatternsAt(const LandmarkObservation& o, const CameraIntrinsics& intrinsics) {
+  const double half = 0.5 * std::max(intrinsics.width, intrinsics.height);
+  const double x = (o.pixel.x() + 0.5 - 0.5 * intrinsics.width) / half;
+  const double y = (o.pixel.y() + 0.5 - 0.5 * intrinsics.height) / half;
+  Patterns patterns;
+  patterns << 1.0, x, y, x * x, x * y, y * y, x * x * x, x * x * y, x * y * y, y * y * y;
+  return patterns;
+}
+
+// One camera's sums for smooth patterns of errors.
+struct PatternSums {
+  Eigen::MatrixXd gradient_of_x, gradient_of_y;  // of the calibration, by each pattern of a pixel
+  Eigen::Matrix<double, kPatterns, kPatterns> squares = Eigen::Matrix<double, kPatterns, kPatterns>::Zero();
+  double observations = 0.0;
+
+  explicit PatternSums(Eigen::Index parameters)
+      : gradient_of_x(Eigen::MatrixXd::Zero(parameters, kPatterns)), gradient_of_y(gradient_of_x) {}
+  // by_pixel: the gradient by the observation's error, px.
+  void Add(const Eigen::Matrix<double, Eigen::Dynamic, 2>& by_pixel, const Patterns& patterns) {
+    gradient_of_x.noalias() += by_pixel.col(0) * patterns.transpose();
+    gradient_of_y.noalias() += by_pixel.col(1) * patterns.transpose();
+    squares.noalias() += patterns * patterns.transpose();
+    observations += 1.0;
+  }
+  void Add(const PatternSums& other) {
+    gradient_of_x += other.gradient_of_x;
+    gradient_of_y += other.gradient_of_y;
+    squares += other.squares;
+    observations += other.observations;
+  }
+  // Of the gradient, where the errors' mean square is kPatternError^2 and no pattern is likelier than others.
+  Eigen::MatrixXd Covariance() const {
+    if (observations < kPatterns) return Eigen::MatrixXd::Zero(gradient_of_x.rows(), gradient_of_x.rows());
+    Eigen::Matrix<double, kPatterns, kPatterns> mean = squares / observations;
+    mean.diagonal().array() += 1e-9;  // an image of which only a corner is seen
+    const auto inverse = mean.inverse().eval();
+    return kPatternError * kPatternError / (2.0 * kPatterns) *
+           (gradient_of_x * inverse * gradient_of_x.transpose() +
+            gradient_of_y * inverse * gradient_of_y.transpose());
+  }
+};
+
 // Sums over landmarks.
 struct Sums {
   Eigen::MatrixXd information, self_weighing;
   Eigen::VectorXd of_observations, of_landmarks;  // squared moves of the calibration by each alone
   Grouping stretches, later_stretches, cells;
+  std::vector<PatternSums> patterns;  // of each camera
 
-  Sums(Eigen::Index parameters, Eigen::Index stretch_count, Eigen::Index cell_count)
+  Sums(Eigen::Index parameters, Eigen::Index stretch_count, Eigen::Index cell_count, std::size_t cameras)
       : information(Eigen::MatrixXd::Zero(parameters, parameters)),
         self_weighing(information),
         of_observations(Eigen::VectorXd::Zero(parameters)),
-        of_landmarks(of_observations) {
+        of_landmarks(of_observations),
+        patterns(cameras, PatternSums(parameters)) {
     stretches.Resize(parameters, stretch_count);
     later_stretches.Resize(parameters, stretch_count);
     cells.Resize(parameters, cell_count);
@@ -56,6 +105,7 @@ struct Sums {
     stretches.Add(other.stretches);
     later_stretches.Add(other.later_stretches);
     cells.Add(other.cells);
+    for (std::size_t c = 0; c < patterns.size(); ++c) patterns[c].Add(other.patterns[c]);
   }
 };
 
@@ -142,7 +192,12 @@ void AddLandmark(const Ground& ground, std::size_t drive, const std::vector<std:
       };
       add(ground.groups.Stretch(drive, observation.time, 0.0), &sums->stretches);
       add(ground.groups.Stretch(drive, observation.time, 0.5), &sums->later_stretches);
-      add(Groups::Cell(*observation.observation, ground.at.state.cameras[camera].intrinsics), &sums->cells);
+      const CameraIntrinsics& intrinsics = ground.at.state.cameras[camera].intrinsics;
+      add(Groups::Cell(*observation.observation, intrinsics), &sums->cells);
+      const LandmarkObservation& given = *observation.observation;
+      sums->patterns[static_cast<std::size_t>(camera)].Add(
+          rows.middleCols<2>(2 * k) * given.shape.cast<double>() / given.sigma,
+          PatternsAt(given, intrinsics));
       sums->of_observations += of_observation.cwiseAbs2();
       move += of_observation;
       gradient.noalias() += rows.middleCols<2>(2 * k) * observation.residual;
@@ -219,8 +274,8 @@ CameraInflation MeasureCameraInflation(const LinearizedProblem& linearized, cons
   if (count == 0 || !linearized.equations) return {};
   const Eigen::MatrixXd knot_response = KnotResponse(*linearized.equations);
   const Ground ground{at, knot_response, covariance, made_with, Groups(at.state)};
-  std::vector<Sums> sums(kLinearizationChunks,
-                         Sums(layout.calibration, ground.groups.first_stretch.back(), ground.groups.cells));
+  std::vector<Sums> sums(kLinearizationChunks, Sums(layout.calibration, ground.groups.first_stretch.back(),
+                                                    ground.groups.cells, at.state.cameras.size()));
   for (std::size_t d = 0; d < parts.size(); ++d) {
     ParallelChunks(parts[d].size(), sums.size(), [&](std::size_t chunk, std::size_t begin, std::size_t end) {
       for (std::size_t p = begin; p < end; ++p) AddLandmark(ground, d, parts[d][p], &sums[chunk]);
@@ -234,7 +289,9 @@ CameraInflation MeasureCameraInflation(const LinearizedProblem& linearized, cons
   };
   const Eigen::VectorXd of_stretches = 0.5 * (beyond(all.stretches) + beyond(all.later_stretches));
   const Eigen::VectorXd of_cells = beyond(all.cells);
-  CameraInflation inflation{all.information, all.self_weighing, Eigen::VectorXd::Ones(layout.calibration)};
+  CameraInflation inflation{all.information, all.self_weighing, Eigen::VectorXd::Ones(layout.calibration),
+                            Eigen::MatrixXd::Zero(layout.calibration, layout.calibration)};
+  for (const PatternSums& camera : all.patterns) inflation.pattern += camera.Covariance();
   for (const std::vector<int>& part : Parts(at.problem, at.state, layout)) {
     double landmarks = 0.0, stretches = 0.0, cells = 0.0;
     for (const int i : part) {
@@ -258,7 +315,8 @@ Eigen::MatrixXd VarianceOfInflation(const Eigen::MatrixXd& covariance, const Cam
   const Eigen::MatrixXd twice = once * inflation.self_weighing / scale * covariance;
   const Eigen::MatrixXd of_tracks = covariance * inflation.information / scale * covariance;
   const Eigen::MatrixXd grown = inflation.growth.asDiagonal() * of_tracks * inflation.growth.asDiagonal();
-  const Eigen::MatrixXd variance = 2.0 * once + 3.0 * twice + (grown - of_tracks);
+  const Eigen::MatrixXd of_pattern = covariance * inflation.pattern / (scale * scale) * covariance;
+  const Eigen::MatrixXd variance = 2.0 * once + 3.0 * twice + (grown - of_tracks) + of_pattern;
   return 0.5 * (variance + variance.transpose());
 }
 

@@ -25,10 +25,15 @@ namespace mlic {
 //   Journal of Business and Economic Statistics 2011). Groups are fewer than parameters, so that no matrix is
 //   made of it: a camera's rotation, translation, time offset and lens get one factor each, the mean over
 //   their parameters, and never less than one.
+//
+// A third thing no observation shows: an error with a smooth pattern over the image, of which the lens model
+// takes up what looks like a lens. It is kPatternError in size, in any shape up to the third order, which is
+// what lens models bend to.
 struct CameraInflation {
   Eigen::MatrixXd information;    // of the calibration (Layout): what observations of tracks add to it
   Eigen::MatrixXd self_weighing;  // what the first point takes of it
   Eigen::VectorXd growth;         // by the second, of each parameter's sigma as far as it is tracks'
+  Eigen::MatrixXd pattern;        // covariance of the third's part in the calibration's gradient
 
   bool IsEmpty() const { return growth.size() == 0; }
 };

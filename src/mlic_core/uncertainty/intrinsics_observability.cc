@@ -9,10 +9,6 @@
 namespace mlic {
 namespace {
 
-// px, rms over all observations: what the residuals of parts of an image have in common beyond their noise,
-// as far as it looks like a tangential term (docs/cameras.md). Parts of an image share 0.006 to 0.08 px in
-// all.
-constexpr double kPatternError = 0.01;     // from: measured
 constexpr double kUsualTangential = 1e-3;  // size of the tangential terms of lenses
 constexpr int kTangential[] = {6, 7};      // their places; from: structural
 constexpr int kCentre = 2;                 // its first place; from: structural

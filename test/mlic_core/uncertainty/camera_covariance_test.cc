@@ -5,11 +5,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 
+#include "mlic_core/common/random.h"
 #include "mlic_core/problem/joint_solver.h"
 #include "mlic_core/problem/layout.h"
+#include "mlic_core/uncertainty/intrinsics_observability.h"
 #include "mlic_core/uncertainty/observability.h"
 #include "support/camera_with_imu.h"
 
@@ -21,6 +24,8 @@ struct Outcome {
   CameraInflation inflation;
   Eigen::VectorXd claimed, inflated;
   Layout layout;
+  Eigen::VectorXd intrinsics;
+  Eigen::MatrixXd covariance;  // of the calibration, as claimed
 };
 
 Outcome Calibrate(const CameraWithImu& c, bool noise_of_each) {
@@ -51,7 +56,12 @@ Outcome Calibrate(const CameraWithImu& c, bool noise_of_each) {
     a[i] = (found[i] - truth[i]) / plain.cameras[0].sigmas[i];
     b[i] = (found[i] - truth[i]) / inflated.cameras[0].sigmas[i];
   }
-  return {inflation, a, b, Layout(state, false)};
+  return {inflation,
+          a,
+          b,
+          Layout(state, false),
+          Eigen::Map<const Eigen::VectorXd>(found.data(), static_cast<Eigen::Index>(found.size())),
+          plain.solved_covariance};
 }
 
 // Claimed sigmas are too small by a fifth (60 seeds: 1.40 and 0.80).
@@ -87,6 +97,53 @@ TEST(CameraInflation, SeesErrorsThatObservationsOfTheSameSecondsShare) {
   const int lens = outcome.layout.Intrinsics(0);
   EXPECT_GT(outcome.inflation.growth[lens], 1.3 * white.inflation.growth[lens]);
   EXPECT_LT(std::abs(outcome.inflated[0]), 0.7 * std::abs(outcome.claimed[0]));
+}
+
+// Polynomials over the image up to the third order, of a mean square of one over it.
+std::array<double, 10> OrthonormalPatterns(const Eigen::Vector2d& pixel) {
+  const double x = (pixel.x() - 371.0) / 371.0, y = (pixel.y() - 244.0) / 244.0;
+  const auto legendre = [](double t) {
+    return std::array<double, 4>{1.0, std::sqrt(3.0) * t, std::sqrt(5.0) * 0.5 * (3.0 * t * t - 1.0),
+                                 std::sqrt(7.0) * 0.5 * (5.0 * t * t - 3.0) * t};
+  };
+  const std::array<double, 4> of_x = legendre(x), of_y = legendre(y);
+  std::array<double, 10> patterns{};
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    for (std::size_t k = 0; i + k < 4; ++k) patterns[next++] = of_x[i] * of_y[k];
+  }
+  return patterns;
+}
+
+// Errors with one pattern over all images do not show, but move the calibration as the inflation says.
+TEST(CameraInflation, HasTheDoubtOfAPatternOverTheImage) {
+  constexpr int kDraws = 16;
+  constexpr double kSize = 0.1;  // px, rms
+  const Outcome without = Calibrate(MakeCameraWithImu(3, 3000, NoCommonError), false);
+  const Eigen::MatrixXd expected = without.covariance * without.inflation.pattern * without.covariance;
+  const int lens = without.layout.Intrinsics(0);
+  double squares = 0.0;
+  Random random(5);
+  for (int draw = 0; draw < kDraws; ++draw) {
+    std::array<Eigen::Vector2d, 10> size;
+    for (Eigen::Vector2d& s : size) {
+      s = kSize / std::sqrt(20.0) * Eigen::Vector2d(random.Normal(), random.Normal());
+    }
+    const auto pattern = [&](double, const Eigen::Vector2d& pixel) -> Eigen::Vector2d {
+      const std::array<double, 10> patterns = OrthonormalPatterns(pixel);
+      Eigen::Vector2d error = Eigen::Vector2d::Zero();
+      for (std::size_t i = 0; i < size.size(); ++i) error += patterns[i] * size[i];
+      return error;
+    };
+    const Outcome with = Calibrate(MakeCameraWithImu(3, 3000, pattern), false);
+    for (int i = 0; i < 4; ++i) {
+      const double moved = with.intrinsics[i] - without.intrinsics[i];
+      squares += moved * moved / (std::pow(kSize / kPatternError, 2) * expected(lens + i, lens + i));
+    }
+  }
+  std::printf("mean square of the shifts, in what is expected: %.2f\n", squares / (4 * kDraws));
+  EXPECT_GT(squares / (4 * kDraws), 0.6);
+  EXPECT_LT(squares / (4 * kDraws), 1.6);
 }
 
 }  // namespace
