@@ -8,6 +8,7 @@
 #include "mlic_core/association/map_matches.h"
 #include "mlic_core/association/plane_association.h"
 #include "mlic_core/problem/linearizer.h"
+#include "mlic_core/problem/noise_information.h"
 #include "mlic_core/problem/observability_limits.h"
 #include "mlic_core/problem/partial_problem.h"
 #include "mlic_core/problem/priors.h"
@@ -37,10 +38,10 @@ void SetPriors(const JointProblem& problem, const CalibrationState& state, const
   constexpr double kLoose = 10.0, kFixed = 1e-6;  // limits; from: guard, far beyond what is compared
   Eigen::VectorXd gradient;                       // none: the priors stand about the found state
   CalibrationPrior(problem, state, layout, &half->prior, &gradient);
+  AddHeldTranslations(problem, state, &half->prior, &gradient);
   half->guesses = Eigen::MatrixXd::Zero(half->prior.rows(), half->prior.cols());
   half->guesses.topLeftCorner(layout.poses, layout.poses) =
       half->prior.topLeftCorner(layout.poses, layout.poses);
-  AddHeldTranslations(problem, state, &half->prior, &gradient);
   for (Eigen::Index i = 0; i < limits.size(); ++i) {
     const bool moves = free_calibration[static_cast<std::size_t>(i)];
     half->prior(i, i) += std::pow(limits[i] * (moves ? kLoose : kFixed), -2);
@@ -103,16 +104,22 @@ class HalfLandmarks {
 };
 
 // By what the half's information is too good, measured at its own solution: in the whole's residuals what the
-// halves disagree on looks like errors that observations share, and would excuse itself.
+// halves disagree on looks like errors that observations share, and would excuse itself; and a share of the
+// whole's noise is not the half's.
 void MeasureGrowth(const Adjustment& adjustment, const LandmarkOptions& made_with,
-                   const JointProblem& problem, const CalibrationState& state, HalfCalibration* half) {
+                   const JointProblem& problem, const CalibrationState& state,
+                   const CancellationToken& cancellation, HalfCalibration* half) {
   half->correlation = CorrelationFactor(problem.drives, state);
   half->stamps = SumStampErrors(problem, state);
+  const LinearizedProblem linearized(problem, state);
+  if (adjustment.noise_information.rows() == half->information.rows()) {
+    half->noise = NoiseInformation(linearized, cancellation);
+  }
   if (adjustment.scale.inflation.cameras.IsEmpty()) return;
   const Layout layout(state, problem.estimate_imu_matrices);
   const Eigen::MatrixXd covariance =
       InverseInLimits(half->information + half->prior, CalibrationLimits(state, layout));
-  half->cameras = MeasureCameraInflation({problem, state}, made_with, covariance);
+  half->cameras = MeasureCameraInflation(linearized, made_with, covariance);
   if (half->cameras.IsEmpty()) half->cameras = adjustment.scale.inflation.cameras;
 }
 
@@ -164,7 +171,7 @@ std::optional<HalfCalibration> CalibrateHalf(const Adjustment& adjustment, doubl
     change = InSigmas(solution.delta.tail(layout.calibration), half, scale, limits);
   }
   problem.dataset = adjustment.problem.dataset;  // with the scans
-  MeasureGrowth(adjustment, landmarks.Options(), problem, state, &half);
+  MeasureGrowth(adjustment, landmarks.Options(), problem, state, cancellation, &half);
   return half;
 }
 

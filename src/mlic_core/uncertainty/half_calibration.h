@@ -17,8 +17,12 @@ struct HalfCalibration {
   Eigen::VectorXd moved;        // from the found state
   Eigen::MatrixXd information;  // from the data alone, of the last solve's scale; zero of what is fixed
   Eigen::MatrixXd prior;        // all that the solve knew beside the data, of the true scale
-  Eigen::MatrixXd guesses;      // what of it is the guesses'
-  double correlation = 1.0;     // of points
+  // What of it is the guesses', and what holds the sensors at these where the whole does not show them.
+  Eigen::MatrixXd guesses;
+  // What of the information is the noise of the part's own trajectory; empty where the whole's was not
+  // measured.
+  Eigen::MatrixXd noise;
+  double correlation = 1.0;  // of points
   StampSums stamps;
   CameraInflation cameras;
 };

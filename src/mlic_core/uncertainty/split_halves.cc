@@ -42,13 +42,12 @@ Inflation InflationOf(const Adjustment& adjustment, const HalfCalibration& half,
 
 // Adds a half's own error to the covariance of the difference. Returns how its calibration follows the
 // priors' gradient.
-Eigen::MatrixXd AddHalf(const Adjustment& adjustment, const HalfCalibration& half, double scale, double share,
-                        const Inflation& inflation, Compared* compared, Eigen::MatrixXd* from_data) {
+Eigen::MatrixXd AddHalf(const HalfCalibration& half, double scale, const Inflation& inflation,
+                        Compared* compared, Eigen::MatrixXd* from_data) {
   const Eigen::VectorXd& limits = compared->limits;
   Eigen::MatrixXd information = half.information;
-  if (adjustment.noise_information.rows() == information.rows()) {
-    information = WithoutFixed(WithoutNoise(information, share * adjustment.noise_information, limits),
-                               compared->free_calibration);
+  if (half.noise.size() > 0) {
+    information = WithoutFixed(WithoutNoise(information, half.noise, limits), compared->free_calibration);
   }
   information /= scale;
   const Eigen::MatrixXd gain = InverseInLimits(information + half.prior, limits);
@@ -92,12 +91,10 @@ Compared Compare(const Adjustment& adjustment, const HalfCalibration& first, con
       first.cameras.IsEmpty() || second.cameras.IsEmpty()
           ? Eigen::VectorXd()
           : (0.5 * (first.cameras.growth.cwiseAbs2() + second.cameras.growth.cwiseAbs2())).cwiseSqrt().eval();
-  const Eigen::MatrixXd by_first =
-      AddHalf(adjustment, first, scale, of_first, InflationOf(adjustment, first, growth, of_first), &compared,
-              &compared.first_from_data);
-  const Eigen::MatrixXd by_second =
-      AddHalf(adjustment, second, scale, of_second, InflationOf(adjustment, second, growth, of_second),
-              &compared, &compared.second_from_data);
+  const Eigen::MatrixXd by_first = AddHalf(first, scale, InflationOf(adjustment, first, growth, of_first),
+                                           &compared, &compared.first_from_data);
+  const Eigen::MatrixXd by_second = AddHalf(second, scale, InflationOf(adjustment, second, growth, of_second),
+                                            &compared, &compared.second_from_data);
   compared.covariance *= CorrelationOf(adjustment, first, second) / adjustment.scale.correlation;
   // The priors err alike in both: only what the parts follow them differently by is left.
   const Eigen::MatrixXd unlike = by_first - by_second;

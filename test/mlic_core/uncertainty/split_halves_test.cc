@@ -125,6 +125,29 @@ TEST(CompareHalves, OfAFirmCameraAgree) {
   EXPECT_LT(WorstOf(halves[0]), LargestByChance(halves));
 }
 
+// A translation that stands at the guess is not the data's, however still the solve keeps it.
+TEST(CompareHalves, OfWhatIsHeldAtTheGuessAreNotCompared) {
+  CameraWithImu c;
+  Adjustment adjustment = AdjustLoose(0.0, 0.5, &c);
+  JointProblem& problem = adjustment.problem;
+  ExtrinsicGuess guess;
+  guess.T_imu_sensor = adjustment.state.cameras[0].sensor.T_imu_sensor;
+  guess.sigma_rotation.setConstant(1.0);
+  guess.sigma_translation = {1.0, 1.0, 1e-4};  // m: better than the data say
+  problem.cameras[0].guess = guess;
+  const Layout layout(adjustment.state, false);
+  Eigen::VectorXd row = Eigen::VectorXd::Zero(layout.poses);
+  row[layout.Camera(0) + 5] = 1.0;
+  problem.held_translations = {row};
+  const std::vector<SensorHalves> halves = CompareHalves(adjustment, c.dataset, CancellationToken());
+  ASSERT_EQ(halves.size(), 1u);
+  const HalvesDifference& translation = halves[0].quantities[1];
+  EXPECT_EQ(translation.directions, 2);
+  ASSERT_EQ(translation.sigma.size(), 3u);
+  EXPECT_GT(translation.sigma[0], 0.0);
+  EXPECT_EQ(translation.sigma[2], 0.0);
+}
+
 // The calibration sides with one half, and what it makes of the other's landmarks tells less and less of it.
 TEST(CompareHalves, OfACameraThatComesLooseDiffer) {
   for (const double degrees : {1.0, 3.0}) {
