@@ -50,6 +50,13 @@ TEST(Scene, ColoursTellLidarsSidesOfAPlaneAndPlanesApart) {
   EXPECT_EQ(PlaneColours(scene), (std::vector<std::uint32_t>{0xff0000u}));
 }
 
+TEST(Scene, PlanesOfOthersGiveNoResiduals) {
+  Scene scene = TwoLidars();
+  scene.planes_of_points = false;
+  EXPECT_EQ(ColoursOf(scene, Colouring::kResidual)[1], ColoursOf(scene, Colouring::kResidual)[0]);
+  EXPECT_TRUE(PlaneColours(scene).empty());
+}
+
 TEST(Scene, LegendHasOneColourForEachWord) {
   for (const char* word : {"sensor", "residual", "plane"}) {
     Status status;
@@ -74,7 +81,11 @@ TEST(Scene, SensorsWithoutAGuessStayWhereTheyAre) {
   Scene scene = TwoLidars();
   scene.sensors[0].state = SensorStatus::ESTIMATED;
   scene.sensors[0].transform.translation.x = 3.0;
-  const Scene before = WithGuesses(scene);
+  Scene first = TwoLidars();
+  first.points.resize(1);
+  first.sensors.clear();
+  const Scene before = WithGuesses(scene, first);
+  EXPECT_EQ(before.points.size(), 1u);
   EXPECT_EQ(before.sensors[0].transform.translation.x, 3.0);
   EXPECT_EQ(before.sensors[1].transform.translation.x, -1.0);
 }

@@ -73,6 +73,13 @@ void AddAxes(const Eigen::Isometry3d& pose, double length, bool grey, Marker* li
 
 }  // namespace
 
+MarkerArray NoMarkers(const std::string& frame) {
+  MarkerArray array;
+  array.markers.push_back(MakeMarker(frame, "", Marker::LINE_LIST));
+  array.markers.back().action = Marker::DELETEALL;
+  return array;
+}
+
 MarkerArray MakeRigMarkers(const Status& status, const std::string& imu_frame) {
   double size = kLeastRig;
   for (const SensorStatus& sensor : status.sensors) {
@@ -82,10 +89,7 @@ MarkerArray MakeRigMarkers(const Status& status, const std::string& imu_frame) {
   Marker guesses = MakeMarker(imu_frame, "guesses", Marker::LINE_LIST);
   axes.scale.x = 0.03 * size;
   guesses.scale.x = 0.015 * size;
-  MarkerArray array;
-  // Of sensors that are no longer shown nothing stays.
-  array.markers.push_back(MakeMarker(imu_frame, "sensors", Marker::LINE_LIST));
-  array.markers.back().action = Marker::DELETEALL;
+  MarkerArray array = NoMarkers(imu_frame);  // of sensors that are no longer shown
   const auto name = [&](const std::string& text, const Eigen::Vector3d& place) {
     Marker label = MakeMarker(imu_frame, "names", Marker::TEXT_VIEW_FACING);
     label.id = static_cast<int>(array.markers.size());

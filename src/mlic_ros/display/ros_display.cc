@@ -224,14 +224,14 @@ void RosDisplay::OnSnapshot(const CalibrationSnapshot& snapshot) {
     status_.AddSnapshot(snapshot);
     last_ = snapshot;
     last_->views.clear();
-    Scene scene{0,
-                snapshot.sensor_names,
-                snapshot.points,
-                snapshot.planes,
-                snapshot.trajectory,
-                snapshot.landmarks,
-                status_.Get().sensors,
-                {}};
+    Scene scene;
+    const auto lidars = static_cast<std::ptrdiff_t>(snapshot.sensors.size() - snapshot.intrinsics.size());
+    scene.lidars.assign(snapshot.sensor_names.begin(), snapshot.sensor_names.begin() + lidars);
+    scene.points = snapshot.points;
+    scene.planes = snapshot.planes;
+    scene.trajectory = snapshot.trajectory;
+    scene.landmarks = snapshot.landmarks;
+    scene.sensors = status_.Get().sensors;
     if (!snapshot.intrinsics.empty()) scene.frustums = MakeFrustumMarkers(snapshot);
     scene_.AddRound(std::move(scene));
     PublishStatus();
@@ -246,7 +246,9 @@ void RosDisplay::OnResult(const CalibrationResult& result) {
   status_.SetResult(result);
   Scene scene;
   scene.points = result.map;
-  for (const SensorResult& sensor : result.sensors) scene.lidars.push_back(sensor.name);
+  for (const SensorResult& sensor : result.sensors) {
+    if (sensor.type == SensorResult::Type::kLidar) scene.lidars.push_back(sensor.name);
+  }
   if (!result.trajectories.empty()) scene.trajectory = result.trajectories.front();
   scene.sensors = status_.Get().sensors;
   scene_.SetResult(std::move(scene));

@@ -32,7 +32,8 @@ std::uint32_t OfResidual(double residual) {
 
 const PlanePatch* PlaneOf(const MapPoint& point, const Scene& scene) {
   const auto index = static_cast<std::size_t>(point.plane);
-  return point.plane >= 0 && index < scene.planes.size() ? &scene.planes[index] : nullptr;
+  return scene.planes_of_points && point.plane >= 0 && index < scene.planes.size() ? &scene.planes[index]
+                                                                                   : nullptr;
 }
 
 double Residual(const MapPoint& point, const PlanePatch& plane) {
@@ -41,14 +42,17 @@ double Residual(const MapPoint& point, const PlanePatch& plane) {
 
 }  // namespace
 
+void ThinOut(std::size_t most_points, Scene* scene) {
+  const std::size_t stride = (scene->points.size() + most_points - 1) / most_points;
+  if (stride <= 1) return;
+  std::vector<MapPoint> thinned;
+  for (std::size_t k = 0; k < scene->points.size(); k += stride) thinned.push_back(scene->points[k]);
+  scene->points = std::move(thinned);
+}
+
 void RoundHistory::Add(Scene scene) {
   scene.round = ++rounds_;
-  const std::size_t stride = (scene.points.size() + kMostPoints - 1) / kMostPoints;
-  if (stride > 1) {
-    std::vector<MapPoint> thinned;
-    for (std::size_t k = 0; k < scene.points.size(); k += stride) thinned.push_back(scene.points[k]);
-    scene.points = std::move(thinned);
-  }
+  ThinOut(kMostPoints, &scene);
   if (scenes_.size() == kMostRounds) {
     std::vector<Scene> every_second;
     for (std::size_t k = 0; k < scenes_.size(); k += 2) every_second.push_back(std::move(scenes_[k]));
@@ -114,6 +118,7 @@ std::vector<std::uint32_t> ColoursOf(const Scene& scene, Colouring colouring) {
 }
 
 std::vector<std::uint32_t> PlaneColours(const Scene& scene) {
+  if (!scene.planes_of_points) return {};
   std::vector<double> squares(scene.planes.size(), 0.0);
   std::vector<int> counts(scene.planes.size(), 0);
   for (const MapPoint& point : scene.points) {
@@ -148,8 +153,11 @@ Scene WithoutHidden(const Scene& scene, const std::set<std::string>& hidden) {
   return visible;
 }
 
-Scene WithGuesses(const Scene& scene) {
-  Scene before = scene;
+Scene WithGuesses(const Scene& scene, const Scene& first) {
+  Scene before = first;
+  before.sensors = scene.sensors;
+  before.landmarks = scene.landmarks;
+  before.frustums = scene.frustums;
   for (SensorStatus& sensor : before.sensors) {
     if (sensor.has_guess && IsFound(sensor.state)) sensor.transform = sensor.guess;
   }
@@ -166,7 +174,9 @@ void SetLegend(Colouring colouring, const Scene& scene, Status* status) {
   const std::string limit = std::to_string(std::lround(1e3 * kLargeResidual)) + " mm";
   switch (colouring) {
     case Colouring::kSensor:
-      for (std::size_t k = 0; k < scene.lidars.size(); ++k) add(scene.lidars[k], InTurn(static_cast<int>(k)));
+      for (std::size_t k = 0; k < scene.lidars.size(); ++k) {
+        add(scene.lidars[k], InTurn(static_cast<int>(k)));
+      }
       break;
     case Colouring::kResidual:
       add("-" + limit, OfResidual(-kLargeResidual));

@@ -18,7 +18,8 @@ struct Scene {
   int round = 0;                    // from 1, over all stages; 0: the result
   std::vector<std::string> lidars;  // names, by the points' index
   std::vector<MapPoint> points;
-  std::vector<PlanePatch> planes;  // those that points have the index of; none: not known
+  std::vector<PlanePatch> planes;
+  bool planes_of_points = true;  // points have the index of these planes
   std::vector<StampedPose> trajectory;
   std::vector<LandmarkMark> landmarks;
   std::vector<SensorStatus> sensors;
@@ -51,14 +52,16 @@ enum class Colouring { kSensor, kResidual, kPlane };
 std::optional<Colouring> ColouringOf(const std::string& word);
 const char* NameOf(Colouring colouring);
 
-// 0xRRGGBB of each point; of planes that are not known as of residual zero.
+// 0xRRGGBB of each point; where its plane is not known as of residual zero.
 std::vector<std::uint32_t> ColoursOf(const Scene& scene, Colouring colouring);
-// By the rms of its points' residuals; empty where the planes are not known.
+// By the rms of its points' residuals; empty where the points' planes are others.
 std::vector<std::uint32_t> PlaneColours(const Scene& scene);
 // Without the points of hidden LiDARs and the hidden cameras' frustums.
 Scene WithoutHidden(const Scene& scene, const std::set<std::string>& hidden);
-// The sensors where the rig file has them, of those that have a guess.
-Scene WithGuesses(const Scene& scene);
+// The sensors where the rig file has them, of those that have a guess, with the map of `first`.
+Scene WithGuesses(const Scene& scene, const Scene& first);
+// With points evenly chosen of them, at most so many.
+void ThinOut(std::size_t most_points, Scene* scene);
 // What the scene's colours say, one entry of legend for each of legend_colours.
 void SetLegend(Colouring colouring, const Scene& scene, Status* status);
 

@@ -51,9 +51,12 @@ void SceneDisplay::AddRound(Scene scene) {
 void SceneDisplay::SetResult(Scene scene) {
   scene.frustums = latest_.frustums;
   scene.landmarks = latest_.landmarks;
+  scene.planes = latest_.planes;
+  scene.planes_of_points = false;
   if (scene.points.empty()) {
     scene.points = latest_.points;
     scene.lidars = latest_.lidars;
+    scene.planes_of_points = latest_.planes_of_points;
   }
   latest_ = std::move(scene);
   has_any_ = true;
@@ -63,16 +66,18 @@ void SceneDisplay::SetResult(Scene scene) {
 const Scene* SceneDisplay::Chosen() const {
   if (!has_any_) return nullptr;
   if (shown_round_ != 0) return history_.At(shown_round_);
-  // Residuals are of planes, which the rounds have and the result has not.
+  // Residuals are to the points' own planes, which the rounds have and the result has not.
   const bool last_round =
-      colouring_ == Colouring::kResidual && latest_.planes.empty() && !history_.Scenes().empty();
+      colouring_ == Colouring::kResidual && !latest_.planes_of_points && !history_.Scenes().empty();
   return last_round ? &history_.Scenes().back() : &latest_;
 }
 
 void SceneDisplay::Show() {
   const Scene* chosen = Chosen();
   if (chosen == nullptr) return;
-  const Scene whole = shows_guess_ ? WithGuesses(history_.Scenes().front()) : *chosen;
+  Scene whole = shows_guess_ ? WithGuesses(*chosen, history_.Scenes().front()) : *chosen;
+  // Else the map that has more points would stand out, and not what has changed.
+  if (blinks_) ThinOut(RoundHistory::kMostPoints, &whole);
   const Scene scene = WithoutHidden(whole, hidden_);
   const ros::Time now = ros::Time::now();
   if (!scene.planes.empty()) {
@@ -85,8 +90,8 @@ void SceneDisplay::Show() {
     Publish(voxel_map_points_, MakeMapCloud(scene.points, ColoursOf(scene, colouring_), now));
   }
   if (!scene.trajectory.empty()) Publish(trajectory_, MakePath(scene.trajectory, now));
-  if (!scene.landmarks.empty()) Publish(landmarks_, MakeLandmarkCloud(scene.landmarks, now));
-  if (!scene.frustums.markers.empty()) Publish(cameras_, scene.frustums);
+  if (landmarks_) Publish(landmarks_, MakeLandmarkCloud(scene.landmarks, now));
+  if (cameras_) Publish(cameras_, scene.frustums.markers.empty() ? NoMarkers(imu_frame_) : scene.frustums);
   PublishRig(scene);
 }
 
