@@ -28,7 +28,11 @@ class CheckCancel(unittest.TestCase):
         pause = rospy.ServiceProxy("/mlic/pause", SetBool)
         for paused in [True, False, True]:
             self.assertTrue(pause(paused).success)
-            self.assertEqual(rospy.wait_for_message("/mlic/status", Status, 20.0).paused, paused)
+            seen = threading.Event()
+            watch = rospy.Subscriber("/mlic/status", Status,
+                                     lambda status, wanted=paused, seen=seen: status.paused == wanted and seen.set())
+            self.assertTrue(seen.wait(20.0), f"paused is to be {paused}")
+            watch.unregister()
         self.assertTrue(cancel().success)
         self.assertTrue(ended.wait(20.0), "the calibration goes on")
         self.assertEqual(last[0].state, Status.INTERRUPTED, last[0].messages)

@@ -11,9 +11,9 @@ namespace mlic {
 namespace {
 
 template <typename Response>
-bool Give(Answer answer, Response* response) {
+bool Give(const Answer& answer, Response* response) {
   response->success = answer.success;
-  response->message = std::move(answer.message);
+  response->message = answer.message;
   return true;
 }
 

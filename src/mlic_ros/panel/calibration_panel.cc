@@ -207,6 +207,7 @@ void CalibrationPanel::ShowSensors() {
 void CalibrationPanel::ShowScene() {
   colour_by_->setCurrentText(ToText(status_.colour_by));
   legend_->setText(ToText(LegendHtml(status_)));
+  legend_->setVisible(!status_.legend.empty());
   round_->setText(ToText(RoundText(status_)));
   const bool running = status_.state == Status::RUNNING;
   for (QPushButton* button : {previous_, blink_}) button->setEnabled(status_.rounds > 0);
