@@ -9,8 +9,10 @@ import unittest
 import rospy
 import yaml
 from mlic.msg import Status
+from mlic.srv import Choose
 from nav_msgs.msg import Path
 from sensor_msgs.msg import Image, PointCloud2
+from std_srvs.srv import SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
@@ -47,6 +49,13 @@ class CheckCalibration(unittest.TestCase):
     def latched(self, topic, kind):
         return rospy.wait_for_message(topic, kind, 20.0)
 
+    def expect(self, topic, kind, is_so):
+        """A message that is so: what a service changes is published soon after its answer."""
+        seen = threading.Event()
+        watch = rospy.Subscriber(topic, kind, lambda message: is_so(message) and seen.set())
+        self.assertTrue(seen.wait(20.0), topic)
+        watch.unregister()
+
     def sensors(self):
         return [*self.rig["lidars"], *self.rig.get("cameras", {})]
 
@@ -80,6 +89,55 @@ class CheckCalibration(unittest.TestCase):
         self.assertEqual(names, {"IMU", *self.sensors()})
         self.assertEqual(self.latched("/mlic/overlay", MarkerArray).markers[0].text, "TRUSTED")
 
+    def test_only_frames_below_the_prefix(self):
+        for child, frame in self.frames.items():
+            self.assertTrue(child.startswith("mlic/") and frame.header.frame_id.startswith("mlic/"), frame)
+        self.assertEqual(self.statuses[-1].frame_prefix, "mlic/")
+
+    def choose(self, service, word):
+        rospy.wait_for_service(service, 20.0)
+        return rospy.ServiceProxy(service, Choose)(word)
+
+    def test_hidden_sensors_leave_the_scene_and_return(self):
+        name = next(iter(self.rig["lidars"]))
+        self.assertTrue(self.choose("/mlic/hide", name).success)
+        self.expect("/mlic/voxel_map_points", PointCloud2, lambda cloud: cloud.width == 0)
+        self.expect("/mlic/rig", MarkerArray, lambda rig: name not in {marker.text for marker in rig.markers})
+        self.expect("/mlic/status", Status, lambda status: status.hidden == [name])
+        self.assertTrue(self.choose("/mlic/show", name).success)
+        self.expect("/mlic/voxel_map_points", PointCloud2, lambda cloud: cloud.width > 1000)
+        self.expect("/mlic/rig", MarkerArray, lambda rig: name in {marker.text for marker in rig.markers})
+        self.assertFalse(self.choose("/mlic/hide", "nobody").success)
+
+    def test_earlier_rounds_are_shown(self):
+        self.assertIn("is shown", self.choose("/mlic/round", "first").message)
+        self.expect("/mlic/status", Status, lambda status: status.shown_round == 1)
+        self.expect("/mlic/overlay", MarkerArray, lambda overlay: "round 1 of" in overlay.markers[0].text)
+        self.assertTrue(self.choose("/mlic/round", "latest").success)
+        self.expect("/mlic/status", Status, lambda status: status.shown_round == 0)
+        self.expect("/mlic/overlay", MarkerArray, lambda overlay: overlay.markers[0].text == "TRUSTED")
+        self.assertFalse(self.choose("/mlic/round", "third").success)
+
+    def test_colours(self):
+        self.assertTrue(self.choose("/mlic/colour_by", "residual").success)
+        self.expect("/mlic/status", Status, lambda status: status.colour_by == "residual" and len(status.legend) == 3
+                    and len(status.legend_colours) == 3)
+        self.assertTrue(self.choose("/mlic/colour_by", "sensor").success)
+        self.assertFalse(self.choose("/mlic/colour_by", "weight").success)
+
+    def test_guess_and_result_by_turns(self):
+        blink = rospy.ServiceProxy("/mlic/blink", SetBool)
+        self.assertTrue(blink(True).success)
+        self.expect("/mlic/status", Status, lambda status: status.blinks)
+        self.assertTrue(blink(False).success)
+        self.expect("/mlic/status", Status, lambda status: not status.blinks)
+
+    def test_a_result_is_not_exported_as_unfinished(self):
+        answer = rospy.ServiceProxy("/mlic/export", Trigger)()
+        self.assertFalse(answer.success)
+        self.assertIn("ended", answer.message)
+        self.assertFalse(rospy.ServiceProxy("/mlic/pause", SetBool)(True).success)
+
     def test_exit_status(self):
         path = rospy.get_param("~status_file")
         end = time.time() + 20.0
@@ -91,7 +149,7 @@ class CheckCalibration(unittest.TestCase):
 
     def test_map(self):
         cloud = self.latched("/mlic/voxel_map_points", PointCloud2)
-        self.assertEqual(cloud.header.frame_id, "map")
+        self.assertEqual(cloud.header.frame_id, "mlic/map")
         self.assertGreater(cloud.width, 1000)
         names = {field.name for field in cloud.fields}
         self.assertLessEqual({"x", "y", "z", "rgb", "intensity", "lidar", "plane"}, names)
@@ -101,11 +159,11 @@ class CheckCalibration(unittest.TestCase):
 
     def test_cameras(self):
         landmarks = self.latched("/mlic/landmarks", PointCloud2)
-        self.assertEqual(landmarks.header.frame_id, "map")
+        self.assertEqual(landmarks.header.frame_id, "mlic/map")
         self.assertGreater(landmarks.width, 50)
         self.assertLessEqual({"x", "y", "z", "rgb", "error", "observations"}, {field.name for field in landmarks.fields})
         outlines = self.latched("/mlic/cameras", MarkerArray).markers
-        frames = {self.calibration["sensors"][name]["frame_id"] for name in self.rig["cameras"]}
+        frames = {"mlic/" + self.calibration["sensors"][name]["frame_id"] for name in self.rig["cameras"]}
         self.assertEqual({outline.header.frame_id for outline in outlines}, frames)
         topics = [f"/mlic/{name}/{kind}" for name in self.rig["cameras"] for kind in ("tracks", "projection")]
         for topic in ["/mlic/tracks", "/mlic/projections", *topics]:
@@ -130,14 +188,14 @@ class CheckCalibration(unittest.TestCase):
 
     def test_trajectory(self):
         path = self.latched("/mlic/trajectory", Path)
-        self.assertEqual(path.header.frame_id, "map")
+        self.assertEqual(path.header.frame_id, "mlic/map")
         self.assertGreater(len(path.poses), 50)
 
     def test_frames_agree_with_the_file(self):
-        imu = self.calibration["imu"]["frame_id"]
-        self.assertEqual(self.frames[imu].header.frame_id, "map")
+        imu = "mlic/" + self.calibration["imu"]["frame_id"]
+        self.assertEqual(self.frames[imu].header.frame_id, "mlic/map")
         for sensor in self.calibration["sensors"].values():
-            frame = self.frames[sensor["frame_id"]]
+            frame = self.frames["mlic/" + sensor["frame_id"]]
             self.assertEqual(frame.header.frame_id, imu)
             shown = frame.transform.translation
             for a, b in zip((shown.x, shown.y, shown.z), sensor["T_imu_sensor"]["translation"]):

@@ -1,12 +1,12 @@
 #!/usr/bin/python3
-"""Cancels a calibration that runs in calibrate_node by its service and checks how it ends."""
+"""Pauses and cancels a calibration that runs in calibrate_node by its services and checks how it ends."""
 import os
 import threading
 import unittest
 
 import rospy
 from mlic.msg import Status
-from std_srvs.srv import Trigger
+from std_srvs.srv import SetBool, Trigger
 
 
 class CheckCancel(unittest.TestCase):
@@ -25,6 +25,14 @@ class CheckCancel(unittest.TestCase):
         self.assertTrue(works.wait(200.0), "the calibration does not begin")
         rospy.wait_for_service("/mlic/cancel", 20.0)
         cancel = rospy.ServiceProxy("/mlic/cancel", Trigger)
+        pause = rospy.ServiceProxy("/mlic/pause", SetBool)
+        for paused in [True, False, True]:
+            self.assertTrue(pause(paused).success)
+            seen = threading.Event()
+            watch = rospy.Subscriber("/mlic/status", Status,
+                                     lambda status, wanted=paused, seen=seen: status.paused == wanted and seen.set())
+            self.assertTrue(seen.wait(20.0), f"paused is to be {paused}")
+            watch.unregister()
         self.assertTrue(cancel().success)
         self.assertTrue(ended.wait(20.0), "the calibration goes on")
         self.assertEqual(last[0].state, Status.INTERRUPTED, last[0].messages)

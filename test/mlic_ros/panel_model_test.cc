@@ -115,5 +115,30 @@ TEST(PanelModel, TheViewFollowsTheMap) {
   EXPECT_LT(ViewOfSensor(status).distance, ViewOfMap(status)->distance);
 }
 
+TEST(PanelModel, LegendAndRoundSayWhatTheSceneShows) {
+  Status status;
+  EXPECT_EQ(RoundText(status), "");
+  EXPECT_EQ(LegendHtml(status), "");
+  status.rounds = 9;
+  EXPECT_EQ(RoundText(status), "latest of 9");
+  status.shown_round = 3;
+  EXPECT_EQ(RoundText(status), "round 3 of 9");
+  status.legend = {"front", "rear"};
+  status.legend_colours = {0x0000ff, 0xff7f0e};
+  const std::string html = LegendHtml(status);
+  EXPECT_NE(html.find("color:#0000ff"), std::string::npos);
+  EXPECT_LT(html.find("#ff7f0e"), html.find("rear"));
+}
+
+TEST(PanelModel, HiddenSensorsHaveNoCheckInTheirBox) {
+  Status status;
+  status.sensors.resize(2);
+  status.sensors[0].name = "front", status.sensors[1].name = "rear";
+  status.hidden = {"rear"};
+  const std::vector<SensorRow> rows = SensorRows(status);
+  EXPECT_TRUE(rows.at(0).shown);
+  EXPECT_FALSE(rows.at(1).shown);
+}
+
 }  // namespace
 }  // namespace mlic

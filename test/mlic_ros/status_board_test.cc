@@ -105,7 +105,8 @@ TEST(StatusBoard, NothingIsTrustedOfWhatIsRefused) {
 
 TEST(RigMarkers, NamesOfWhatIsFoundAndAGreyGuess) {
   StatusBoard board = Started();
-  EXPECT_EQ(MakeRigMarkers(board.Get(), "imu").markers.size(), 2u) << "the IMU's name and axes";
+  EXPECT_EQ(MakeRigMarkers(board.Get(), "imu").markers.size(), 3u)
+      << "none of before; the IMU's name and axes";
   board.AddSnapshot(Snapshot());
   const visualization_msgs::MarkerArray array = MakeRigMarkers(board.Get(), "imu");
   std::vector<std::string> names;

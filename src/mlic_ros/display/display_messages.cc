@@ -29,16 +29,6 @@ namespace {
 constexpr std::size_t kMostPoints = 400000;  // from: guard, what RViz draws fluently
 constexpr const char* kMapFrame = "map";
 
-// Colours that keep apart on a dark ground; LiDARs take them in turn.
-constexpr std::array<std::array<std::uint8_t, 3>, 8> kColours{{{77, 175, 255},  // from: structural
-                                                               {255, 127, 14},
-                                                               {90, 220, 90},
-                                                               {240, 80, 120},
-                                                               {190, 140, 255},
-                                                               {255, 220, 60},
-                                                               {60, 220, 210},
-                                                               {220, 180, 150}}};
-
 geometry_msgs::Point ToPoint(const Eigen::Vector3d& p) {
   geometry_msgs::Point point;
   point.x = p.x();
@@ -52,6 +42,15 @@ std_msgs::ColorRGBA ColourOf(const Eigen::Vector3d& normal) {
   colour.r = static_cast<float>(0.25 + 0.75 * std::abs(normal.x()));
   colour.g = static_cast<float>(0.25 + 0.75 * std::abs(normal.y()));
   colour.b = static_cast<float>(0.25 + 0.75 * std::abs(normal.z()));
+  colour.a = 0.6f;
+  return colour;
+}
+
+std_msgs::ColorRGBA ColourOf(std::uint32_t rgb) {
+  std_msgs::ColorRGBA colour;
+  colour.r = static_cast<float>(rgb >> 16 & 0xffu) / 255.0f;
+  colour.g = static_cast<float>(rgb >> 8 & 0xffu) / 255.0f;
+  colour.b = static_cast<float>(rgb & 0xffu) / 255.0f;
   colour.a = 0.6f;
   return colour;
 }
@@ -103,6 +102,7 @@ std::string FrameName(const std::string& frame, const std::string& fallback) {
 }
 
 visualization_msgs::MarkerArray MakePlaneMarkers(const std::vector<PlanePatch>& planes,
+                                                 const std::vector<std::uint32_t>& colours,
                                                  const ros::Time& stamp) {
   visualization_msgs::Marker marker;
   marker.header.frame_id = kMapFrame;
@@ -115,13 +115,15 @@ visualization_msgs::MarkerArray MakePlaneMarkers(const std::vector<PlanePatch>& 
   marker.color.a = 1.0f;
   // Points spread evenly over a rectangle reach sqrt(3) standard deviations from its centre.
   const double reach = std::sqrt(3.0);
-  for (const PlanePatch& plane : planes) {
+  for (std::size_t k = 0; k < planes.size(); ++k) {
+    const PlanePatch& plane = planes[k];
+    const std_msgs::ColorRGBA colour = colours.empty() ? ColourOf(plane.normal) : ColourOf(colours[k]);
     const Eigen::Vector3d u = reach * plane.axis_u, v = reach * plane.axis_v;
     const std::array<Eigen::Vector3d, 4> corners{plane.center - u - v, plane.center + u - v,
                                                  plane.center + u + v, plane.center - u + v};
     for (const int corner : {0, 1, 2, 0, 2, 3}) {
       marker.points.push_back(ToPoint(corners[corner]));
-      marker.colors.push_back(ColourOf(plane.normal));
+      marker.colors.push_back(colour);
     }
   }
   visualization_msgs::MarkerArray array;
@@ -129,7 +131,8 @@ visualization_msgs::MarkerArray MakePlaneMarkers(const std::vector<PlanePatch>& 
   return array;
 }
 
-sensor_msgs::PointCloud2 MakeMapCloud(const std::vector<MapPoint>& points, const ros::Time& stamp) {
+sensor_msgs::PointCloud2 MakeMapCloud(const std::vector<MapPoint>& points,
+                                      const std::vector<std::uint32_t>& colours, const ros::Time& stamp) {
   const std::size_t stride = std::max<std::size_t>(1, (points.size() + kMostPoints - 1) / kMostPoints);
   pcl::PointCloud<DisplayPoint> cloud;
   for (std::size_t i = 0; i < points.size(); i += stride) {
@@ -137,9 +140,7 @@ sensor_msgs::PointCloud2 MakeMapCloud(const std::vector<MapPoint>& points, const
     DisplayPoint point{};
     point.x = from.position.x(), point.y = from.position.y(), point.z = from.position.z();
     point.intensity = from.intensity;
-    const auto& colour = kColours[static_cast<std::size_t>(std::max(0, from.lidar)) % kColours.size()];
-    point.rgb = PackColour(static_cast<std::uint32_t>(colour[0]) << 16 |
-                           static_cast<std::uint32_t>(colour[1]) << 8 | colour[2]);
+    point.rgb = PackColour(colours[i]);
     point.lidar = static_cast<std::uint16_t>(std::max(0, from.lidar));
     point.plane = from.plane;
     cloud.push_back(point);

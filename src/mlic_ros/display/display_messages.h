@@ -24,13 +24,15 @@ geometry_msgs::TransformStamped MakeFrame(const std::string& parent, const std::
 // tf2's form of a frame name (no leading slash); `fallback` where it is empty.
 std::string FrameName(const std::string& frame, const std::string& fallback);
 
-// Each plane as a rectangle of its extent, coloured by the direction of its normal.
+// Each plane as a rectangle of its extent. colours: 0xRRGGBB of each; empty: by the direction of its normal.
 visualization_msgs::MarkerArray MakePlaneMarkers(const std::vector<PlanePatch>& planes,
+                                                 const std::vector<std::uint32_t>& colours,
                                                  const ros::Time& stamp);
 
-// Fields x y z, intensity f32, rgb (by LiDAR), lidar u16, plane i32 (-1: none). At most 400,000 points,
-// evenly chosen.
-sensor_msgs::PointCloud2 MakeMapCloud(const std::vector<MapPoint>& points, const ros::Time& stamp);
+// Fields x y z, intensity f32, rgb (the point's one of `colours`, 0xRRGGBB), lidar u16, plane i32 (-1: none).
+// At most 400,000 points, evenly chosen.
+sensor_msgs::PointCloud2 MakeMapCloud(const std::vector<MapPoint>& points,
+                                      const std::vector<std::uint32_t>& colours, const ros::Time& stamp);
 
 nav_msgs::Path MakePath(const std::vector<StampedPose>& trajectory, const ros::Time& stamp);
 

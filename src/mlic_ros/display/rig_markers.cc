@@ -73,6 +73,13 @@ void AddAxes(const Eigen::Isometry3d& pose, double length, bool grey, Marker* li
 
 }  // namespace
 
+MarkerArray NoMarkers(const std::string& frame) {
+  MarkerArray array;
+  array.markers.push_back(MakeMarker(frame, "", Marker::LINE_LIST));
+  array.markers.back().action = Marker::DELETEALL;
+  return array;
+}
+
 MarkerArray MakeRigMarkers(const Status& status, const std::string& imu_frame) {
   double size = kLeastRig;
   for (const SensorStatus& sensor : status.sensors) {
@@ -82,7 +89,7 @@ MarkerArray MakeRigMarkers(const Status& status, const std::string& imu_frame) {
   Marker guesses = MakeMarker(imu_frame, "guesses", Marker::LINE_LIST);
   axes.scale.x = 0.03 * size;
   guesses.scale.x = 0.015 * size;
-  MarkerArray array;
+  MarkerArray array = NoMarkers(imu_frame);  // of sensors that are no longer shown
   const auto name = [&](const std::string& text, const Eigen::Vector3d& place) {
     Marker label = MakeMarker(imu_frame, "names", Marker::TEXT_VIEW_FACING);
     label.id = static_cast<int>(array.markers.size());
@@ -115,12 +122,13 @@ MarkerArray MakeOverlay(const Status& status) {
   const double radius = status.map_radius > 0.0f ? status.map_radius : kRadiusBefore;
   Marker text = MakeMarker("map", "overlay", Marker::TEXT_VIEW_FACING);
   text.text = StageLine(status);
-  if (status.state == Status::RUNNING) {
+  if (status.state == Status::RUNNING && !status.paused) {
     const std::size_t colon =
         text.text.find(": ");  // long names of stages would not fit beside their numbers
     if (colon != std::string::npos) text.text.replace(colon, 2, "\n");
     text.text += "\n" + ProgressLine(status);
   }
+  if (const std::string shown = ShownRoundLine(status); !shown.empty()) text.text += "\n" + shown;
   const std::array<float, 3> colour = VerdictColour(status);
   text.color = Colour(colour[0], colour[1], colour[2]);
   text.scale.z = kOverlayText * radius;

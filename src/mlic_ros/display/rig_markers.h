@@ -12,6 +12,9 @@ namespace mlic {
 // where the rig file has a guess of it, that in grey, with a line from it to where the sensor is now.
 visualization_msgs::MarkerArray MakeRigMarkers(const Status& status, const std::string& imu_frame);
 
+// Takes away all that the topic has shown.
+visualization_msgs::MarkerArray NoMarkers(const std::string& frame);
+
 // Stage and progress, or the verdict, as text over the map.
 visualization_msgs::MarkerArray MakeOverlay(const Status& status);
 

@@ -1,7 +1,5 @@
 #include "mlic_ros/display/ros_display.h"
 
-#include <nav_msgs/Path.h>
-#include <sensor_msgs/PointCloud2.h>
 #include <visualization_msgs/MarkerArray.h>
 
 #include <algorithm>
@@ -12,7 +10,7 @@
 #include "mlic_ros/display/display_messages.h"
 #include "mlic_ros/display/rig_markers.h"
 #include "mlic_ros/display/round_projection.h"
-#include "mlic_ros/display/status_text.h"
+#include "mlic_ros/display/unfinished_result.h"
 
 namespace mlic {
 namespace {
@@ -21,28 +19,92 @@ namespace {
 
 constexpr double kSecondsBetweenProgress = 0.1;
 constexpr double kSecondsBetweenStatus = 1.0;
+constexpr double kSecondsBetweenBlinks = 0.8;
 constexpr int kTileWidth = 640;  // px, of each camera in pictures of all
 
 }  // namespace
 
-RosDisplay::RosDisplay(ros::NodeHandle& node)
+RosDisplay::RosDisplay(ros::NodeHandle& node, const std::string& frame_prefix,
+                       const CancellationToken& cancellation)
     : node_(node),
-      voxel_map_(node.advertise<visualization_msgs::MarkerArray>("/mlic/voxel_map", 1, true)),
-      voxel_map_points_(node.advertise<sensor_msgs::PointCloud2>("/mlic/voxel_map_points", 1, true)),
-      trajectory_(node.advertise<nav_msgs::Path>("/mlic/trajectory", 1, true)),
+      pause_(cancellation),
+      scene_(node, frame_prefix),
       status_publisher_(node.advertise<Status>("/mlic/status", 50, true)),
-      rig_markers_(node.advertise<visualization_msgs::MarkerArray>("/mlic/rig", 1, true)),
-      overlay_(node.advertise<visualization_msgs::MarkerArray>("/mlic/overlay", 1, true)) {
+      overlay_(node.advertise<visualization_msgs::MarkerArray>("/mlic/overlay", 1, true)),
+      services_(node) {
   PublishStatus();
   // Stages that say nothing of themselves for a minute are alive, too.
   heartbeat_ = node_.createWallTimer(ros::WallDuration(kSecondsBetweenStatus), [this](const auto&) {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (status_.Get().state == Status::RUNNING) PublishStatus();
   });
+  blinker_ = node_.createWallTimer(ros::WallDuration(kSecondsBetweenBlinks), [this](const auto&) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    scene_.Blink();
+  });
+  OfferServices();
+}
+
+void RosDisplay::SetOutput(const std::filesystem::path& directory) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  output_ = directory;
+}
+
+void RosDisplay::OfferServices() {
+  // What the scene is asked for, and its answer, which /mlic/status shows as well.
+  const auto offer_word = [this](const std::string& name, Answer (SceneDisplay::*ask)(const std::string&)) {
+    services_.OfferWord(name, [this, ask](const std::string& word) {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      const Answer answer = (scene_.*ask)(word);
+      PublishStatus();
+      return answer;
+    });
+  };
+  offer_word("/mlic/show", &SceneDisplay::ShowSensor);
+  offer_word("/mlic/hide", &SceneDisplay::HideSensor);
+  offer_word("/mlic/colour_by", &SceneDisplay::ColourBy);
+  offer_word("/mlic/round", &SceneDisplay::GoToRound);
+  services_.OfferSwitch("/mlic/blink", [this](bool blinks) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const Answer answer = scene_.SetBlinking(blinks);
+    PublishStatus();
+    return answer;
+  });
+  services_.OfferSwitch("/mlic/pause", [this](bool paused) { return Pause(paused); });
+  services_.OfferTrigger("/mlic/export", [this] { return Export(); });
+}
+
+Answer RosDisplay::Pause(bool paused) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (status_.Get().state != Status::RUNNING) return {false, "the calibration has ended already"};
+  pause_.Set(paused);
+  PublishStatus();
+  return {true, paused ? "the calibration stands still from its next step on" : "the calibration goes on"};
+}
+
+Answer RosDisplay::Export() {
+  std::optional<CalibrationSnapshot> snapshot;
+  std::filesystem::path directory;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (status_.Get().state != Status::RUNNING) {
+      return {false, "the calibration has ended already; what it has found stands in its output directory"};
+    }
+    if (!last_ || output_.empty()) return {false, "there is no round yet"};
+    snapshot = last_;
+    directory = output_ / "unfinished";
+  }
+  try {
+    WriteUnfinished(directory, UnfinishedResult(*snapshot, imu_frame_));
+  } catch (const std::exception& error) {
+    return {false, error.what()};
+  }
+  return {true, "written, marked as unfinished: " + directory.string()};
 }
 
 double RosDisplay::Now() const {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count() -
+         pause_.PausedSeconds();
 }
 
 void RosDisplay::PublishStatus() {
@@ -50,14 +112,18 @@ void RosDisplay::PublishStatus() {
   status_.Tick(now);
   Status message = status_.Get();
   message.header.stamp = ros::Time::now();
+  message.paused = message.state == Status::RUNNING && pause_.IsPaused();
+  scene_.Describe(&message);
   status_publisher_.publish(message);
-  const bool due = now - last_overlay_ >= kSecondsBetweenStatus || message.state != Status::RUNNING;
+  const bool due =
+      now - last_overlay_ >= kSecondsBetweenStatus || message.state != Status::RUNNING || message.paused;
   if (!due) return;
   last_overlay_ = now;
-  overlay_.publish(MakeOverlay(message));
+  scene_.Publish(overlay_, MakeOverlay(message));
 }
 
 void RosDisplay::OnProgress(const std::string& stage, double fraction) {
+  pause_.Wait();
   const std::lock_guard<std::mutex> lock(mutex_);
   const double now = Now();
   const bool is_new = status_.SetProgress(stage, fraction, now);
@@ -75,12 +141,11 @@ void RosDisplay::OnMessage(const std::string& line) { ROS_DEBUG_STREAM(line); }
 
 void RosDisplay::OnRig(const Rig& rig) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (!rig.imu.frame_id.empty()) imu_frame_ = FrameName(rig.imu.frame_id, "imu");
+  imu_frame_ = FrameName(rig.imu.frame_id, "imu");
+  scene_.SetRig(rig);
   status_.SetRig(rig);
   PublishStatus();
   if (rig.cameras.empty()) return;
-  landmarks_ = node_.advertise<sensor_msgs::PointCloud2>("/mlic/landmarks", 1, true);
-  cameras_ = node_.advertise<visualization_msgs::MarkerArray>("/mlic/cameras", 1, true);
   tracks_ = AdvertisePictures(rig, "tracks", "tracks");
   if (!rig.lidars.empty()) projections_ = AdvertisePictures(rig, "projection", "projections");
 }
@@ -101,9 +166,9 @@ void RosDisplay::PublishPictures(const std::vector<std::string>& cameras,
   if (pictures.empty()) return;
   const ros::Time now = ros::Time::now();
   for (std::size_t i = 0; i < pictures.size(); ++i) {
-    topics->of_cameras.at(cameras[i]).publish(MakeImage(pictures[i], cameras[i], now));
+    scene_.Publish(topics->of_cameras.at(cameras[i]), MakeImage(pictures[i], cameras[i], now));
   }
-  topics->all.publish(MakeImage(TilePictures(pictures, kTileWidth), "map", now));
+  scene_.Publish(topics->all, MakeImage(TilePictures(pictures, kTileWidth), "map", now));
 }
 
 const cv::Mat& RosDisplay::PhotoOf(const CameraView& view) {
@@ -151,45 +216,42 @@ void RosDisplay::PublishProjections(const std::vector<CameraProjection>& project
   PublishPictures(cameras, pictures, &projections_);
 }
 
-void RosDisplay::PublishRig(const std::vector<StampedPose>& trajectory) {
-  const ros::Time now = ros::Time::now();
-  std::vector<geometry_msgs::TransformStamped> frames;
-  const RigidTransform T_map_imu = trajectory.empty() ? RigidTransform() : trajectory.back().pose;
-  frames.push_back(MakeFrame("map", imu_frame_, ToMessage(T_map_imu), now));
-  for (const SensorStatus& sensor : status_.Get().sensors) {
-    if (!IsFound(sensor.state) || sensor.frame_id == imu_frame_) continue;
-    frames.push_back(MakeFrame(imu_frame_, sensor.frame_id, sensor.transform, now));
-  }
-  broadcaster_.sendTransform(frames);
-  rig_markers_.publish(MakeRigMarkers(status_.Get(), imu_frame_));
-}
-
 void RosDisplay::OnSnapshot(const CalibrationSnapshot& snapshot) {
-  const ros::Time now = ros::Time::now();
-  if (!snapshot.planes.empty()) voxel_map_.publish(MakePlaneMarkers(snapshot.planes, now));
-  if (!snapshot.points.empty()) voxel_map_points_.publish(MakeMapCloud(snapshot.points, now));
-  if (!snapshot.trajectory.empty()) trajectory_.publish(MakePath(snapshot.trajectory, now));
-  if (!snapshot.landmarks.empty()) landmarks_.publish(MakeLandmarkCloud(snapshot.landmarks, now));
-  if (!snapshot.intrinsics.empty()) cameras_.publish(MakeFrustumMarkers(snapshot));
   PublishTracks(snapshot.views);
   PublishRound(snapshot);
-  const std::lock_guard<std::mutex> lock(mutex_);
-  status_.AddSnapshot(snapshot);
-  PublishRig(snapshot.trajectory);
-  PublishStatus();
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    status_.AddSnapshot(snapshot);
+    last_ = snapshot;
+    last_->views.clear();
+    Scene scene;
+    const auto lidars = static_cast<std::ptrdiff_t>(snapshot.sensors.size() - snapshot.intrinsics.size());
+    scene.lidars.assign(snapshot.sensor_names.begin(), snapshot.sensor_names.begin() + lidars);
+    scene.points = snapshot.points;
+    scene.planes = snapshot.planes;
+    scene.trajectory = snapshot.trajectory;
+    scene.landmarks = snapshot.landmarks;
+    scene.sensors = status_.Get().sensors;
+    if (!snapshot.intrinsics.empty()) scene.frustums = MakeFrustumMarkers(snapshot);
+    scene_.AddRound(std::move(scene));
+    PublishStatus();
+  }
+  pause_.Wait();
 }
 
 void RosDisplay::OnResult(const CalibrationResult& result) {
-  const ros::Time now = ros::Time::now();
-  static const std::vector<StampedPose> kNoPath;
-  const std::vector<StampedPose>& path = result.trajectories.empty() ? kNoPath : result.trajectories.front();
-  if (!result.map.empty()) voxel_map_points_.publish(MakeMapCloud(result.map, now));
-  if (!path.empty()) trajectory_.publish(MakePath(path, now));
   PublishTracks(result.views);
   PublishProjections(result.projections);
   const std::lock_guard<std::mutex> lock(mutex_);
   status_.SetResult(result);
-  PublishRig(path);
+  Scene scene;
+  scene.points = result.map;
+  for (const SensorResult& sensor : result.sensors) {
+    if (sensor.type == SensorResult::Type::kLidar) scene.lidars.push_back(sensor.name);
+  }
+  if (!result.trajectories.empty()) scene.trajectory = result.trajectories.front();
+  scene.sensors = status_.Get().sensors;
+  scene_.SetResult(std::move(scene));
   PublishStatus();
 }
 

@@ -1,16 +1,20 @@
 #pragma once
 
 #include <ros/ros.h>
-#include <tf2_ros/static_transform_broadcaster.h>
 
 #include <chrono>
+#include <filesystem>
 #include <map>
 #include <mutex>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "mlic_ros/display/display_services.h"
 #include "mlic_ros/display/job_observer.h"
+#include "mlic_ros/display/pause_gate.h"
+#include "mlic_ros/display/scene_display.h"
 #include "mlic_ros/display/status_board.h"
 
 namespace mlic {
@@ -20,10 +24,17 @@ namespace mlic {
 // and the frames map -> IMU (at the end of the path) -> sensors on /tf_static. With cameras also
 // /mlic/landmarks (PointCloud2), /mlic/cameras (MarkerArray), /mlic/NAME/tracks (Image) of each camera and
 // /mlic/tracks (Image) of all in one; with LiDARs as well, once the map has been matched,
-// /mlic/NAME/projection and /mlic/projections (Image).
+// /mlic/NAME/projection and /mlic/projections (Image). All frames are below the prefix.
+//
+// Services: /mlic/pause, /mlic/blink (SetBool), /mlic/show, /mlic/hide, /mlic/colour_by, /mlic/round
+// (Choose), /mlic/export (Trigger).
 class RosDisplay : public JobObserver {
  public:
-  explicit RosDisplay(ros::NodeHandle& node);
+  // cancellation: that of the job, which a pause does not outlast.
+  RosDisplay(ros::NodeHandle& node, const std::string& frame_prefix, const CancellationToken& cancellation);
+
+  // Where /mlic/export writes: into the folder `unfinished` of the job's output directory.
+  void SetOutput(const std::filesystem::path& directory);
 
   void OnProgress(const std::string& stage, double fraction) override;
   void OnSnapshot(const CalibrationSnapshot& snapshot) override;
@@ -35,9 +46,11 @@ class RosDisplay : public JobObserver {
   void OnInterruption(const std::string& line) override;
 
  private:
-  double Now() const;  // s since the start
+  double Now() const;  // s since the start, without pauses
+  void OfferServices();
+  Answer Pause(bool paused);
+  Answer Export();
   void PublishStatus();
-  void PublishRig(const std::vector<StampedPose>& trajectory);
   void End(std::uint8_t state, const std::string& line);
   void PublishTracks(const std::vector<CameraView>& views);
   void PublishRound(const CalibrationSnapshot& snapshot);
@@ -62,16 +75,19 @@ class RosDisplay : public JobObserver {
 
   std::mutex mutex_;  // progress and the timer come from any thread
   ros::NodeHandle node_;
-  ros::Publisher voxel_map_, voxel_map_points_, trajectory_, status_publisher_, rig_markers_, overlay_;
-  ros::Publisher landmarks_, cameras_;   // of a rig with cameras
-  PictureTopics tracks_, projections_;   // likewise
+  PauseGate pause_;
+  SceneDisplay scene_;
+  ros::Publisher status_publisher_, overlay_;
+  PictureTopics tracks_, projections_;   // of a rig with cameras
   std::map<std::string, Photo> photos_;  // by camera
-  tf2_ros::StaticTransformBroadcaster broadcaster_;
   StatusBoard status_;
-  std::string imu_frame_ = "imu";
+  std::filesystem::path output_;
+  std::string imu_frame_;
+  std::optional<CalibrationSnapshot> last_;  // without its views
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   double last_progress_ = 0.0, last_overlay_ = -1.0;  // s since the start
-  ros::WallTimer heartbeat_;                          // the last one made, the first one to end
+  DisplayServices services_;
+  ros::WallTimer heartbeat_, blinker_;  // the last ones made, the first ones to end
 };
 
 }  // namespace mlic

@@ -21,7 +21,7 @@ std::string VerdictWord(const Status& status) {
     case Status::INTERRUPTED:
       return "INTERRUPTED";
     default:
-      return "RUNNING";
+      return status.paused ? "PAUSED" : "RUNNING";
   }
 }
 
@@ -44,6 +44,14 @@ std::string StageLine(const Status& status) {
   if (status.stage_number == 0) return status.stage;
   return "stage " + std::to_string(status.stage_number) + " of " + std::to_string(status.stage_count) + ": " +
          status.stage;
+}
+
+std::string ShownRoundLine(const Status& status) {
+  std::string line = status.blinks ? "guess and first map by turns" : "";
+  if (status.shown_round == 0) return line;
+  if (!line.empty()) line += ", ";
+  return line + "round " + std::to_string(status.shown_round) + " of " + std::to_string(status.rounds) +
+         " is shown";
 }
 
 std::string DurationText(double seconds) {

@@ -19,6 +19,8 @@ std::string VerdictWord(const Status& status);
 std::array<float, 3> VerdictColour(const Status& status);
 // "stage 4 of 12: joint adjustment"; once it has ended, the verdict.
 std::string StageLine(const Status& status);
+// "round 3 of 9 is shown"; empty where it is the latest state.
+std::string ShownRoundLine(const Status& status);
 // "40 s", "7 min", "2 h 05 min".
 std::string DurationText(double seconds);
 // "35 %, about 7 min left"

@@ -4,8 +4,10 @@
 #include <rviz/display_context.h>
 #include <rviz/display_group.h>
 #include <rviz/visualization_manager.h>
+#include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
+#include <QComboBox>
 #include <QHBoxLayout>
 #include <QHeaderView>
 #include <QLabel>
@@ -16,6 +18,7 @@
 #include <array>
 #include <pluginlib/class_list_macros.hpp>
 
+#include "mlic/Choose.h"
 #include "mlic_ros/display/status_text.h"
 
 namespace mlic {
@@ -69,15 +72,11 @@ CalibrationPanel::CalibrationPanel(QWidget* parent) : rviz::Panel(parent) {
   changes_ = new CurveView("largest change of a sensor in a round, in its sigmas", 1.0, "one sigma", this);
   costs_ = new CurveView("cost", 0.0, "", this);
   sensors_ = MakeTable(this);
-  cancel_ = new QPushButton("Cancel", this);
-  cancel_->setToolTip("Ends the calibration as Ctrl-C does; finished stages are kept (service /mlic/cancel)");
-  cancel_->setEnabled(false);
-  whole_map_ = new QPushButton("Whole map", this);
-  whole_map_->setToolTip("Looks at the whole map, and follows it");
-  whole_map_->setEnabled(false);
-  auto* buttons = new QHBoxLayout;
-  buttons->addWidget(whole_map_);
-  buttons->addWidget(cancel_);
+  legend_ = new QLabel(this);
+  legend_->setTextFormat(Qt::RichText);
+  legend_->setStyleSheet("color: #d0d4dc; background-color: #14141a; padding: 2px;");  // as the scene
+  answer_ = new QLabel(this);
+  for (QLabel* text : {legend_, answer_}) text->setWordWrap(true);
   auto* all = new QVBoxLayout(this);
   for (QWidget* widget : {static_cast<QWidget*>(verdict_), static_cast<QWidget*>(messages_),
                           static_cast<QWidget*>(stage_), static_cast<QWidget*>(progress_)}) {
@@ -86,11 +85,70 @@ CalibrationPanel::CalibrationPanel(QWidget* parent) : rviz::Panel(parent) {
   all->addWidget(changes_, 4);
   all->addWidget(costs_, 3);
   all->addWidget(sensors_, 3);
-  all->addLayout(buttons);
-  connect(cancel_, &QPushButton::clicked, this, [this] { Cancel(); });
-  connect(whole_map_, &QPushButton::clicked, this, [this] { LookAtMap(); });
+  all->addLayout(MakeSceneButtons());
+  all->addWidget(legend_);
+  all->addLayout(MakeRunButtons());
+  all->addWidget(answer_);
   connect(sensors_, &QTableWidget::cellClicked, this, [this](int row, int) { LookAt(row); });
+  connect(sensors_, &QTableWidget::itemChanged, this,
+          [this](const QTableWidgetItem* item) { OnItemChanged(*item); });
   ShowVerdict();
+}
+
+QPushButton* CalibrationPanel::MakeButton(const QString& text, const QString& tip) {
+  auto* button = new QPushButton(text, this);
+  button->setToolTip(tip);
+  button->setEnabled(false);
+  // Else two rows of buttons would make the panel as wide as the scene.
+  button->setMinimumWidth(button->fontMetrics().boundingRect(text).width() + 12);
+  return button;
+}
+
+QHBoxLayout* CalibrationPanel::MakeSceneButtons() {
+  previous_ = MakeButton("<", "The round before the shown one (service /mlic/round)");
+  next_ = MakeButton(">", "The round after the shown one (service /mlic/round)");
+  latest_ = MakeButton("Latest", "The latest state again (service /mlic/round)");
+  round_ = new QLabel(this);
+  blink_ =
+      MakeButton("Blink", "Shows guesses and first map by turns with what is shown (service /mlic/blink)");
+  blink_->setCheckable(true);
+  colour_by_ = new QComboBox(this);
+  colour_by_->setToolTip("What the points' colours say (service /mlic/colour_by)");
+  for (const char* word : {"sensor", "residual", "plane"}) colour_by_->addItem(word);
+  connect(previous_, &QPushButton::clicked, this, [this] { Choose("/mlic/round", "previous"); });
+  connect(next_, &QPushButton::clicked, this, [this] { Choose("/mlic/round", "next"); });
+  connect(latest_, &QPushButton::clicked, this, [this] { Choose("/mlic/round", "latest"); });
+  connect(blink_, &QPushButton::clicked, this, [this](bool on) { Switch("/mlic/blink", on); });
+  connect(colour_by_, QOverload<int>::of(&QComboBox::activated), this,
+          [this](int) { Choose("/mlic/colour_by", colour_by_->currentText().toStdString()); });
+  auto* row = new QHBoxLayout;
+  for (QWidget* widget :
+       {static_cast<QWidget*>(previous_), static_cast<QWidget*>(round_), static_cast<QWidget*>(next_),
+        static_cast<QWidget*>(latest_), static_cast<QWidget*>(blink_),
+        static_cast<QWidget*>(new QLabel("colour by", this)), static_cast<QWidget*>(colour_by_)}) {
+    row->addWidget(widget);
+  }
+  return row;
+}
+
+QHBoxLayout* CalibrationPanel::MakeRunButtons() {
+  whole_map_ = MakeButton("Whole map", "Looks at the whole map, and follows it");
+  pause_ =
+      MakeButton("Pause", "The calibration stands still until it is pressed again (service /mlic/pause)");
+  pause_->setCheckable(true);
+  export_ =
+      MakeButton("Export now",
+                 "Writes the state of the last round into the folder unfinished of the output directory, "
+                 "marked as not finished (service /mlic/export)");
+  cancel_ = MakeButton(
+      "Cancel", "Ends the calibration as Ctrl-C does; finished stages are kept (service /mlic/cancel)");
+  connect(whole_map_, &QPushButton::clicked, this, [this] { LookAtMap(); });
+  connect(pause_, &QPushButton::clicked, this, [this](bool on) { Switch("/mlic/pause", on); });
+  connect(export_, &QPushButton::clicked, this, [this] { Trigger("/mlic/export"); });
+  connect(cancel_, &QPushButton::clicked, this, [this] { Trigger("/mlic/cancel"); });
+  auto* row = new QHBoxLayout;
+  for (QPushButton* button : {whole_map_, pause_, export_, cancel_}) row->addWidget(button);
+  return row;
 }
 
 void CalibrationPanel::onInitialize() {
@@ -123,6 +181,7 @@ void CalibrationPanel::ShowVerdict() {
 
 void CalibrationPanel::ShowSensors() {
   rows_ = SensorRows(status_);
+  fills_ = true;
   sensors_->setRowCount(static_cast<int>(rows_.size()));
   for (int row = 0; row < sensors_->rowCount(); ++row) {
     const SensorRow& sensor = rows_[static_cast<std::size_t>(row)];
@@ -134,14 +193,38 @@ void CalibrationPanel::ShowSensors() {
       }
       item->setText(ToText(sensor.cells[static_cast<std::size_t>(column)]));
       item->setToolTip(ToText(sensor.note));
+      if (column == 0) {
+        item->setCheckState(sensor.shown ? Qt::Checked : Qt::Unchecked);
+        item->setToolTip("Shown in the scene (services /mlic/show and /mlic/hide)");
+      }
       if (column > 1) item->setTextAlignment(Qt::AlignRight | Qt::AlignVCenter);
       if (column == 1) item->setForeground(ColourOfSensor(sensor.state));
     }
   }
+  fills_ = false;
+}
+
+void CalibrationPanel::ShowScene() {
+  colour_by_->setCurrentText(ToText(status_.colour_by));
+  legend_->setText(ToText(LegendHtml(status_)));
+  legend_->setVisible(!status_.legend.empty());
+  round_->setText(ToText(RoundText(status_)));
+  const bool running = status_.state == Status::RUNNING;
+  for (QPushButton* button : {previous_, blink_}) button->setEnabled(status_.rounds > 0);
+  for (QPushButton* button : {next_, latest_}) button->setEnabled(status_.shown_round > 0);
+  blink_->setChecked(status_.blinks);
+  pause_->setChecked(status_.paused);
+  pause_->setText(status_.paused ? "Go on" : "Pause");
+  for (QPushButton* button : {pause_, cancel_}) button->setEnabled(running);
+  export_->setEnabled(running && status_.rounds > 0);
+  // The configuration looks at the frames that calibrate_node has by itself.
+  const QString map = ToText(status_.frame_prefix + "map");
+  if (vis_manager_->getFixedFrame() == "mlic/map" && map != "mlic/map") vis_manager_->setFixedFrame(map);
 }
 
 void CalibrationPanel::OnStatus(const Status& status) {
   status_ = status;
+  toggled_ = false;  // of a box that was not changed by a click
   const bool running = status.state == Status::RUNNING;
   verdict_->setText(ToText(VerdictWord(status)));
   ShowVerdict();
@@ -156,7 +239,7 @@ void CalibrationPanel::OnStatus(const Status& status) {
   changes_->Show(ChangeCurve(status));
   costs_->Show(CostCurve(status));
   ShowSensors();
-  cancel_->setEnabled(running);
+  ShowScene();
   const std::optional<Viewpoint> map = ViewOfMap(status);
   whole_map_->setEnabled(map.has_value());
   if (map) view_->FollowMap(*map);
@@ -164,7 +247,10 @@ void CalibrationPanel::OnStatus(const Status& status) {
 
 void CalibrationPanel::LookAt(int row) {
   const SensorRow& sensor = rows_.at(static_cast<std::size_t>(row));
-  if (IsFound(sensor.state)) view_->LookAtFrame(sensor.frame, ViewOfSensor(status_));
+  const bool is_box = toggled_;
+  toggled_ = false;
+  if (IsFound(sensor.state) && !is_box)
+    view_->LookAtFrame(status_.frame_prefix + sensor.frame, ViewOfSensor(status_));
 }
 
 void CalibrationPanel::LookAtMap() {
@@ -172,12 +258,35 @@ void CalibrationPanel::LookAtMap() {
   if (map) view_->LookAtMap(*map);
 }
 
-void CalibrationPanel::Cancel() {
-  std_srvs::Trigger trigger;
-  cancel_->setEnabled(false);
-  const bool reached = ros::service::call("/mlic/cancel", trigger);
-  messages_->setText(reached ? ToText(trigger.response.message) : QString("/mlic/cancel does not answer"));
-  messages_->setVisible(true);
+void CalibrationPanel::OnItemChanged(const QTableWidgetItem& item) {
+  if (fills_ || item.column() != 0) return;
+  const std::string& name = rows_.at(static_cast<std::size_t>(item.row())).name;
+  toggled_ = true;
+  Choose(item.checkState() == Qt::Checked ? "/mlic/show" : "/mlic/hide", name);
+}
+
+void CalibrationPanel::Tell(bool reached, const std::string& service, const std::string& message) {
+  answer_->setText(ToText(reached ? message : service + " does not answer"));
+}
+
+void CalibrationPanel::Trigger(const std::string& service) {
+  std_srvs::Trigger call;
+  const bool reached = ros::service::call(service, call);
+  Tell(reached, service, call.response.message);
+}
+
+void CalibrationPanel::Switch(const std::string& service, bool on) {
+  std_srvs::SetBool call;
+  call.request.data = static_cast<std::uint8_t>(on);
+  const bool reached = ros::service::call(service, call);
+  Tell(reached, service, call.response.message);
+}
+
+void CalibrationPanel::Choose(const std::string& service, const std::string& word) {
+  mlic::Choose call;
+  call.request.value = word;
+  const bool reached = ros::service::call(service, call);
+  Tell(reached, service, call.response.message);
 }
 
 }  // namespace mlic

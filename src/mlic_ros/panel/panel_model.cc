@@ -108,6 +108,7 @@ std::vector<SensorRow> SensorRows(const Status& status) {
     row.frame = sensor.frame_id;
     row.state = sensor.state;
     row.note = sensor.reason;
+    row.shown = std::find(status.hidden.begin(), status.hidden.end(), sensor.name) == status.hidden.end();
     row.cells[0] = sensor.name;
     row.cells[1] = StateText(sensor, running);
     const bool found = IsFound(sensor.state);
@@ -121,6 +122,23 @@ std::vector<SensorRow> SensorRows(const Status& status) {
     rows.push_back(row);
   }
   return rows;
+}
+
+std::string LegendHtml(const Status& status) {
+  std::string html;
+  for (std::size_t k = 0; k < status.legend.size() && k < status.legend_colours.size(); ++k) {
+    char square[64];
+    std::snprintf(square, sizeof(square), "<span style='color:#%06x'>&#9632;</span> ",
+                  static_cast<unsigned>(status.legend_colours[k]));
+    html += square + status.legend[k] + " &nbsp; ";
+  }
+  return html;
+}
+
+std::string RoundText(const Status& status) {
+  if (status.rounds == 0) return "";
+  const std::string of = " of " + std::to_string(status.rounds);
+  return status.shown_round == 0 ? "latest" + of : "round " + std::to_string(status.shown_round) + of;
 }
 
 std::optional<Viewpoint> ViewOfMap(const Status& status) {

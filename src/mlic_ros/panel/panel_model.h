@@ -41,12 +41,18 @@ struct SensorRow {
 
   std::string name;
   std::string frame;
+  bool shown = true;                        // in the scene
   std::uint8_t state = 0;                   // SensorStatus::state
   std::array<std::string, kColumns> cells;  // name, state, offset, sigmas, change from the guess
   std::string note;                         // what else to know of it
 };
 
 std::vector<SensorRow> SensorRows(const Status& status);
+
+// What the points' colours say, each word in its colour.
+std::string LegendHtml(const Status& status);
+// "round 3 of 9", "latest of 9"; empty before the first.
+std::string RoundText(const Status& status);
 
 // Where to look from a distance.
 struct Viewpoint {

@@ -1,6 +1,7 @@
 // calibrate_node: the same work as `calibrate`, shown in RViz; what calibrate.launch runs. Private
 // parameters: the options of `calibrate` with _ for - (bag: several separated by blanks), directory (what
-// relative paths start from), rviz and rviz_config, keep_open (stay after the result, for other viewers).
+// relative paths start from), rviz and rviz_config, keep_open (stay after the result, for other viewers),
+// frame_prefix (of all frames that RViz is shown; mlic).
 // --end-launch: once all is done the launch ends.
 #include <fcntl.h>
 #include <ros/file_log.h>
@@ -19,6 +20,7 @@
 #include <string>
 #include <thread>
 
+#include "mlic_ros/display/frame_prefix.h"
 #include "mlic_ros/display/ros_display.h"
 #include "mlic_ros/programs/calibration_job.h"
 #include "mlic_ros/programs/interrupt.h"
@@ -119,12 +121,19 @@ int RunNode(int argc, char** argv, const LinesPipe& pipe) {
   ros::NodeHandle node;
   const CancellationToken& cancellation = CancelOnSignals();
   const std::unique_ptr<RvizWindow> rviz = OpenRviz();
-  RosDisplay display(node);
+  RosDisplay display(node, ToFramePrefix(ros::NodeHandle("~").param<std::string>("frame_prefix", "mlic")),
+                     cancellation);
   std::atomic<bool> has_ended{false};
   const ros::ServiceServer cancel = OfferCancel(node, has_ended);
   ros::AsyncSpinner spinner(1);
   spinner.start();
-  const JobEnd end = RunCalibrationJob(OptionsFromParameters, cancellation, display);
+  const JobEnd end = RunCalibrationJob(
+      [&display] {
+        JobOptions options = OptionsFromParameters();
+        display.SetOutput(options.output);
+        return options;
+      },
+      cancellation, display);
   has_ended = true;
   if (rviz != nullptr && rviz->IsOpen()) {
     std::fprintf(stderr, "finished; the launch ends when RViz is closed\n");
