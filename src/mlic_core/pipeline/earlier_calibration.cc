@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "mlic_core/common/error.h"
 #include "mlic_core/common/join.h"
@@ -137,6 +138,26 @@ void Combine(const PoseSigma& largest, PoseSigma* sigma) {
   sigma->time_offset = std::hypot(sigma->time_offset, largest.time_offset);
 }
 
+// By what a sensor is off against a held one when it follows the other held ones: the largest of these pairs,
+// in all directions alike.
+PoseSigma LargestOfPairs(const CalibrationResult& result, const std::string& held,
+                         const SensorResult& sensor) {
+  PoseSigma largest;
+  for (const PairResult& pair : result.pairs) {
+    if (pair.a != held && pair.b != held) continue;
+    const SensorResult* other = Find(result, pair.a == held ? pair.b : pair.a);
+    if (other == nullptr || !other->fixed) continue;
+    const double arm =
+        (sensor.calibration.T_imu_sensor.translation - other->calibration.T_imu_sensor.translation).norm();
+    const double rotation = pair.sigma.rotation.maxCoeff();
+    const double translation = std::hypot(pair.sigma.translation.maxCoeff(), rotation * arm);
+    largest.rotation = largest.rotation.cwiseMax(rotation);
+    largest.translation = largest.translation.cwiseMax(translation);
+    largest.time_offset = std::max(largest.time_offset, pair.sigma.time_offset);
+  }
+  return largest;
+}
+
 }  // namespace
 
 Rig WithPrior(const Rig& rig, const CalibrationResult& earlier, std::vector<std::string>* notes) {
@@ -198,8 +219,10 @@ void AddSigmasOfHeld(const CalibrationResult& earlier, CalibrationResult* result
   for (SensorResult& sensor : result->sensors) {
     if (is_held(sensor)) TakeQuality(*Find(earlier, sensor.name), &sensor);
   }
+  std::map<std::string, PoseSigma> own;  // against the held sensors
   for (SensorResult& sensor : result->sensors) {
     if (sensor.fixed) continue;
+    own[sensor.name] = sensor.sigma;
     PoseSigma largest;
     for (const SensorResult& held : result->sensors) {
       if (!is_held(held)) continue;
@@ -216,6 +239,17 @@ void AddSigmasOfHeld(const CalibrationResult& earlier, CalibrationResult* result
   };
   for (PairResult& pair : result->pairs) {
     if (held(pair.a) && held(pair.b)) TakePair(earlier, &pair);
+  }
+  for (PairResult& pair : result->pairs) {
+    if (held(pair.a) == held(pair.b)) continue;
+    const std::string &fixed = held(pair.a) ? pair.a : pair.b, &other = held(pair.a) ? pair.b : pair.a;
+    const SensorResult *a = Find(*result, pair.a), *b = Find(*result, pair.b);
+    if (a == nullptr || b == nullptr) continue;
+    const PoseSigma known;
+    pair.sigma = MakePair(a->calibration, b->calibration,
+                          Independent(held(pair.a) ? known : own[pair.a], held(pair.b) ? known : own[pair.b]))
+                     .sigma;
+    Combine(LargestOfPairs(*result, fixed, *Find(*result, other)), &pair.sigma);
   }
 }
 

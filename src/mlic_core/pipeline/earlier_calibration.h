@@ -35,7 +35,7 @@ bool IsHeldFrom(const CalibrationResult& earlier, const Config& config) {
 // Gives held sensors what the earlier calibration says of them and of their pairs, and adds to the others'
 // sigmas against the IMU what these are off by with the held ones: of each component the largest that any of
 // them would bring if this sensor hung at it alone, a bound of every weighted mean of them. Pairs with a held
-// sensor keep what the data say.
+// sensor have what the data say of the other one, and what the held sensors are off by against each other.
 void AddSigmasOfHeld(const CalibrationResult& earlier, CalibrationResult* result);
 
 }  // namespace mlic
