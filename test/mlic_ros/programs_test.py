@@ -105,6 +105,7 @@ class Programs(unittest.TestCase):
         self.expect_error(self.run_program("calibrate", "--frobnicate"), "calibrate")
         self.expect_error(self.run_program("inspect_bag"), "inspect_bag")
         self.expect_error(self.run_program("simulate", "--sensors", "none.yaml"), "simulate: --output is required")
+        self.expect_error(self.run_program("calibrate", "--rig", "r", "--bag", "b", "--output", "o", "--add", "x"), "--prior")
         self.assertEqual(self.run_program("calibrate", "--help").returncode, 0)
 
     def test_missing_files(self):
@@ -227,6 +228,33 @@ class Programs(unittest.TestCase):
         other.communicate(timeout=60)
         self.assertIn("[LiDAR odometry]", lines[-1])
         self.assertNotIn("reused", "".join(lines))
+
+    def test_a_sensor_is_added_to_those_of_a_prior(self):
+        if not DRIVE:
+            self.skipTest("no drive given")
+        self.take_finished()
+        with open(self.path("out/calibration.yaml")) as file:
+            prior = yaml.safe_load(file)
+        prior["sensors"]["gone"] = prior["sensors"]["lidar"]
+        held = prior["sensors"]["lidar"]
+        held["sigma"]["translation"] = [0.003, 0.004, 0.005]
+        earlier = self.write("prior.yaml", yaml.safe_dump(prior))
+        done = self.calibrate(DRIVE[1], DRIVE[0], "--prior", earlier, "--add", "cam_left")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertNotIn("reused", done.stderr, "a prior makes other inputs of the kept stages")
+        self.assertIn("gone: the prior has it, the rig file has not", done.stderr)
+        with open(self.path("out/calibration.yaml")) as file:
+            sensors = yaml.safe_load(file)["sensors"]
+        self.assertEqual([sensors[name]["verdict"] for name in ["lidar", "cam_left"]], ["held", "trusted"])
+        for key in ["translation", "rotation"]:
+            for a, b in zip(sensors["lidar"]["T_imu_sensor"][key], held["T_imu_sensor"][key]):
+                self.assertAlmostEqual(a, b, delta=1e-8)
+        self.assertAlmostEqual(sensors["lidar"]["time_offset"], held["time_offset"], delta=1e-9)
+        for camera, lidar in zip(sensors["cam_left"]["sigma"]["translation"], held["sigma"]["translation"]):
+            self.assertGreater(camera, lidar)
+            self.assertLess(camera, 1.5 * lidar)
+        self.expect_end(self.calibrate(DRIVE[1], DRIVE[0], "--prior", earlier, "--add", "cam"), 1,
+                        "prior.yaml: --add cam: the rig file has no such sensor")
 
     def test_a_camera_that_cannot_be_read_is_left_out(self):
         if not DRIVE:

@@ -9,6 +9,7 @@
 #include "mlic_core/initialization/lidars_alone.h"
 #include "mlic_core/pipeline/adjustment_context.h"
 #include "mlic_core/pipeline/camera_stages.h"
+#include "mlic_core/pipeline/earlier_calibration.h"
 #include "mlic_core/pipeline/joint_adjustment.h"
 #include "mlic_core/pipeline/lidar_adjustment.h"
 #include "mlic_core/pipeline/odometry_stage.h"
@@ -114,12 +115,20 @@ void RejectCameras(const CameraInitialization& cameras, CalibrationResult* resul
   }
 }
 
-// A check holds their lenses.
+// The calibration that has the lens and the readout of a camera, where they do not move; null: they move.
+const CalibrationResult* EarlierLens(const StageContext& context, const CameraConfig& camera) {
+  const CalibrationOptions& options = context.options;
+  if (options.check_of) return &*options.check_of;
+  return options.held_from && IsHeldFrom(*options.held_from, camera) ? &*options.held_from : nullptr;
+}
+
+// Lenses of an earlier calibration are held.
 void TakeCameras(const StageContext& context, const CameraInitialization& cameras,
                  const std::vector<TrackSet>& tracks, Adjustment* adjustment) {
   AddCameras(context.rig, cameras, tracks, adjustment);
-  if (!context.options.check_of) return;
-  for (FixedCameraParameters& fixed : adjustment->cameras.always_fixed) {
+  for (std::size_t c = 0; c < context.rig.cameras.size(); ++c) {
+    if (EarlierLens(context, context.rig.cameras[c]) == nullptr) continue;
+    FixedCameraParameters& fixed = adjustment->cameras.always_fixed[c];
     fixed.readout = true;
     fixed.intrinsics.assign(fixed.intrinsics.size(), true);
   }
@@ -172,13 +181,14 @@ void HalvesStage(const StageContext& context, Adjustment* adjustment) {
   }
 }
 
-// What a check holds of the calibration.
+// What is held of an earlier calibration.
 std::vector<CameraStart> StartOfCameras(const StageContext& context) {
   std::vector<CameraStart> starts = StartFromRig(context.rig, context.dataset);
-  if (!context.options.check_of) return starts;
   for (std::size_t c = 0; c < starts.size(); ++c) {
+    const CalibrationResult* earlier = EarlierLens(context, context.rig.cameras[c]);
+    if (earlier == nullptr) continue;
     starts[c].held = true;
-    for (const SensorResult& sensor : context.options.check_of->sensors) {
+    for (const SensorResult& sensor : earlier->sensors) {
       if (sensor.name != context.rig.cameras[c].name) continue;
       starts[c].readout = sensor.rolling_shutter_readout.value_or(0.0);
     }
@@ -381,6 +391,7 @@ CalibrationResult Calibrate(const Rig& rig, const Dataset& dataset, const Cancel
   }
   const StageContext context{rig, dataset, options, cancellation, observer, store, &result};
   rig.lidars.empty() ? CalibrateFromCameras(context) : CalibrateFromLidars(context);
+  if (options.held_from) AddSigmasOfHeld(*options.held_from, &result);
   return result;
 }
 

@@ -25,6 +25,9 @@ struct CalibrationOptions {
   // itself hardly ever, intrinsics, readouts and the IMU's matrices, is held as it has them. Few keyframes
   // are taken, and photos are not matched with the LiDAR map. The rig's guesses are the calibration's.
   std::optional<CalibrationResult> check_of;
+  // Where fixed sensors of the rig are held (WithAddedSensors): their lenses and readouts do not move either,
+  // and its sigmas become part of the result's.
+  std::optional<CalibrationResult> held_from;
   // Sensors that the rig has lost already: what they recorded cannot be used.
   std::vector<RejectedSensor> unusable;
 };

@@ -8,6 +8,7 @@
 
 #include "mlic_core/association/landmark_noise.h"
 #include "mlic_core/initialization/guess_check.h"
+#include "mlic_core/problem/observability_limits.h"
 #include "mlic_core/sensors/sensor_frames.h"
 #include "mlic_core/summary/imu_verdict.h"
 #include "mlic_core/uncertainty/split_halves.h"
@@ -62,6 +63,13 @@ QualityCheck CheckConvergence(const Adjustment& adjustment) {
   return check;
 }
 
+// With the guess, where the motion shows less than that.
+bool IsRotationKnown(const ObservabilityAnalysis::Sensor& shown) {
+  return std::all_of(shown.directions.begin(), shown.directions.end(), [](const UnobservableDirection& d) {
+    return d.quantity != UnobservableDirection::Quantity::kRotation || d.sigma <= kRotationLimit;
+  });
+}
+
 // What the motion shows of one sensor, in the direction that it shows least in terms of its limit.
 void AddExcitation(const Given& sensor, const ObservabilityAnalysis::Sensor& shown, bool guess_contradicted,
                    std::vector<QualityCheck>* checks) {
@@ -81,6 +89,11 @@ void AddExcitation(const Given& sensor, const ObservabilityAnalysis::Sensor& sho
   rotation.remedy = "turn about more axes";
   if (!std::isfinite(rotation.value)) {
     rotation.failure = sensor.name + ": its sigmas are not numbers, as the solve came out singular";
+  } else if (sensor.guess && !guess_contradicted && IsRotationKnown(shown)) {
+    rotation.refuses = false;
+    rotation.failure = sensor.name + ": the motion shows its rotation less well than its guess has it, ";
+    rotation.failure += "there the given T_imu_sensor decides";
+    rotation.remedy = "nothing is wrong where that is right; turn about more axes to see it in the data";
   }
   QualityCheck offset = make("excitation_time_offset", shown.least_time_offset, 1e3, "ms");
   offset.failure = sensor.name + ": the motion does not show its time offset to 5 ms";

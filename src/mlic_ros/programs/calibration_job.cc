@@ -11,6 +11,7 @@
 #include "mlic_core/io/rig/rig_file.h"
 #include "mlic_core/io/write_results.h"
 #include "mlic_core/pipeline/calibrator.h"
+#include "mlic_core/pipeline/earlier_calibration.h"
 #include "mlic_core/pipeline/run_plan.h"
 #include "mlic_core/pipeline/stage_names.h"
 #include "mlic_core/pipeline/stopwatch.h"
@@ -59,6 +60,29 @@ void AddWarnings(const LoadReport& report, CalibrationResult* result) {
   warnings.insert(warnings.end(), notes.begin(), notes.end());
 }
 
+// The rig file with what the prior says of its sensors; notes: lines for the log.
+struct GivenRig {
+  Rig rig;
+  std::vector<std::string> notes;
+};
+
+GivenRig ReadRig(JobOptions* options) {
+  GivenRig given{LoadRigFile(options->rig), {}};
+  if (options->prior.empty()) return given;
+  const CalibrationResult earlier = ReadCalibrationFile(options->prior);
+  try {
+    if (options->added.empty()) {
+      given.rig = WithPrior(given.rig, earlier, &given.notes);
+    } else {
+      given.rig = WithAddedSensors(given.rig, earlier, options->added, &given.notes);
+      options->calibration.held_from = earlier;
+    }
+  } catch (const InputError& error) {
+    throw InputError(options->prior.string() + ": " + error.what());
+  }
+  return given;
+}
+
 // A recording, and what of the rig it shows.
 struct Recording {
   Rig rig;
@@ -102,10 +126,11 @@ Recording Load(const JobOptions& options, const Rig& rig_file, const Cancellatio
   return recording;
 }
 
-CalibrationResult Run(const JobOptions& options, const Rig& rig_file, const CancellationToken& cancellation,
+CalibrationResult Run(const JobOptions& options, const GivenRig& given, const CancellationToken& cancellation,
                       StageStore& stages, JobLog& log) {
   const Stopwatch stopwatch;
-  const Recording recording = Load(options, rig_file, cancellation, log);
+  for (const std::string& line : given.notes) log.Line(line);
+  const Recording recording = Load(options, given.rig, cancellation, log);
   const LoadReport& report = recording.report;
   for (const std::string& line : report.lines) log.Line(line);
   for (const std::string& line : report.warnings) log.Warning("warning: " + line);
@@ -124,12 +149,12 @@ CalibrationResult Run(const JobOptions& options, const Rig& rig_file, const Canc
   return result;
 }
 
-CalibrationResult RunAndWrite(const JobOptions& options, const Rig& rig, const std::string& key,
+CalibrationResult RunAndWrite(const JobOptions& options, const GivenRig& given, const std::string& key,
                               const CancellationToken& cancellation, OutputDirectory& output, JobLog& log) {
   const std::filesystem::path stages = output.Path() / "stages";
   if (options.fresh) CheckpointStore(stages).Clear();
   StageFiles files(stages, key, [&](const std::string& line) { log.Line(line); });
-  const CalibrationResult result = Run(options, rig, cancellation, files, log);
+  const CalibrationResult result = Run(options, given, cancellation, files, log);
   const std::vector<std::string> kept = output.Replace(
       [&](const std::filesystem::path& directory) { WriteResults(directory, result, output.Path()); });
   for (const std::string& line : kept) log.Warning("warning: " + line);
@@ -147,15 +172,15 @@ CalibrationResult ReadAgain(Rig rig, const OutputDirectory& output, JobLog& log)
   return result;
 }
 
-JobEnd RunWithLog(const JobOptions& options, const CancellationToken& cancellation, const Rig& rig,
+JobEnd RunWithLog(const JobOptions& options, const CancellationToken& cancellation, const GivenRig& given,
                   const std::string& key, OutputDirectory& output, JobObserver& display) {
   const bool reuse = !options.fresh && IsFinished(output, key);
   JobLog log(output.Path(), reuse, display);
   JobEnd end;
   try {
     const ThreadLimit threads(options.threads);
-    const CalibrationResult result =
-        reuse ? ReadAgain(rig, output, log) : RunAndWrite(options, rig, key, cancellation, output, log);
+    const CalibrationResult result = reuse ? ReadAgain(given.rig, output, log)
+                                           : RunAndWrite(options, given, key, cancellation, output, log);
     end = EndWithResult(result, output.Path());
   } catch (...) {
     end = EndWithException(output.Path() / JobLog::kFileName);
@@ -170,12 +195,12 @@ JobEnd RunCalibrationJob(const std::function<JobOptions()>& make_options,
                          const CancellationToken& cancellation, JobObserver& display) {
   JobEnd end;
   try {
-    const JobOptions options = make_options();
+    JobOptions options = make_options();
     OutputDirectory::Check(options.output, kProgram);
-    const Rig rig = LoadRigFile(options.rig);
+    const GivenRig given = ReadRig(&options);
     const std::string key = InputKey(options);
     OutputDirectory output(options.output, kProgram);
-    end = RunWithLog(options, cancellation, rig, key, output, display);
+    end = RunWithLog(options, cancellation, given, key, output, display);
   } catch (...) {
     end = EndWithException({});
   }

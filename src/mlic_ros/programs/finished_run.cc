@@ -33,6 +33,8 @@ std::string InputKey(const JobOptions& options) {
   try {
     hash.Add(SizeAndTime(Program()));
     hash.Add(ReadFile(options.rig));
+    if (!options.prior.empty()) hash.Add(ReadFile(options.prior));
+    for (const std::string& name : options.added) hash.Add(name);
     for (const CameraConfig& camera : LoadRigFile(options.rig).cameras) {
       const fs::path mask = options.rig.parent_path() / camera.mask;
       if (!camera.mask.empty() && fs::exists(mask)) hash.Add(SizeAndTime(mask));

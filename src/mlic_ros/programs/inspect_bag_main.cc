@@ -1,5 +1,5 @@
-// inspect_bag FILE.bag [--write-rig RIG.yaml] [--rig RIG.yaml]: what a bag holds, a rig file drafted from it,
-// and whether it will do for a calibration.
+// inspect_bag FILE.bag [--write-rig RIG.yaml [--urdf ROBOT.urdf]] [--rig RIG.yaml]: what a bag holds, a rig
+// file drafted from it, and whether it will do for a calibration.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
@@ -9,6 +9,8 @@
 #include "mlic_core/common/error.h"
 #include "mlic_core/ingest/imu_check.h"
 #include "mlic_core/ingest/stamp_check.h"
+#include "mlic_core/io/result/model_calibration.h"
+#include "mlic_core/io/result/robot_model.h"
 #include "mlic_core/io/rig/rig_file.h"
 #include "mlic_ros/bag/bag_set.h"
 #include "mlic_ros/bag/cloud_decoder.h"
@@ -106,7 +108,9 @@ int Doctor(const std::vector<std::filesystem::path>& files, const std::filesyste
   return failures > 0 ? kRefused : kTrusted;
 }
 
-int Inspect(const std::vector<std::filesystem::path>& files, const std::filesystem::path& rig_file) {
+// urdf: a robot's model that has the guesses; empty: none.
+int Inspect(const std::vector<std::filesystem::path>& files, const std::filesystem::path& rig_file,
+            const std::filesystem::path& urdf) {
   const BagSet bags(files);
   PrintTopics(bags);
   for (const auto& [name, topic] : bags.topics()) {
@@ -118,6 +122,7 @@ int Inspect(const std::vector<std::filesystem::path>& files, const std::filesyst
   std::vector<std::string> notes;
   Rig rig = DraftRig(bags, notes);
   MakeFramesUnique(&rig, &notes);
+  if (!urdf.empty()) TakeGuesses(RobotModel::Open(urdf), &rig, &notes);
   WriteRigFile(rig_file, rig);
   std::printf("\nwrote %s: %zu LiDAR(s), %zu camera(s); check names, topics and guesses\n", rig_file.c_str(),
               rig.lidars.size(), rig.cameras.size());
@@ -133,9 +138,12 @@ int main(int argc, char** argv) {
   CLI::App app("What a bag holds, a rig file drafted from it, and whether it will do for a calibration",
                "inspect_bag");
   std::vector<std::filesystem::path> bags;
-  std::string draft, rig;
+  std::string draft, rig, urdf;
   app.add_option("bag", bags, "ROS 1 bag; several are one recording")->required();
   CLI::Option* write = app.add_option("--write-rig", draft, "rig file to write");
+  app.add_option("--urdf", urdf,
+                 "robot's URDF: its fixed joints from the IMU give the guesses of --write-rig")
+      ->needs(write);
   app.add_option(
          "--rig", rig,
          "rig file whose sensors are examined: PASS, WARN or FAIL for each check, and what to do; status 2 "
@@ -143,6 +151,7 @@ int main(int argc, char** argv) {
       ->excludes(write);
   int status = 0;
   if (!mlic::ParseArguments(app, argc, argv, status)) return status;
-  return mlic::RunProgram("inspect_bag",
-                          [&] { return rig.empty() ? mlic::Inspect(bags, draft) : mlic::Doctor(bags, rig); });
+  return mlic::RunProgram("inspect_bag", [&] {
+    return rig.empty() ? mlic::Inspect(bags, draft, urdf) : mlic::Doctor(bags, rig);
+  });
 }

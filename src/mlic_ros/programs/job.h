@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "mlic_core/pipeline/options.h"
@@ -10,6 +11,8 @@ namespace mlic {
 
 struct JobOptions {
   std::filesystem::path rig;
+  std::filesystem::path prior;     // an earlier calibration.yaml; empty: none
+  std::vector<std::string> added;  // sensors beside which the prior's are held; none: all are estimated
   std::vector<std::filesystem::path> bags;
   std::filesystem::path output;  // directory
   LoadOptions load;

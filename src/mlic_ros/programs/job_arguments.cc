@@ -35,6 +35,11 @@ JobArguments::JobArguments()
     : app_("Calibrates the LiDARs, the cameras and the IMU of a rig from one recorded drive", "calibrate") {
   app_.add_option("--rig", rig_, "rig file")->required();
   app_.add_option("--bag", bags_, "ROS 1 bag; give it again for more")->required();
+  CLI::Option* prior = app_.add_option("--prior", prior_,
+                                       "earlier calibration.yaml: its sensors start there, with its sigmas");
+  app_.add_option("--add", options_.added,
+                  "sensor to calibrate beside those of the prior, which are held; give it again for more")
+      ->needs(prior);
   app_.add_option("--output", output_, "directory for the results, empty or new or of an earlier run")
       ->required();
   app_.add_option("--start", options_.load.start, "leave out the first seconds");
@@ -87,6 +92,7 @@ JobOptions JobArguments::Options() const {
   JobOptions options = options_;
   options.rig = directory_ / rig_;
   options.output = directory_ / output_;
+  if (!prior_.empty()) options.prior = directory_ / prior_;
   for (const std::string& bag : bags_) options.bags.push_back(directory_ / bag);
   if (duration_ > 0.0) options.load.duration = duration_;
   const fs::path weights = matcher_weights_.empty() ? fs::path() : directory_ / matcher_weights_;

@@ -32,7 +32,7 @@ class JobArguments {
  private:
   CLI::App app_;
   std::filesystem::path directory_;
-  std::string rig_, output_, matcher_ = "classical", matcher_weights_;
+  std::string rig_, prior_, output_, matcher_ = "classical", matcher_weights_;
   std::vector<std::string> bags_;
   double duration_ = 0.0;
   JobOptions options_;

@@ -199,6 +199,31 @@ TEST_F(UrdfMerge, AModelIsACalibrationWithoutSigmas) {
   EXPECT_TRUE(Contains(InputErrorOf([&] { CalibrationOfModel(model, rig, &left_out); }), "no link 'imu'"));
 }
 
+TEST_F(UrdfMerge, AModelGivesTheGuesses) {
+  const RobotModel model = Model(kRobot);
+  Rig rig;
+  rig.imu.frame_id = "/imu_link";
+  rig.lidars.resize(2);
+  rig.lidars[0].frame_id = "front_lidar_link";
+  rig.lidars[1].name = "none";
+  rig.lidars[1].guess = ExtrinsicGuess();
+  rig.lidars[1].guess->T_imu_sensor.translation.setConstant(7.0);
+  rig.cameras.resize(1);
+  rig.cameras[0].frame_id = "/cam_front_link";
+  rig.cameras[0].guess = ExtrinsicGuess();
+  std::vector<std::string> notes;
+  TakeGuesses(model, &rig, &notes);
+  const RigidTransform T_imu_base = InBase(model, "imu_link").Inverse();
+  ASSERT_TRUE(rig.lidars[0].guess);
+  ExpectPose(rig.lidars[0].guess->T_imu_sensor, T_imu_base * InBase(model, "front_lidar_link"));
+  ExpectPose(rig.cameras[0].guess->T_imu_sensor, T_imu_base * InBase(model, "cam_front_link"));
+  EXPECT_EQ(rig.lidars[1].guess->T_imu_sensor.translation.x(), 7.0) << "it keeps what it had";
+  ASSERT_EQ(notes.size(), 1u);
+  EXPECT_TRUE(Contains(notes[0], "none: the model has no fixed joints from imu_link"));
+  rig.imu.frame_id.clear();
+  EXPECT_TRUE(Contains(InputErrorOf([&] { TakeGuesses(model, &rig, &notes); }), "no link ''"));
+}
+
 TEST_F(UrdfMerge, ModelsThatDoNotFitAreOneLine) {
   const auto message = [&](const std::string& text, const std::string& parent) {
     return InputErrorOf([&] {

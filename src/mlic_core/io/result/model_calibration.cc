@@ -39,15 +39,37 @@ bool Take(const RobotModel& model, const std::string& imu, const Config& config,
   return true;
 }
 
+// The link of the IMU; InputError where the model has none.
+std::string ImuLink(const RobotModel& model, const ImuConfig& config) {
+  const std::string imu = config.frame_id.empty() ? "" : LinkOf(config.frame_id);
+  if (!model.Has(imu)) {
+    throw InputError("the robot's model has no link '" + imu + "', the frame of the IMU's messages on " +
+                     config.topic + "; add it with its joint");
+  }
+  return imu;
+}
+
 }  // namespace
+
+void TakeGuesses(const RobotModel& model, Rig* rig, std::vector<std::string>* notes) {
+  const std::string imu = ImuLink(model, rig->imu);
+  const auto take = [&](auto& config) {
+    const auto pose = config.frame_id.empty() ? std::nullopt : model.Pose(imu, LinkOf(config.frame_id));
+    if (!pose) {
+      notes->push_back(config.name + ": the model has no fixed joints from " + imu + " to its frame '" +
+                       config.frame_id + "': no guess from it");
+      return;
+    }
+    config.guess = ExtrinsicGuess();
+    config.guess->T_imu_sensor = *pose;
+  };
+  for (LidarConfig& lidar : rig->lidars) take(lidar);
+  for (CameraConfig& camera : rig->cameras) take(camera);
+}
 
 CalibrationResult CalibrationOfModel(const RobotModel& model, const Rig& rig,
                                      std::vector<std::string>* left_out) {
-  const std::string imu = rig.imu.frame_id.empty() ? "" : LinkOf(rig.imu.frame_id);
-  if (!model.Has(imu)) {
-    throw InputError("the robot's model has no link '" + imu + "', the frame of the IMU's messages on " +
-                     rig.imu.topic + "; add it with its joint");
-  }
+  const std::string imu = ImuLink(model, rig.imu);
   CalibrationResult calibration;
   calibration.verdict = Verdict::kTrusted;
   calibration.imu_frame_id = imu;

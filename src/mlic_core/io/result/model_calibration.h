@@ -16,4 +16,9 @@ namespace mlic {
 CalibrationResult CalibrationOfModel(const RobotModel& model, const Rig& rig,
                                      std::vector<std::string>* left_out);
 
+// Gives the rig's sensors the poses of their frames in a robot's model, over fixed joints, as guesses with
+// the usual sigmas, in place of those that they have. notes: a line for each that the model does not place,
+// which keeps what it has. InputError where the model has no link of the IMU.
+void TakeGuesses(const RobotModel& model, Rig* rig, std::vector<std::string>* notes);
+
 }  // namespace mlic
