@@ -57,4 +57,12 @@ Eigen::Matrix3d SpecificForceIntegration::PositionBiasJacobian(double t0, double
          (to.rotation_twice - from.rotation_twice - (t1 - t0) * from.rotation);
 }
 
+Eigen::Vector3d SpecificForceIntegration::Velocity(double t0, double t1) const {
+  return gyro_.RotationTo(t0).conjugate() * (To(t1).velocity - To(t0).velocity);
+}
+
+Eigen::Matrix3d SpecificForceIntegration::VelocityBiasJacobian(double t0, double t1) const {
+  return gyro_.RotationTo(t0).conjugate().toRotationMatrix() * (To(t1).rotation - To(t0).rotation);
+}
+
 }  // namespace mlic

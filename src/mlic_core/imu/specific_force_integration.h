@@ -8,7 +8,7 @@
 
 namespace mlic {
 
-// Double integrals of the accelerometer in the rotating IMU frame between any two times, integrated once.
+// Integrals of the accelerometer in the rotating IMU frame between any two times, integrated once.
 // With the IMU's position p, velocity v, rotation R in an inertial frame with gravity g and the
 // accelerometer's bias b:
 //   p(t1) = p(t0) + v(t0) T + g T^2/2 + R(t0) * (Position(t0, t1) - PositionBiasJacobian(t0, t1) * b),  T =
@@ -25,6 +25,10 @@ class SpecificForceIntegration {
   Eigen::Vector3d Position(double t0, double t1) const;
   // s^2.
   Eigen::Matrix3d PositionBiasJacobian(double t0, double t1) const;
+  // v(t1) = v(t0) + g T + R(t0) * (Velocity(t0, t1) - VelocityBiasJacobian(t0, t1) * b); m/s, in the IMU
+  // frame at t0, and s.
+  Eigen::Vector3d Velocity(double t0, double t1) const;
+  Eigen::Matrix3d VelocityBiasJacobian(double t0, double t1) const;
 
  private:
   // Integrals from the first sample to a time, in the IMU frame of the first sample: of the specific force

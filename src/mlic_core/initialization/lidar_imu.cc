@@ -1,17 +1,14 @@
 #include "mlic_core/initialization/lidar_imu.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstdio>
 #include <limits>
 
 #include "mlic_core/common/order_statistics.h"
-#include "mlic_core/common/parallel.h"
 #include "mlic_core/imu/accelerometer_lag.h"
 #include "mlic_core/imu/excitation.h"
 #include "mlic_core/imu/gravity_lever_arm.h"
-#include "mlic_core/imu/gyro_integration.h"
 #include "mlic_core/imu/hand_eye.h"
 #include "mlic_core/imu/relative_motion.h"
 #include "mlic_core/initialization/knot_spacing.h"
@@ -20,67 +17,6 @@
 
 namespace mlic {
 namespace {
-
-std::optional<RotationGuess> GuessOfRotation(const LidarConfig& lidar) {
-  if (!lidar.guess) return std::nullopt;
-  return RotationGuess{lidar.guess->T_imu_sensor.rotation, lidar.guess->sigma_rotation};
-}
-
-// With the guess; where nothing fits it, the guess is worse than it claims and counts for little. Where it is
-// worse still, as a transform that was given the wrong way round, and the motion shows all of the rotation,
-// it is dropped.
-AngularRateAlignment Align(const Drive& drive, const std::vector<TimedPose>& odometry,
-                           std::optional<RotationGuess>* guess) {
-  constexpr double kVague = 30.0 * M_PI / 180.0;  // from: guard, wider than any guess
-  const AngularRateAlignment alignment = AlignAngularRates(drive.imu, odometry, *guess);
-  if (!*guess || IsUsable(alignment)) return alignment;
-  RotationGuess vague = **guess;
-  vague.sigma = vague.sigma.cwiseMax(kVague);
-  const AngularRateAlignment nearly = AlignAngularRates(drive.imu, odometry, vague);
-  if (IsUsable(nearly)) {
-    *guess = vague;
-    return nearly;
-  }
-  const AngularRateAlignment without = AlignAngularRates(drive.imu, odometry, std::nullopt);
-  if (!IsUsable(without) || without.rotation_directions_shown < 3) return alignment;
-  guess->reset();
-  return without;
-}
-
-// The drift is shown, and no time offset is right for all of the drive. A smaller one the joint rounds find.
-bool DriftsGrossly(const AngularRateAlignment& alignment, const std::vector<TimedPose>& odometry) {
-  constexpr double kSigmas = 5.0;  // from: guard, the joint rounds test it more strictly
-  constexpr double kGross = 1e-3;  // s, at both ends; from: guard, joint rounds converge from ten times that
-  const double half = 0.5 * (odometry.back().time - odometry.front().time);
-  return alignment.valid && std::abs(alignment.clock_drift) > kSigmas * alignment.clock_drift_sigma &&
-         std::abs(alignment.clock_drift) * half > kGross;
-}
-
-// The alignment of the poses once the drift of their clock is taken out of their times. A large one hides a
-// part of itself, so it is looked for again. Where the poses agree no better then, they and the clock stay as
-// they are.
-AngularRateAlignment AlignWithDrift(const Drive& drive, std::vector<TimedPose>* odometry,
-                                    std::optional<RotationGuess>* guess, ClockDrift* clock) {
-  constexpr int kRounds = 4;  // from: guard
-  const AngularRateAlignment constant = Align(drive, *odometry, guess);
-  if (!DriftsGrossly(constant, *odometry)) return constant;
-  AngularRateAlignment alignment = constant;
-  std::vector<TimedPose> poses = *odometry;
-  ClockDrift total = *clock;
-  for (int round = 0; round < kRounds && DriftsGrossly(alignment, poses); ++round) {
-    const ClockDrift step{alignment.clock_drift, total.middle};
-    for (TimedPose& pose : poses) pose.time = step.Without(pose.time);
-    total.drift += step.drift * (1.0 + total.drift);
-    alignment = Align(drive, poses, guess);
-  }
-  if (!IsUsable(alignment) ||
-      alignment.residual_rms * constant.inlier_share > constant.residual_rms * alignment.inlier_share) {
-    return constant;
-  }
-  *odometry = std::move(poses);
-  *clock = total;
-  return alignment;
-}
 
 // Whether it is the motion or the LiDARs, the gyroscope tells.
 std::string WhyNoneAgrees(const Dataset& dataset) {
@@ -122,20 +58,6 @@ void CheckAccelerometerLag(const Drive& drive, const std::vector<TimedPose>& odo
       lag.lag > 0.0 ? "accelerometer" : "gyroscope", 1e3 * std::abs(lag.lag),
       lag.lag > 0.0 ? "gyroscope" : "accelerometer", 1e3 * lag.sigma);
   result->problems.push_back(line);
-}
-
-std::optional<LeverArmGuess> LeverArmGuessOf(const LidarConfig& lidar) {
-  if (!lidar.guess) return std::nullopt;
-  return LeverArmGuess{lidar.guess->T_imu_sensor.translation, lidar.guess->sigma_translation};
-}
-
-// A LiDAR's odometry against gyroscope and accelerometer, rad m; smaller is better. Where a narrow view holds
-// floor and one wall for some seconds, odometry slips along them: rotation does not tell, accelerations do.
-double Disagreement(const AngularRateAlignment& alignment, const GravityLeverArm& arm) {
-  constexpr double kLeastShare = 0.1;  // from: guard, division by it
-  constexpr double kUnknown = 1.0;     // m; from: guard, residuals are some centimetres
-  const double position = arm.valid ? arm.residual_rms / std::max(kLeastShare, arm.inlier_share) : kUnknown;
-  return position * alignment.residual_rms / std::max(kLeastShare, alignment.inlier_share);
 }
 
 // Starts the drive's trajectory from the base LiDAR's odometry: gravity-aligned, position and yaw of the
@@ -251,48 +173,6 @@ BaseLidar ChooseBase(const Rig& rig, const Dataset& dataset, const std::vector<D
 }
 
 }  // namespace
-
-DriveOdometry RunDriveOdometry(const Rig& rig, const Drive& drive, const CancellationToken& cancellation,
-                               const std::function<void(double)>& on_progress) {
-  const std::size_t count = drive.lidars.size();
-  DriveOdometry result;
-  result.lidars.resize(count);
-  result.alignments.resize(count);
-  result.clocks.resize(count);
-  std::vector<std::atomic<double>> parts(count);
-  ParallelFor(count, [&](std::size_t l) {
-    const auto report = [&](double fraction, double from) {
-      parts[l] = from + 0.5 * fraction;
-      double sum = 0.0;
-      for (const auto& part : parts) sum += part;
-      on_progress(sum / static_cast<double>(count));
-    };
-    result.lidars[l] = RunOdometry(drive.lidars[l], nullptr, cancellation, [&](double f) { report(f, 0.0); });
-    auto guess = GuessOfRotation(rig.lidars[l]);
-    AngularRateAlignment& alignment = result.alignments[l];
-    ClockDrift& clock = result.clocks[l];
-    if (!result.lidars[l].empty()) {
-      clock.middle = 0.5 * (result.lidars[l].front().time + result.lidars[l].back().time);
-    }
-    alignment = AlignWithDrift(drive, &result.lidars[l], &guess, &clock);
-    if (!IsUsable(alignment) || alignment.rotation_directions_shown < 2) return;
-    const GyroIntegration gyro(drive.imu, alignment.gyroscope_bias);
-    const Eigen::Quaterniond R_lidar_imu = alignment.R_imu_lidar.conjugate();
-    const Eigen::Quaterniond R_imu_lidar = alignment.R_imu_lidar;
-    const double offset = alignment.time_offset;
-    const RotationBetween rotation_between = [&](double from,
-                                                 double to) -> std::optional<Eigen::Quaterniond> {
-      const double begin = clock.Without(from) + offset, end = clock.Without(to) + offset;
-      if (!gyro.Covers(begin, end)) return std::nullopt;
-      return R_lidar_imu * gyro.RotationBetween(begin, end) * R_imu_lidar;
-    };
-    result.lidars[l] =
-        RunOdometry(drive.lidars[l], rotation_between, cancellation, [&](double f) { report(f, 0.5); });
-    for (TimedPose& pose : result.lidars[l]) pose.time = clock.Without(pose.time);
-    alignment = AlignWithDrift(drive, &result.lidars[l], &guess, &clock);
-  });
-  return result;
-}
 
 Initialization Initialize(const Rig& rig, const Dataset& dataset, const std::vector<DriveOdometry>& odometry,
                           const CancellationToken& cancellation) {

@@ -14,6 +14,22 @@ namespace mlic {
 // not measure all the time between them: scans there go without.
 using RotationBetween = std::function<std::optional<Eigen::Quaterniond>(double from, double to)>;
 
+// What a LiDAR's velocity v and position p gain between two times by the specific force, in its frame at the
+// first: with its rotation R there, gravity g and T = to - from,
+//   v(to) = v + g T + R * velocity,  p(to) = p + v T + g T^2/2 + R * position.
+struct LinearGain {
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // m/s
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // m
+};
+
+// What an IMU says of a LiDAR's motion, in times of the LiDAR's clock. Each may be empty.
+struct InertialMotion {
+  RotationBetween rotation;
+  // Only between times whose rotation is known.
+  std::function<LinearGain(double from, double to)> gain;
+  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  // m/s^2, in the LiDAR's frame at its first scan
+};
+
 // Velocity of the LiDAR in its own frame at the middle of a scan, rad/s and m/s.
 struct Twist {
   Eigen::Vector3d angular = Eigen::Vector3d::Zero();

@@ -19,9 +19,10 @@ constexpr double kForgetting = 0.9;   // of the running errors, for one scan
 constexpr double kLeastNoise = 0.01;  // m; from: guard
 constexpr double kMostNoise = 0.1;    // m; from: guard, LiDARs err by some centimetres
 // from: measured, drift of simulated drives by hand and car.
-constexpr double kGyroscopeSigma = 3e-3;  // rad, over one scan period
-constexpr double kFarthestSearch = 2.0;   // m; from: guard, the largest voxel
-constexpr std::size_t kPruneEvery = 50;   // scans; from: structural, memory only
+constexpr double kGyroscopeSigma = 3e-3;    // rad, over one scan period
+constexpr double kAccelerationSigma = 0.2;  // m/s^2; from: guard, biases and tilts
+constexpr double kFarthestSearch = 2.0;     // m; from: guard, the largest voxel
+constexpr std::size_t kPruneEvery = 50;     // scans; from: structural, memory only
 constexpr double kNewPlace = 0.02;  // m; from: guard, between noise of poses and motion from scan to scan
 // from: guard, between noise of poses and motion from scan to scan.
 constexpr double kNewDirection = 4e-3;  // rad
@@ -75,10 +76,8 @@ class RunningError {
 
 class Odometry {
  public:
-  Odometry(double usual_range, const RotationBetween& rotation_between)
-      : usual_range_(usual_range),
-        rotation_between_(rotation_between),
-        map_(std::clamp(usual_range / 15.0, 0.8, 2.0)) {}
+  Odometry(double usual_range, const InertialMotion& inertial)
+      : usual_range_(usual_range), inertial_(inertial), map_(std::clamp(usual_range / 15.0, 0.8, 2.0)) {}
 
   // twist: a first guess of the velocity in the next scan.
   void SetTwist(const Twist& twist) { state_.twist = twist; }
@@ -86,7 +85,7 @@ class Odometry {
   TimedPose Register(const LidarScan& raw) {
     const PreparedScan scan = Prepare(raw);
     std::optional<ScanMotion> rotation;
-    if (KnowsRotation(scan)) rotation.emplace(rotation_between_, scan.middle, scan.half_span);
+    if (KnowsRotation(scan)) rotation.emplace(inertial_.rotation, scan.middle, scan.half_span);
     if (scans_ == 0) {
       ScanMotion motion =
           rotation ? *rotation : ScanMotion(state_.twist, Eigen::Vector3d::Zero(), scan.half_span);
@@ -108,11 +107,11 @@ class Odometry {
  private:
   // Of the whole scan and since the one before.
   bool KnowsRotation(const PreparedScan& scan) const {
-    if (!rotation_between_) return false;
+    if (!inertial_.rotation) return false;
     constexpr double kSlack = 1e-3;  // s; from: guard, rounding of stamps
     const double begin = scan.middle - scan.half_span - kSlack;
     const double end = scan.middle + scan.half_span + kSlack;
-    return rotation_between_(scans_ == 0 ? begin : std::min(begin, last_middle_), end).has_value();
+    return inertial_.rotation(scans_ == 0 ? begin : std::min(begin, last_middle_), end).has_value();
   }
 
   MotionPrior Predict(const PreparedScan& scan, const ScanMotion* rotation) const {
@@ -121,18 +120,27 @@ class Odometry {
     prior.interval = std::max(1e-3, scan.middle - last_middle_);
     prior.rotation = rotation;
     const Eigen::Quaterniond turned = rotation != nullptr
-                                          ? rotation_between_(last_middle_, scan.middle).value()
+                                          ? inertial_.rotation(last_middle_, scan.middle).value()
                                           : ExpQuaternion(prior.interval * state_.twist.angular);
     prior.predicted.pose.rotation = (state_.pose.rotation * turned).normalized();
-    prior.predicted.pose.translation =
-        state_.pose.translation + prior.interval * (state_.pose.rotation * state_.twist.linear);
+    const Eigen::Quaterniond& R = state_.pose.rotation;
+    prior.predicted.pose.translation = state_.pose.translation + prior.interval * (R * state_.twist.linear);
     prior.predicted.twist = {state_.twist.angular, turned.conjugate() * state_.twist.linear};
+    const bool accelerated = rotation != nullptr && inertial_.gain;
+    if (accelerated) {
+      const double T = prior.interval;
+      const LinearGain gain = inertial_.gain(last_middle_, scan.middle);
+      prior.predicted.pose.translation += R * gain.position + 0.5 * T * T * inertial_.gravity;
+      prior.predicted.twist.linear +=
+          turned.conjugate() * (gain.velocity + T * (R.conjugate() * inertial_.gravity));
+      prior.velocity_gain = R * (gain.velocity - gain.position / T) + 0.5 * T * inertial_.gravity;
+    }
     prior.velocity_before = velocity_;
     prior.extrapolation = scans_ > 1 ? prior.interval / (prior.interval + last_interval_) : 0.0;
     // After a gap the prediction is worse, as the square of the time.
     const double gap = scans_ > 1 ? std::max(1.0, prior.interval / last_interval_) : 1.0;
     prior.sigma_angular_velocity = angular_jerk_.Value();
-    prior.sigma_linear_velocity = linear_jerk_.Value();
+    prior.sigma_linear_velocity = accelerated ? kAccelerationSigma * prior.interval : linear_jerk_.Value();
     prior.sigma_rotation = rotation != nullptr ? kGyroscopeSigma : 3.0 * gap * gap * rotation_error_.Value();
     prior.sigma_translation = 3.0 * gap * gap * translation_error_.Value();
     return prior;
@@ -177,7 +185,7 @@ class Odometry {
   }
 
   double usual_range_;
-  const RotationBetween& rotation_between_;
+  const InertialMotion& inertial_;
   VoxelHashMap map_;
   MotionState state_;
   RigidTransform last_added_;  // pose of the last scan that went into the map
@@ -195,10 +203,9 @@ class Odometry {
 
 // The velocity in the first scan, extrapolated from a trial of the first few. Without it the first scan would
 // enter the map distorted.
-Twist FirstTwist(const LidarRecording& recording, double usual_range,
-                 const RotationBetween& rotation_between) {
+Twist FirstTwist(const LidarRecording& recording, double usual_range, const InertialMotion& inertial) {
   if (recording.scans.size() < kStartScans) return {};
-  Odometry trial(usual_range, rotation_between);
+  Odometry trial(usual_range, inertial);
   std::vector<TimedPose> poses;
   for (std::size_t i = 0; i < kStartScans; ++i) poses.push_back(trial.Register(recording.scans[i]));
   const auto velocity = [&](std::size_t i) {
@@ -211,14 +218,14 @@ Twist FirstTwist(const LidarRecording& recording, double usual_range,
 
 }  // namespace
 
-std::vector<TimedPose> RunOdometry(const LidarRecording& recording, const RotationBetween& rotation_between,
+std::vector<TimedPose> RunOdometry(const LidarRecording& recording, const InertialMotion& inertial,
                                    const CancellationToken& cancellation,
                                    const std::function<void(double fraction)>& on_progress) {
   std::vector<TimedPose> poses;
   poses.reserve(recording.scans.size());
   const double usual_range = UsualRange(recording);
-  Odometry odometry(usual_range, rotation_between);
-  odometry.SetTwist(FirstTwist(recording, usual_range, rotation_between));
+  Odometry odometry(usual_range, inertial);
+  odometry.SetTwist(FirstTwist(recording, usual_range, inertial));
   for (std::size_t i = 0; i < recording.scans.size(); ++i) {
     cancellation.ThrowIfCancelled();
     poses.push_back(odometry.Register(recording.scans[i]));

@@ -15,7 +15,7 @@ namespace mlic {
 // adaptive threshold, voxel hash map, robust registration. docs/method.md, section 5.
 
 // T_odom_lidar in the middle of each scan (LiDAR clock), in order; the first is the identity.
-std::vector<TimedPose> RunOdometry(const LidarRecording& recording, const RotationBetween& rotation_between,
+std::vector<TimedPose> RunOdometry(const LidarRecording& recording, const InertialMotion& inertial,
                                    const CancellationToken& cancellation,
                                    const std::function<void(double fraction)>& on_progress);
 

@@ -92,19 +92,21 @@ NormalEquations MatchPoints(const std::vector<TimedPoint>& points, std::size_t s
     const Surface* surface = map.Find(in_odom);
     if (surface == nullptr) continue;
     const Eigen::Vector3d difference = in_odom - surface->mean;
-    const double variance = kCorrelatedPoints * (surface->variance + noise * noise);
     if (surface->kind == Surface::Kind::kPlane) {
       const double residual = surface->normal.dot(difference);
       if (std::abs(residual) > 3.0 * width) continue;
       const double kernel = GemanMcClure(residual * residual, squared_width);
+      const double variance = kCorrelatedPoints * (surface->variance + noise * noise);
       equations.Add(in_lidar, rotation.transpose() * surface->normal, residual, s, kernel / variance);
       equations.weighted_squares += kernel * residual * residual;
       equations.weights += kernel;
     } else {
-      const double kernel = GemanMcClure(difference.squaredNorm(), squared_width + surface->variance);
       for (int axis = 0; axis < 3; ++axis) {
-        equations.Add(in_lidar, rotation.row(axis).transpose(), difference[axis], s,
-                      kernel / (3.0 * variance));
+        const Eigen::Vector3d direction = surface->axes.col(axis);
+        const double residual = direction.dot(difference);
+        const double kernel = GemanMcClure(residual * residual, squared_width + surface->variances[axis]);
+        equations.Add(in_lidar, rotation.transpose() * direction, residual, s,
+                      kernel / (3.0 * kCorrelatedPoints * (surface->variances[axis] + noise * noise)));
       }
     }
   }
@@ -146,8 +148,11 @@ void AddMotionPrior(const MotionPrior& prior, const MotionState& state, Matrix12
   AddPrior(state.twist.angular - angular, prior.sigma_angular_velocity, {kRotation, -gain},
            {kAngularVelocity, 1.0}, hessian, right_side);
   const Eigen::Vector3d linear =
-      mean.linear + prior.extrapolation * (mean.linear - prior.velocity_before.linear);
-  AddPrior(state.twist.linear - to_lidar * linear, prior.sigma_linear_velocity, {kTranslation, -gain},
+      mean.linear + (prior.velocity_gain
+                         ? *prior.velocity_gain
+                         : prior.extrapolation * (mean.linear - prior.velocity_before.linear));
+  const double linear_gain = prior.velocity_gain ? 1.0 / prior.interval : gain;
+  AddPrior(state.twist.linear - to_lidar * linear, prior.sigma_linear_velocity, {kTranslation, -linear_gain},
            {kLinearVelocity, 1.0}, hessian, right_side);
 }
 

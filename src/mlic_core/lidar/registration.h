@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "mlic_core/geometry/rigid_transform.h"
@@ -37,6 +38,9 @@ struct MotionPrior {
   // scan to scan.
   MeanVelocity velocity_before;
   double extrapolation = 0.5;
+  // From the accelerometer: the linear velocity at this scan's middle less the mean since the scan before, in
+  // the odometry's frame, m/s. Replaces the extrapolation.
+  std::optional<Eigen::Vector3d> velocity_gain;
   double sigma_angular_velocity = 1.0;  // rad/s
   double sigma_linear_velocity = 1.0;   // m/s
   double sigma_rotation = 0.1;          // rad, of the predicted pose

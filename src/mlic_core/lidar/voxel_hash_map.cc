@@ -11,6 +11,8 @@ constexpr double kFewestForPlane = 6.0;  // from: measured, drift of simulated d
 // from: measured, drift of simulated drives by hand and car.
 constexpr double kMostPoints =
     500.0;  // then a voxel is known well; later points would smear it with the drift
+// Points that a voxel's extent counts like.
+constexpr double kScatterPrior = 10.0;      // from: measured, scans lost of narrow LiDARs on slopes
 constexpr double kGrowthBeforeRefit = 1.3;  // from: guard, time
 // from: measured, drift of simulated drives by hand and car.
 constexpr double kThickestPlane = 0.06;  // m, standard deviation: sensor noise and what de-skew leaves
@@ -99,13 +101,19 @@ void VoxelHashMap::Level::Fit(std::uint32_t voxel_index) {
   surface.fitted_count = static_cast<std::uint32_t>(cluster.count);
   surface.mean = centers[voxel_index] + cluster.Mean();
   surface.kind = Surface::Kind::kScatter;
-  surface.variance = 0.1 * voxel * voxel;  // about that of points all over a voxel
+  const double all_over = 0.1 * voxel * voxel;  // about the variance of points all over a voxel
+  surface.axes.setIdentity();
+  surface.variances.setConstant(all_over);
   if (cluster.count < kFewestForPlane) return;
 
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
   solver.computeDirect(cluster.Covariance());
   const Eigen::Vector3d& values = solver.eigenvalues();
   const double smallest = std::max(0.0, values[0]);
+  surface.axes = solver.eigenvectors();
+  // A few points may lie on one line by chance.
+  surface.variances = (cluster.count * values.cwiseMax(0.0).array() + kScatterPrior * all_over) /
+                      (cluster.count + kScatterPrior);
   const double narrowest = kNarrowestPlane * voxel;
   if (smallest <= kThickestPlane * kThickestPlane && smallest <= kFlatness * values[1] &&
       values[1] >= narrowest * narrowest) {

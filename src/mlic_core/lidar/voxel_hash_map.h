@@ -16,7 +16,10 @@ struct Surface {
   enum class Kind : std::uint8_t { kUnknown, kPlane, kScatter };
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // kPlane
-  double variance = 0.0;  // m^2, of the points: along the normal, or of kScatter in the widest direction
+  double variance = 0.0;                             // m^2, of the points along the normal; kPlane
+  // kScatter: principal directions of the points (columns) and the variances along them, m^2.
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d variances = Eigen::Vector3d::Zero();
   Kind kind = Kind::kUnknown;
   std::uint32_t fitted_count = 0;  // points the fit stands on
 };

@@ -81,22 +81,29 @@ TEST(GyroIntegration, LeavesOutBadSamples) {
   EXPECT_THROW(GyroIntegration{recording.imu}, InputError);
 }
 
-TEST(SpecificForceIntegration, PredictsPositions) {
+TEST(SpecificForceIntegration, PredictsPositionsAndVelocities) {
   const test::Rig rig;
   const auto motion = HandHeld();
   const auto recording = Record(motion, rig, {}, 200.0, 10.0, 1);
   const SpecificForceIntegration integration(recording.imu, rig.gyroscope_bias);
   const Eigen::Vector3d g(0.0, 0.0, -9.81);
+  const auto velocity_at = [&](double time) {
+    return Eigen::Vector3d(motion.position[0].Derivative(time), motion.position[1].Derivative(time),
+                           motion.position[2].Derivative(time));
+  };
   for (const double t1 : {3.0, 5.021, 1.513}) {
     const double t0 = 3.517, T = t1 - t0;
     const RigidTransform from = motion.T_map_imu(t0);
-    const Eigen::Vector3d velocity(motion.position[0].Derivative(t0), motion.position[1].Derivative(t0),
-                                   motion.position[2].Derivative(t0));
+    const Eigen::Vector3d velocity = velocity_at(t0);
     const Eigen::Vector3d predicted =
         from.translation + T * velocity + 0.5 * T * T * g +
         from.rotation * (integration.Position(t0, t1) -
                          integration.PositionBiasJacobian(t0, t1) * rig.accelerometer_bias);
     EXPECT_LT((predicted - motion.T_map_imu(t1).translation).norm(), 2e-6);
+    const Eigen::Vector3d gained =
+        T * g + from.rotation * (integration.Velocity(t0, t1) -
+                                 integration.VelocityBiasJacobian(t0, t1) * rig.accelerometer_bias);
+    EXPECT_LT((velocity + gained - velocity_at(t1)).norm(), 5e-6);
   }
 }
 

@@ -65,9 +65,17 @@ Errors ErrorsOver(const SimulatedRecording& data, const std::vector<TimedPose>& 
   return errors;
 }
 
-std::vector<TimedPose> RunOn(const LidarRecording& recording,
-                             const RotationBetween& rotation_between = nullptr) {
-  return RunOdometry(recording, rotation_between, CancellationToken(), nullptr);
+std::vector<TimedPose> RunOn(const LidarRecording& recording, const InertialMotion& inertial = {}) {
+  return RunOdometry(recording, inertial, CancellationToken(), nullptr);
+}
+
+// What an IMU without errors says of the rotation.
+InertialMotion TrueRotation(const SimulatedRecording& data) {
+  InertialMotion inertial;
+  inertial.rotation = [&](double from, double to) {
+    return data.truth(from).rotation.conjugate() * data.truth(to).rotation;
+  };
+  return inertial;
 }
 
 TEST(ScanMotion, AgreesWithTheExponentialAtFastTurns) {
@@ -117,14 +125,43 @@ TEST(LidarOdometry, FollowsAHandHeldSpinningLidar) {
 
 TEST(LidarOdometry, TheGyroscopeMakesItMorePrecise) {
   const SimulatedRecording data = Record("handheld.yaml", sim::Scenario::kHandheld, 6.0, 0);
-  const auto rotation_between = [&](double from, double to) {
-    return data.truth(from).rotation.conjugate() * data.truth(to).rotation;
-  };
   const Errors without = ErrorsOver(data, RunOn(data.recording));
-  const Errors with = ErrorsOver(data, RunOn(data.recording, rotation_between));
+  const Errors with = ErrorsOver(data, RunOn(data.recording, TrueRotation(data)));
   EXPECT_LT(with.rotation, 0.5 * without.rotation);
   EXPECT_LT(with.rotation, 0.03 * kDegree);
   EXPECT_LT(with.translation, 0.006);
+}
+
+// Scans that show nothing for 1.2 s: the velocity there comes from the accelerometer.
+TEST(LidarOdometry, TheAccelerometerBridgesBlindScans) {
+  SimulatedRecording data = Record("handheld.yaml", sim::Scenario::kHandheld, 6.0, 0);
+  constexpr std::size_t kFirst = 30, kLast = 42;
+  for (std::size_t i = kFirst; i < kLast; ++i) data.recording.scans[i].points.clear();
+  InertialMotion inertial = TrueRotation(data);
+  const auto velocity = [&](double time) -> Eigen::Vector3d {
+    return (data.truth(time + 1e-3).translation - data.truth(time - 1e-3).translation) / 2e-3;
+  };
+  inertial.gravity = Eigen::Vector3d(0.3, -2.0, 9.6);
+  const Eigen::Vector3d in_map = data.truth(data.recording.scans[0].time + 0.05).rotation * inertial.gravity;
+  inertial.gain = [&, in_map](double from, double to) {
+    const Eigen::Quaterniond to_lidar = data.truth(from).rotation.conjugate();
+    const double T = to - from;
+    const Eigen::Vector3d moved = data.truth(to).translation - data.truth(from).translation;
+    LinearGain gain;
+    gain.velocity = to_lidar * (velocity(to) - velocity(from) - T * in_map);
+    gain.position = to_lidar * (moved - T * velocity(from) - 0.5 * T * T * in_map);
+    return gain;
+  };
+  const auto error_across = [&](const std::vector<TimedPose>& poses) {
+    const TimedPose &from = poses[kFirst - 1], &to = poses[kLast - 1];
+    const RigidTransform truth = data.truth(from.time).Inverse() * data.truth(to.time);
+    return (truth.Inverse() * (from.pose.Inverse() * to.pose)).translation.norm();
+  };
+  const double without = error_across(RunOn(data.recording, TrueRotation(data)));
+  const double with = error_across(RunOn(data.recording, inertial));
+  std::printf("blind for 1.2 s: %.3f m off, with the accelerometer %.3f m\n", without, with);
+  EXPECT_GT(without, 0.3);
+  EXPECT_LT(with, 0.05);
 }
 
 // A trajectory that stands still at first and then sets out within a second.
@@ -181,11 +218,12 @@ TEST(LidarOdometry, SetsOutAfterAStand) {
 // An IMU that starts late, and one that was lost for a while.
 TEST(LidarOdometry, GoesOnWithoutTheGyroscopeWhereItIsMissing) {
   const SimulatedRecording data = Record("handheld.yaml", sim::Scenario::kHandheld, 6.0, 0);
-  const RotationBetween rotation_between = [&](double from, double to) -> std::optional<Eigen::Quaterniond> {
+  InertialMotion inertial;
+  inertial.rotation = [&](double from, double to) -> std::optional<Eigen::Quaterniond> {
     if (from < 2.0 || (from < 4.0 && to > 3.5)) return std::nullopt;
     return data.truth(from).rotation.conjugate() * data.truth(to).rotation;
   };
-  const Errors errors = ErrorsOver(data, RunOn(data.recording, rotation_between));
+  const Errors errors = ErrorsOver(data, RunOn(data.recording, inertial));
   EXPECT_LT(errors.translation, 0.01);
   EXPECT_LT(errors.rotation, 0.15 * kDegree);
 }
@@ -245,7 +283,7 @@ TEST(LidarOdometry, StopsWhenCancelled) {
   recording.scans.resize(3);
   CancellationToken cancellation;
   cancellation.Cancel();
-  EXPECT_THROW(RunOdometry(recording, nullptr, cancellation, nullptr), Cancelled);
+  EXPECT_THROW(RunOdometry(recording, {}, cancellation, nullptr), Cancelled);
 }
 
 TEST(LidarOdometry, NoScansGiveNoPoses) { EXPECT_TRUE(RunOn(LidarRecording()).empty()); }
