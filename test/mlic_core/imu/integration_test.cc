@@ -12,7 +12,6 @@ namespace mlic {
 namespace {
 
 using test::HandHeld;
-using test::Noise;
 using test::Record;
 
 TEST(GyroIntegration, FollowsAHandHeldMotionAt100Hz) {
