@@ -78,7 +78,7 @@ AngularRateAlignment AlignWithDrift(const Drive& drive, std::vector<TimedPose>* 
 // Well enough, by motion or guess, that the gyroscope predicts the LiDAR's turning better than what it did
 // before.
 bool IsRotationKnown(const AngularRateAlignment& alignment) {
-  constexpr double kSigma = 5.0 * M_PI / 180.0;  // from: guard, a tenth of what a scan turns by
+  constexpr double kSigma = 5.0 * M_PI / 180.0;  // from: guard, errs by a tenth of the turning
   if (alignment.rotation_directions_shown >= 2) return true;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(alignment.rotation_covariance,
                                                               Eigen::EigenvaluesOnly);
