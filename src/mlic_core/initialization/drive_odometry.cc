@@ -75,9 +75,9 @@ AngularRateAlignment AlignWithDrift(const Drive& drive, std::vector<TimedPose>* 
   return alignment;
 }
 
-// Well enough, by motion or guess, that the gyroscope predicts the LiDAR's turning better than what it did
-// before.
-bool IsRotationKnown(const AngularRateAlignment& alignment) {
+// Whether motion or guess show the rotation so well that the gyroscope predicts the LiDAR's turning better
+// than what it did before.
+bool PredictsTurning(const AngularRateAlignment& alignment) {
   constexpr double kSigma = 5.0 * M_PI / 180.0;  // from: guard, errs by a tenth of the turning
   if (alignment.rotation_directions_shown >= 2) return true;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(alignment.rotation_covariance,
@@ -103,10 +103,10 @@ class Follower {
         run_(std::move(run)) {}
 
   void Follow() {
-    const std::vector<TimedPose> poses = run_({});
-    if (!poses.empty()) clock.middle = 0.5 * (poses.front().time + poses.back().time);
-    Take(poses);
-    if (!IsUsable(alignment) || !IsRotationKnown(alignment)) return;
+    std::vector<TimedPose> first = run_({});
+    if (!first.empty()) clock.middle = 0.5 * (first.front().time + first.back().time);
+    Take(std::move(first));
+    if (!IsUsable(alignment) || !PredictsTurning(alignment)) return;
     Take(run_(RotationByImu(drive_->imu, alignment, clock)));
     if (IsUsable(alignment)) FollowAccelerations();
   }

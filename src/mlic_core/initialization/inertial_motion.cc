@@ -15,37 +15,46 @@ Eigen::Vector3d VelocityOfEnd(const GyroIntegration& gyro, double time, const Ei
   return (Log(turned) / (2.0 * kHalfSpan)).cross(lever_arm);
 }
 
-}  // namespace
+// From the LiDAR's clock to the IMU's.
+struct ToImuClock {
+  ClockDrift clock;
+  double offset;  // s
 
-InertialMotion RotationByImu(const std::vector<ImuSample>& imu, const AngularRateAlignment& alignment,
-                             const ClockDrift& clock) {
-  const auto gyro = std::make_shared<GyroIntegration>(imu, alignment.gyroscope_bias);
-  const Eigen::Quaterniond R_imu_lidar = alignment.R_imu_lidar;
-  const double offset = alignment.time_offset;
+  double operator()(double time) const { return clock.Without(time) + offset; }
+};
+
+InertialMotion RotationBy(const std::shared_ptr<const GyroIntegration>& gyro, const ToImuClock& on_imu,
+                          const Eigen::Quaterniond& R_imu_lidar) {
   InertialMotion motion;
   motion.rotation = [=](double from, double to) -> std::optional<Eigen::Quaterniond> {
-    const double begin = clock.Without(from) + offset, end = clock.Without(to) + offset;
+    const double begin = on_imu(from), end = on_imu(to);
     if (!gyro->Covers(begin, end)) return std::nullopt;
     return R_imu_lidar.conjugate() * gyro->RotationBetween(begin, end) * R_imu_lidar;
   };
   return motion;
 }
 
+}  // namespace
+
+InertialMotion RotationByImu(const std::vector<ImuSample>& imu, const AngularRateAlignment& alignment,
+                             const ClockDrift& clock) {
+  return RotationBy(std::make_shared<GyroIntegration>(imu, alignment.gyroscope_bias),
+                    {clock, alignment.time_offset}, alignment.R_imu_lidar);
+}
+
 InertialMotion MotionByImu(const std::vector<ImuSample>& imu, const AngularRateAlignment& alignment,
                            const GravityLeverArm& arm, const ClockDrift& clock) {
-  AngularRateAlignment corrected = alignment;
-  corrected.R_imu_lidar = arm.R_imu_lidar;
-  InertialMotion motion = RotationByImu(imu, corrected, clock);
-  const auto integration = std::make_shared<SpecificForceIntegration>(imu, alignment.gyroscope_bias);
+  const auto integration = std::make_shared<const SpecificForceIntegration>(imu, alignment.gyroscope_bias);
+  const std::shared_ptr<const GyroIntegration> gyro(integration, &integration->gyro());
+  const ToImuClock on_imu{clock, alignment.time_offset};
+  InertialMotion motion = RotationBy(gyro, on_imu, arm.R_imu_lidar);
   const Eigen::Matrix3d R_lidar_imu = arm.R_imu_lidar.conjugate().toRotationMatrix();
   const Eigen::Vector3d lever_arm = arm.p_imu_lidar, bias = arm.accelerometer_bias;
-  const double offset = alignment.time_offset;
   motion.gain = [=](double from, double to) {
-    const double begin = clock.Without(from) + offset, end = clock.Without(to) + offset;
-    const GyroIntegration& gyro = integration->gyro();
-    const Eigen::Quaterniond turned = gyro.RotationBetween(begin, end);
-    const Eigen::Vector3d first = VelocityOfEnd(gyro, begin, lever_arm);
-    const Eigen::Vector3d last = turned * VelocityOfEnd(gyro, end, lever_arm);
+    const double begin = on_imu(from), end = on_imu(to);
+    const Eigen::Quaterniond turned = gyro->RotationBetween(begin, end);
+    const Eigen::Vector3d first = VelocityOfEnd(*gyro, begin, lever_arm);
+    const Eigen::Vector3d last = turned * VelocityOfEnd(*gyro, end, lever_arm);
     LinearGain gain;
     gain.velocity = integration->Velocity(begin, end) - integration->VelocityBiasJacobian(begin, end) * bias +
                     last - first;

@@ -138,6 +138,12 @@ void Combine(const PoseSigma& largest, PoseSigma* sigma) {
   sigma->time_offset = std::hypot(sigma->time_offset, largest.time_offset);
 }
 
+void TakeLarger(const PoseSigma& sigma, PoseSigma* largest) {
+  largest->rotation = largest->rotation.cwiseMax(sigma.rotation);
+  largest->translation = largest->translation.cwiseMax(sigma.translation);
+  largest->time_offset = std::max(largest->time_offset, sigma.time_offset);
+}
+
 // By what a sensor is off against a held one when it follows the other held ones: the largest of these pairs,
 // in all directions alike.
 PoseSigma LargestOfPairs(const CalibrationResult& result, const std::string& held,
@@ -149,11 +155,10 @@ PoseSigma LargestOfPairs(const CalibrationResult& result, const std::string& hel
     if (other == nullptr || !other->fixed) continue;
     const double arm =
         (sensor.calibration.T_imu_sensor.translation - other->calibration.T_imu_sensor.translation).norm();
-    const double rotation = pair.sigma.rotation.maxCoeff();
-    const double translation = std::hypot(pair.sigma.translation.maxCoeff(), rotation * arm);
-    largest.rotation = largest.rotation.cwiseMax(rotation);
-    largest.translation = largest.translation.cwiseMax(translation);
-    largest.time_offset = std::max(largest.time_offset, pair.sigma.time_offset);
+    PoseSigma carried = pair.sigma;
+    carried.rotation.setConstant(pair.sigma.rotation.maxCoeff());
+    carried.translation.setConstant(std::hypot(pair.sigma.translation.maxCoeff(), carried.rotation[0] * arm));
+    TakeLarger(carried, &largest);
   }
   return largest;
 }
@@ -225,11 +230,7 @@ void AddSigmasOfHeld(const CalibrationResult& earlier, CalibrationResult* result
     own[sensor.name] = sensor.sigma;
     PoseSigma largest;
     for (const SensorResult& held : result->sensors) {
-      if (!is_held(held)) continue;
-      const PoseSigma carried = CarriedSigma(held, sensor);
-      largest.rotation = largest.rotation.cwiseMax(carried.rotation);
-      largest.translation = largest.translation.cwiseMax(carried.translation);
-      largest.time_offset = std::max(largest.time_offset, carried.time_offset);
+      if (is_held(held)) TakeLarger(CarriedSigma(held, sensor), &largest);
     }
     Combine(largest, &sensor.sigma);
   }
