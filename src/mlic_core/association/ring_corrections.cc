@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "mlic_core/association/ring_errors.h"
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/problem/plane_terms.h"
 
@@ -15,11 +16,9 @@ namespace {
 constexpr std::size_t kFewestRings = 8;     // from: guard
 constexpr std::uint16_t kMostRings = 1024;  // higher numbers are no rings; from: guard
 constexpr double kFewestPoints = 300.0;     // of a ring, in either half; from: guard
-// What lasers may err by: m, rad. Keeps rings that see walls only, or ground only, from trading one for the
-// other.
-constexpr double kRangeSigma = 0.03;      // from: measured, the HDL-64E of kitti_0005: 0.022 m, 9e-4 rad
-constexpr double kElevationSigma = 2e-3;  // from: measured, the HDL-64E of kitti_0005: 0.022 m, 9e-4 rad
-constexpr std::size_t kChunks = 16;       // from: structural
+constexpr double kLeastEvidence = 2.0;      // of two variances more; from: derivation, Akaike (1974)
+constexpr double kLeastMove = 0.1;          // of what a ring shows, in its sigmas; from: structural
+constexpr std::size_t kChunks = 16;         // from: structural
 
 // Towards higher elevation, one unit long times the distance from the z axis' foot: d position / d elevation.
 Eigen::Vector3d ElevationTangent(const Eigen::Vector3d& x) {
@@ -28,23 +27,16 @@ Eigen::Vector3d ElevationTangent(const Eigen::Vector3d& x) {
   return Eigen::Vector3d(-x.z() * x.x() / across, -x.z() * x.y() / across, across);
 }
 
-// Normal equations of one ring's range and elevation.
+// What the points of one ring show of errors beyond the corrections that they have.
 struct RingSum {
-  Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
-  Eigen::Vector2d gradient = Eigen::Vector2d::Zero();
+  RingEquations equations;
   double count = 0.0, elevation = 0.0;
 
   void Add(const RingSum& other) {
-    information += other.information;
-    gradient += other.gradient;
+    equations.information += other.equations.information;
+    equations.gradient += other.equations.gradient;
     count += other.count;
     elevation += other.elevation;
-  }
-  Eigen::Vector2d Solve() const {
-    Eigen::Matrix2d H = information;
-    H(0, 0) += 1.0 / (kRangeSigma * kRangeSigma);
-    H(1, 1) += 1.0 / (kElevationSigma * kElevationSigma);
-    return -H.ldlt().solve(gradient);
   }
 };
 
@@ -87,8 +79,8 @@ void RingSums::AddPlane(std::size_t p, std::vector<Quarters>* sums) const {
     if (rings.size() <= o.ring) rings.resize(o.ring + 1);
     RingSum& sum = rings[o.ring];
     const double weight = 1.0 / (static_cast<double>(o.sigma) * o.sigma);
-    sum.information += weight * row * row.transpose();
-    sum.gradient += weight * residuals[k] * row;
+    sum.equations.information += weight * row * row.transpose();
+    sum.equations.gradient += weight * residuals[k] * row;
     sum.count += 1.0;
     sum.elevation += ElevationOf(o.position);
   }
@@ -120,35 +112,6 @@ std::vector<Quarters> SumRings(const std::vector<DriveTerms>& drives, const Cali
   return sums;
 }
 
-// What the rings need, one row for each of `which`.
-Eigen::MatrixX2d Steps(const Rings& sums, const std::vector<std::size_t>& which) {
-  const Eigen::Index count = static_cast<Eigen::Index>(which.size());
-  Eigen::MatrixX2d steps(count, 2);
-  Eigen::VectorXd elevations(count);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const RingSum& sum = sums[which[i]];
-    steps.row(i) = sum.Solve().transpose();
-    elevations[i] = sum.elevation / sum.count;
-  }
-  const Eigen::MatrixX2d trend = RingTrend(elevations);
-  return steps - trend * (trend.transpose() * steps);
-}
-
-// What each ring but the lowest and the highest asks for beyond the mean of its neighbours.
-Eigen::VectorXd BeyondNeighbours(const Eigen::VectorXd& steps) {
-  const Eigen::Index inner = steps.size() - 2;
-  return steps.segment(1, inner) - 0.5 * (steps.head(inner) + steps.tail(inner));
-}
-
-// Whether what each half asks for comes nearer to what the other asks for than no correction does, as a whole
-// and beyond what neighbours share.
-bool Agree(const Eigen::VectorXd& one, const Eigen::VectorXd& other) {
-  const auto nearer = [](const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
-    return (a - b).squaredNorm() < std::min(a.squaredNorm(), b.squaredNorm());
-  };
-  return nearer(one, other) && nearer(BeyondNeighbours(one), BeyondNeighbours(other));
-}
-
 // The rings that have enough points in every half, from the lowest to the highest.
 std::vector<std::size_t> RichRings(const std::array<Rings, 4>& halves) {
   std::vector<std::size_t> which;
@@ -162,35 +125,85 @@ std::vector<std::size_t> RichRings(const std::array<Rings, 4>& halves) {
   return which;
 }
 
-// False where nothing is confirmed.
-bool Improve(const Quarters& quarters, RingCorrections* corrections) {
+Eigen::MatrixX2d CorrectionsOf(const RingCorrections& corrections, const std::vector<std::size_t>& which) {
+  Eigen::MatrixX2d values = Eigen::MatrixX2d::Zero(static_cast<Eigen::Index>(which.size()), 2);
+  for (std::size_t i = 0; i < which.size(); ++i) {
+    if (which[i] >= corrections.size()) continue;
+    const RingCorrection& c = corrections[which[i]];
+    values.row(static_cast<Eigen::Index>(i)) << c.range, c.elevation;
+  }
+  return values;
+}
+
+// About no correction. correlation: by which the points' information is too large.
+std::vector<RingEquations> EquationsOf(const Rings& sums, const std::vector<std::size_t>& which,
+                                       const Eigen::MatrixX2d& corrections, double correlation) {
+  std::vector<RingEquations> equations;
+  for (std::size_t i = 0; i < which.size(); ++i) {
+    const RingEquations& beyond = sums[which[i]].equations;
+    const Eigen::Vector2d corrected = corrections.row(static_cast<Eigen::Index>(i));
+    equations.push_back(
+        {beyond.information / correlation, (beyond.gradient - beyond.information * corrected) / correlation});
+  }
+  return equations;
+}
+
+// The errors that the rings show and all halves of the points confirm; zero where they do not.
+Eigen::MatrixX2d ConfirmedErrors(const std::vector<RingEquations>& all,
+                                 const std::array<std::vector<RingEquations>, 4>& halves,
+                                 const Eigen::MatrixXd& trend) {
+  const Eigen::MatrixX2d none = Eigen::MatrixX2d::Zero(trend.rows(), 2);
+  const RingVariances found = MeasureRingVariances(all);
+  if (found.evidence < kLeastEvidence) return none;
+  for (std::size_t h = 0; h < halves.size(); ++h) {
+    const std::vector<RingEquations>& other = halves[h ^ 1U];
+    if (GainOfCorrections(other, trend, PredictRingErrors(halves[h], trend, found.variances)) <= 0.0)
+      return none;
+  }
+  return PredictRingErrors(all, trend, found.variances);
+}
+
+// Root mean square over what the rings show, in its sigmas.
+double InSigmas(const std::vector<RingEquations>& rings, const Eigen::MatrixX2d& change) {
+  double squares = 0.0;
+  for (std::size_t i = 0; i < rings.size(); ++i) {
+    const Eigen::Vector2d own = change.row(static_cast<Eigen::Index>(i));
+    squares += own.dot(rings[i].information * own);
+  }
+  return std::sqrt(squares / (2.0 * static_cast<double>(rings.size())));
+}
+
+// False where they stay.
+bool Improve(const Quarters& quarters, double correlation, RingCorrections* corrections) {
   // from: structural.
   constexpr int kHalves[4][2] = {{0, 1}, {2, 3}, {0, 2}, {1, 3}};  // early, late; left, right
-  std::array<Rings, 4> halves;
+  std::array<Rings, 4> sums;
   for (int h = 0; h < 4; ++h) {
-    for (const int quarter : kHalves[h]) AddTo(quarters[quarter], &halves[h]);
+    for (const int quarter : kHalves[h]) AddTo(quarters[quarter], &sums[h]);
   }
-  const std::vector<std::size_t> which = RichRings(halves);
+  const std::vector<std::size_t> which = RichRings(sums);
   if (which.size() < kFewestRings) return false;
-  Rings all = halves[0];
-  AddTo(halves[1], &all);
-  Eigen::MatrixX2d steps = Steps(all, which);
-  std::array<Eigen::MatrixX2d, 4> of_halves;
-  for (int h = 0; h < 4; ++h) of_halves[h] = Steps(halves[h], which);
-  bool confirmed = false;
-  for (int kind = 0; kind < 2; ++kind) {
-    const bool taken = Agree(of_halves[0].col(kind), of_halves[1].col(kind)) &&
-                       Agree(of_halves[2].col(kind), of_halves[3].col(kind));
-    if (!taken) steps.col(kind).setZero();
-    confirmed |= taken;
+  Rings both = sums[0];
+  AddTo(sums[1], &both);
+  const Eigen::MatrixX2d before = CorrectionsOf(*corrections, which);
+  Eigen::VectorXd elevations(before.rows());
+  for (std::size_t i = 0; i < which.size(); ++i) {
+    elevations[static_cast<Eigen::Index>(i)] = both[which[i]].elevation / both[which[i]].count;
   }
-  if (!confirmed) return false;
+  std::array<std::vector<RingEquations>, 4> halves;
+  for (int h = 0; h < 4; ++h) halves[h] = EquationsOf(sums[h], which, before, correlation);
+  const std::vector<RingEquations> all = EquationsOf(both, which, before, correlation);
+  const Eigen::MatrixX2d errors = ConfirmedErrors(all, halves, RingTrend(elevations));
+  if (InSigmas(all, errors - before) < kLeastMove) return false;
+  if (errors.isZero(0.0)) {
+    corrections->clear();
+    return true;
+  }
   const std::size_t highest = *std::max_element(which.begin(), which.end());
   corrections->resize(std::max(corrections->size(), highest + 1));
   for (std::size_t i = 0; i < which.size(); ++i) {
-    const auto step = steps.row(static_cast<Eigen::Index>(i));
-    (*corrections)[which[i]].range += static_cast<float>(step[0]);
-    (*corrections)[which[i]].elevation += static_cast<float>(step[1]);
+    const auto error = errors.row(static_cast<Eigen::Index>(i));
+    (*corrections)[which[i]] = {static_cast<float>(error[0]), static_cast<float>(error[1])};
   }
   return true;
 }
@@ -248,11 +261,11 @@ PointCorrection CorrectionOfRings(const CalibrationState& state) {
   return [&state](std::size_t lidar, const LidarPoint& point) { return CorrectedPoint(point, state, lidar); };
 }
 
-bool CorrectRings(const std::vector<DriveTerms>& drives, CalibrationState* state) {
+bool CorrectRings(const std::vector<DriveTerms>& drives, double correlation, CalibrationState* state) {
   const std::vector<Quarters> sums = SumRings(drives, *state);
   state->rings.resize(state->lidars.size());
   bool changed = false;
-  for (std::size_t l = 0; l < sums.size(); ++l) changed |= Improve(sums[l], &state->rings[l]);
+  for (std::size_t l = 0; l < sums.size(); ++l) changed |= Improve(sums[l], correlation, &state->rings[l]);
   return changed;
 }
 

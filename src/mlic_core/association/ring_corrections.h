@@ -32,16 +32,15 @@ Eigen::Vector2d RingJacobian(const PlaneObservation& point, const MapPlane& plan
 Eigen::MatrixX2d RingTrend(const Eigen::VectorXd& elevations);
 
 // What the lasers of a LiDAR err by, each for itself: a range too long, an elevation too high. No number of
-// points averages it out. Found from the residuals of each ring's points to the planes of all. Their
-// trend is not corrected (RingTrend). Corrections are cross-validated, as what rings share in error with
-// their map or with extrinsics on their way looks the same (docs/method.md, section 4): those from the first
-// half of the drive must be nearer to those from the second than no corrections are, and the other way round;
-// and those of the left half of the view to the right's; and so must what each ring asks for beyond its
-// neighbours, as what depends on the incidence (wide beams on the ground) goes smoothly over the rings.
-// Ranges and elevations are judged apart. Later rounds may add what all halves agree on. LiDARs of fewer than
-// 8 rings, or whose points carry none, have no corrections. Improves those of the state; true if it changed
-// any.
-bool CorrectRings(const std::vector<DriveTerms>& drives, CalibrationState* state);
+// points averages it out. Found from the residuals of each ring's points to the planes of all, as far as
+// rings err more widely than the residuals' noise and what neighbours share account for (ring_errors.h);
+// their trend is not corrected (RingTrend). Corrections are cross-validated: those from the first half of the
+// drive must lower the squared residuals of the second and the other way round, and those of the left half of
+// the view the right's. They are judged as a whole each time, those that are no longer confirmed taken back.
+// LiDARs of fewer than 8 rings, or whose points carry none, have no corrections. correlation: of the
+// residuals (CorrelationFactor). Corrects those of the state; true if any LiDAR's changed by a tenth of their
+// sigmas.
+bool CorrectRings(const std::vector<DriveTerms>& drives, double correlation, CalibrationState* state);
 
 // Root mean square over the rings that were corrected: m, rad; zero for none.
 RingCorrection TypicalCorrection(const RingCorrections& corrections);

@@ -162,13 +162,14 @@ void MeasureNoiseAndScale(const AdjustmentContext& context, Adjustment* adjustme
   MeasureScale(linearized, *adjustment, &adjustment->scale);
 }
 
-// Whether LiDARs' ranges err together is asked once in the rounds, and again where they do. True if their
-// corrections have moved.
+// What LiDARs err by: their rings, and all their ranges together, which is asked once in the rounds, and
+// again where they do. True if any correction has moved.
 bool ReviewRanges(Adjustment* adjustment) {
-  if (adjustment->rounds.ranges_measured && !AnyRangeCorrected(adjustment->state)) return false;
-  adjustment->rounds.ranges_measured = true;
   const double correlation = CorrelationFactor(adjustment->problem.drives, adjustment->state);
-  return CorrectRanges(adjustment->problem, correlation, &adjustment->state);
+  const bool rings_moved = CorrectRings(adjustment->problem.drives, correlation, &adjustment->state);
+  if (adjustment->rounds.ranges_measured && !AnyRangeCorrected(adjustment->state)) return rings_moved;
+  adjustment->rounds.ranges_measured = true;
+  return CorrectRanges(adjustment->problem, correlation, &adjustment->state) || rings_moved;
 }
 
 // True if the next round takes more points of each scan.
@@ -274,10 +275,7 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
       clocks_moved = ReviewClocks(context, &adjustment);
     }
     if (settled && !clocks_moved) matrices_moved = ReviewMatrices(context, &adjustment);
-    if (settled && !clocks_moved && !matrices_moved) {
-      ranges_moved = CorrectRings(adjustment.problem.drives, &adjustment.state);
-      ranges_moved |= ReviewRanges(&adjustment);
-    }
+    if (settled && !clocks_moved && !matrices_moved) ranges_moved = ReviewRanges(&adjustment);
     if (!adjustment.state.lidars.empty()) {
       adjustment.cameras.sigmas =
           SigmasAgainstLidar(Analyze(adjustment, context.dataset), adjustment.state, adjustment.base_lidar);
