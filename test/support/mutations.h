@@ -77,8 +77,8 @@ inline std::size_t PeakMemory() {
   return static_cast<std::size_t>(usage.ru_maxrss) * 1024;
 }
 
-// read takes the seeds, and each of `count` mutants or refuses it by an InputError of one line, with memory
-// in proportion.
+// read takes each of the seeds (one at least) and of `count` mutants, or refuses it by an InputError of one
+// line, with memory in proportion.
 inline void ReadMutants(const std::vector<std::string>& seeds, int count,
                         const std::function<void(const std::string&)>& read) {
 #ifdef __SANITIZE_ADDRESS__
@@ -86,12 +86,14 @@ inline void ReadMutants(const std::vector<std::string>& seeds, int count,
 #else
   constexpr std::size_t kMost = 256u << 20;  // bytes; the seeds are of kilobytes
 #endif
-  for (const std::string& seed : seeds) EXPECT_NO_THROW(read(seed));
   Mutator mutator(seeds);
   const std::size_t before = PeakMemory();
-  for (int i = 0; i < count; ++i) {
+  const int given = static_cast<int>(seeds.size());
+  bool any_read = false;
+  for (int i = -given; i < count; ++i) {  // below zero: a seed
     try {
-      read(mutator.Next());
+      read(i < 0 ? seeds[static_cast<std::size_t>(i + given)] : mutator.Next());
+      any_read |= i < 0;
     } catch (const InputError& error) {
       ASSERT_EQ(std::string(error.what()).find('\n'), std::string::npos)
           << "mutant " << i << ": " << error.what();
@@ -100,6 +102,7 @@ inline void ReadMutants(const std::vector<std::string>& seeds, int count,
     }
     ASSERT_LT(PeakMemory(), before + kMost) << "mutant " << i;
   }
+  EXPECT_TRUE(any_read) << "no seed is sound";
 }
 
 }  // namespace mlic

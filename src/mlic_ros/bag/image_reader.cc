@@ -1,7 +1,6 @@
 #include "mlic_ros/bag/image_reader.h"
 
 #include <cv_bridge/cv_bridge.h>
-#include <ros/serialization.h>
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
 
@@ -13,6 +12,7 @@
 
 #include "mlic_core/common/error.h"
 #include "mlic_core/common/printable.h"
+#include "mlic_ros/bag/message_stream.h"
 
 namespace mlic {
 namespace {
@@ -73,8 +73,7 @@ struct ImageView {
 // False where the message is cut off; the header is there if it could be read.
 bool Parse(const SerializedMessage& message, ImageView& view) {
   try {
-    ros::serialization::IStream stream(const_cast<std::uint8_t*>(message.bytes.data()),
-                                       static_cast<std::uint32_t>(message.bytes.size()));
+    ros::serialization::IStream stream = StreamOf(message);
     stream.next(view.header);
     if (message.type == kImage) {
       std::uint8_t big_endian = 0;

@@ -1,9 +1,9 @@
 #include "mlic_ros/bag/imu_messages.h"
 
-#include <ros/serialization.h>
 #include <sensor_msgs/Imu.h>
 
 #include "mlic_core/common/error.h"
+#include "mlic_ros/bag/message_stream.h"
 
 namespace mlic {
 
@@ -12,8 +12,7 @@ bool IsImuType(const std::string& type) { return type == "sensor_msgs/Imu"; }
 StampedImu DecodeImu(const SerializedMessage& message, const std::string& topic, std::string& frame_id) {
   sensor_msgs::Imu imu;
   try {
-    ros::serialization::IStream stream(const_cast<std::uint8_t*>(message.bytes.data()),
-                                       static_cast<std::uint32_t>(message.bytes.size()));
+    ros::serialization::IStream stream = StreamOf(message);
     ros::serialization::deserialize(stream, imu);
   } catch (const std::exception&) {
     throw InputError("topic " + topic + ": an IMU message is cut off; record it again");

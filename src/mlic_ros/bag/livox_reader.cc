@@ -1,14 +1,13 @@
 #include "mlic_core/common/error.h"
 #include "mlic_ros/bag/livox_message.h"
+#include "mlic_ros/bag/message_stream.h"
 
 namespace mlic {
 
 LivoxMessage ReadLivoxMessage(const SerializedMessage& bytes, const std::string& topic) {
   constexpr std::uint32_t kPointBytes = 19;  // from: standard; of a serialised point
   try {
-    // The stream only reads, but its interface takes a pointer to non-const.
-    ros::serialization::IStream stream(const_cast<std::uint8_t*>(bytes.bytes.data()),
-                                       static_cast<std::uint32_t>(bytes.bytes.size()));
+    ros::serialization::IStream stream = StreamOf(bytes);
     LivoxMessage message;
     stream.next(message.header);
     stream.next(message.timebase);

@@ -1,11 +1,10 @@
 #include "mlic_ros/bag/point_cloud_view.h"
 
-#include <ros/serialization.h>
-
 #include <stdexcept>
 
 #include "mlic_core/common/error.h"
 #include "mlic_core/common/printable.h"
+#include "mlic_ros/bag/message_stream.h"
 
 namespace mlic {
 namespace {
@@ -21,9 +20,7 @@ const char* NameOfType(std::uint8_t datatype) {
 constexpr std::size_t kLeastFieldBytes = 13;
 
 PointCloudView Parse(const SerializedMessage& message) {
-  // The stream only reads, but its interface takes a pointer to non-const.
-  ros::serialization::IStream stream(const_cast<std::uint8_t*>(message.bytes.data()),
-                                     static_cast<std::uint32_t>(message.bytes.size()));
+  ros::serialization::IStream stream = StreamOf(message);
   PointCloudView cloud;
   stream.next(cloud.header);
   std::uint32_t height = 0, width = 0, fields = 0, point_step = 0, row_step = 0, size = 0;

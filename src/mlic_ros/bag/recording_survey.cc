@@ -1,6 +1,5 @@
 #include "mlic_ros/bag/recording_survey.h"
 
-#include <ros/serialization.h>
 #include <std_msgs/Header.h>
 
 #include <algorithm>
@@ -14,6 +13,7 @@
 #include "mlic_ros/bag/imu_messages.h"
 #include "mlic_ros/bag/lidar_messages.h"
 #include "mlic_ros/bag/message_reader.h"
+#include "mlic_ros/bag/message_stream.h"
 
 namespace mlic {
 namespace {
@@ -27,8 +27,7 @@ constexpr double kClosestSamples = 0.5;  // s; from: definition
 MessageTimes TimesOf(const SerializedMessage& message, std::string* frame) {
   std_msgs::Header header;
   try {
-    ros::serialization::IStream stream(const_cast<std::uint8_t*>(message.bytes.data()),
-                                       static_cast<std::uint32_t>(message.bytes.size()));
+    ros::serialization::IStream stream = StreamOf(message);
     ros::serialization::deserialize(stream, header);
   } catch (const std::exception&) {
     return {0, message.record_time};

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <fstream>
 #include <initializer_list>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <set>
@@ -46,8 +47,9 @@ std::uint16_t RingOf(double value) {
 struct Claim {
   double points = 0.0;
   double bytes_of_point = 0.0;
-  double unpacked = 0.0;  // bytes, of compressed ones
-  std::string kind;       // ascii, binary, binary_compressed
+  double bytes_of_padding = 0.0;  // of these, in fields called "_", which compressed points do not have
+  double unpacked = 0.0;          // bytes, of compressed ones
+  std::string kind;               // ascii, binary, binary_compressed
 };
 
 // Non-negative whole numbers; nothing where one of the words is none.
@@ -67,6 +69,7 @@ std::optional<Claim> ReadClaim(const std::string& name) {
   std::ifstream file(name, std::ios::binary);
   std::set<std::string> left{"VERSION", "FIELDS", "SIZE",   "TYPE",      "COUNT",
                              "WIDTH",   "HEIGHT", "POINTS", "VIEWPOINT", "DATA"};
+  std::vector<std::string> fields;
   std::map<std::string, std::vector<double>> numbers{
       {"SIZE", {}}, {"COUNT", {}}, {"WIDTH", {}}, {"HEIGHT", {}}, {"POINTS", {}}};
   for (std::string line; left.count("DATA") > 0;) {
@@ -76,6 +79,7 @@ std::optional<Claim> ReadClaim(const std::string& name) {
     if (!(words >> key) || key.front() == '#') continue;
     if (left.erase(key) == 0) return std::nullopt;
     if (key == "DATA") words >> claim.kind;
+    if (key == "FIELDS") fields.assign(std::istream_iterator<std::string>(words), {});
     const auto wanted = numbers.find(key);
     if (wanted == numbers.end()) continue;
     const auto found = WholeNumbers(words);
@@ -86,8 +90,11 @@ std::optional<Claim> ReadClaim(const std::string& name) {
   claim.points = std::max(first("POINTS"), first("WIDTH") * first("HEIGHT"));
   std::vector<double>& counts = numbers["COUNT"];
   counts.resize(numbers["SIZE"].size(), 1.0);
-  for (std::size_t i = 0; i < counts.size(); ++i)
-    claim.bytes_of_point += numbers["SIZE"][i] * std::max(1.0, counts[i]);
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    const double bytes = numbers["SIZE"][i] * std::max(1.0, counts[i]);
+    claim.bytes_of_point += bytes;
+    if (i < fields.size() && fields[i] == "_") claim.bytes_of_padding += bytes;
+  }
   if (claim.kind == "binary_compressed") {
     std::uint32_t sizes[2] = {0, 0};  // packed, unpacked
     file.read(reinterpret_cast<char*>(sizes), sizeof(sizes));
@@ -145,6 +152,11 @@ class Reader {
     const auto size = static_cast<double>(std::filesystem::file_size(name_));
     if (std::max(claim->unpacked, claim->points * claim->bytes_of_point) > MostPacked(claim->kind) * size) {
       Fail("claims more points than a file of its size can hold; expected a whole PCD file");
+    }
+    // PCL 1.13 reads on behind what was unpacked.
+    if (claim->kind == "binary_compressed" &&
+        claim->unpacked < claim->points * (claim->bytes_of_point - claim->bytes_of_padding)) {
+      Fail("claims more points than its compressed data hold; expected a whole PCD file");
     }
     pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);  // the one line is ours
     bool read = false;
