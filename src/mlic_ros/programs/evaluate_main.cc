@@ -1,5 +1,7 @@
 // evaluate --bag FILE.bag --calibration C.yaml [--truth T.yaml] [--reference-topic ODOMETRY] --output DIR:
-// how good a calibration is, on the data and against a truth. Exit statuses: see program.h.
+// how good a calibration is, on the data and against a truth.
+// evaluate --calibration C1.yaml C2.yaml ... [--truth T.yaml] --output DIR: how well calibrations of one rig,
+// of a drive each, agree. Exit statuses: see program.h.
 #include <cstdio>
 #include <filesystem>
 #include <optional>
@@ -11,8 +13,10 @@
 #include "mlic_core/evaluation/intrinsics_error.h"
 #include "mlic_core/evaluation/map_builder.h"
 #include "mlic_core/evaluation/map_evaluation.h"
+#include "mlic_core/evaluation/repeatability.h"
 #include "mlic_core/evaluation/trajectory_error.h"
 #include "mlic_core/evaluation/truth_comparison.h"
+#include "mlic_core/evaluation/turned_entropy.h"
 #include "mlic_core/io/output_directory.h"
 #include "mlic_core/io/result/result_file.h"
 #include "mlic_core/io/result/result_names.h"
@@ -33,6 +37,7 @@ constexpr std::size_t kMostMapPoints = 1000000;  // from: guard, memory and time
 
 struct EvaluateOptions {
   fs::path bag, calibration, truth, rig, output;
+  std::vector<fs::path> calibrations;  // all; `calibration` is the first
   std::string reference_topic;
 };
 
@@ -85,10 +90,18 @@ void EvaluateMaps(const BagSet& bags, const Rig& rig, const Drive& drive, const 
     throw InputError("bag " + bags.names() +
                      ": no points within the trajectory; is it the bag that was calibrated?");
   }
+  if (compared.initial) {
+    add("map quality before the joint adjustment (on the same trajectory)", "map_quality_initial.csv",
+        WithPosesOf(compared.calibration, *compared.initial));
+  }
   if (compared.truth) {
     add("map quality, sensors at the truth (on the same trajectory)", "map_quality_truth.csv",
         WithPosesOf(compared.calibration, *compared.truth));
   }
+  cancellation.ThrowIfCancelled();
+  const auto turned = EntropyOfTurnedLidars(drive, names, compared.trajectory, compared.calibration, stride);
+  evaluation->Add("mean entropy of each LiDAR's own map", TableOf(turned), "turned_entropy.csv",
+                  CsvOf(turned));
 }
 
 // The matches are the same for all calibrations.
@@ -138,6 +151,29 @@ void CompareTo(const CalibrationResult& truth, const std::string& of, const std:
                   CsvOf(intrinsics));
 }
 
+void Write(const Evaluation& evaluation, OutputDirectory* output) {
+  const std::vector<std::string> kept = output->Replace([&](const fs::path& directory) {
+    for (const auto& [name, content] : evaluation.files) WriteFileAtomically(directory / name, content);
+    WriteFileAtomically(directory / "evaluation.txt", evaluation.text);
+  });
+  for (const std::string& line : kept) std::fprintf(stderr, "evaluate: %s\n", line.c_str());
+  std::fputs(evaluation.text.c_str(), stdout);
+}
+
+int EvaluateSeveral(const EvaluateOptions& options) {
+  OutputDirectory output(options.output, "evaluate");
+  std::vector<CalibrationResult> calibrations;
+  for (const fs::path& file : options.calibrations) calibrations.push_back(ReadCalibrationFile(file));
+  std::optional<CalibrationResult> truth;
+  if (!options.truth.empty()) truth = ReadCalibrationFile(options.truth);
+  const Repeatability found = MeasureRepeatability(calibrations, truth ? &*truth : nullptr);
+  Evaluation evaluation;
+  evaluation.Add(std::to_string(calibrations.size()) + " calibrations", TableOf(found), "repeatability.csv",
+                 CsvOf(found));
+  Write(evaluation, &output);
+  return kTrusted;
+}
+
 int Evaluate(const EvaluateOptions& options, const CancellationToken& cancellation) {
   OutputDirectory output(options.output, "evaluate");
   Compared compared;
@@ -166,12 +202,12 @@ int Evaluate(const EvaluateOptions& options, const CancellationToken& cancellati
     EvaluateData(options, bags, compared, cancellation, &evaluation);
   }
   cancellation.ThrowIfCancelled();
-  const std::vector<std::string> kept = output.Replace([&](const fs::path& directory) {
-    for (const auto& [name, content] : evaluation.files) WriteFileAtomically(directory / name, content);
-    WriteFileAtomically(directory / "evaluation.txt", evaluation.text);
-  });
-  for (const std::string& line : kept) std::fprintf(stderr, "evaluate: %s\n", line.c_str());
-  std::fputs(evaluation.text.c_str(), stdout);
+  if (compared.truth) {
+    CalibrationDifference error;
+    error.poses = CompareWithTruth(compared.calibration, *compared.truth);
+    evaluation.text += "\n" + Conclusion(LargestOf(error));
+  }
+  Write(evaluation, &output);
   return kTrusted;
 }
 
@@ -182,9 +218,14 @@ int main(int argc, char** argv) {
   mlic::EvaluateOptions options;
   CLI::App app("How good a calibration is: map quality, error against a truth, drift against an odometry",
                "evaluate");
-  std::string bag, calibration, truth, rig, output;
-  app.add_option("--bag", bag, "ROS 1 bag that was calibrated")->required();
-  app.add_option("--calibration", calibration, "calibration.yaml with trajectory.tum beside it")->required();
+  std::string bag, truth, rig, output;
+  std::vector<std::string> calibrations;
+  app.add_option("--bag", bag, "ROS 1 bag that was calibrated; without it only calibrations are compared");
+  app.add_option(
+         "--calibration", calibrations,
+         "calibration.yaml with trajectory.tum beside it; without --bag several of one rig, each of a drive "
+         "of its own")
+      ->required();
   app.add_option("--truth", truth, "true calibration, in the same format");
   app.add_option("--reference-topic", options.reference_topic,
                  "topic with the true path: Odometry, PoseStamped or TransformStamped");
@@ -195,10 +236,17 @@ int main(int argc, char** argv) {
   int status = 0;
   if (!mlic::ParseArguments(app, argc, argv, status)) return status;
   options.bag = bag;
-  options.calibration = calibration;
+  options.calibrations.assign(calibrations.begin(), calibrations.end());
+  options.calibration = calibrations.front();
   options.truth = truth;
   options.rig = rig;
   options.output = output;
   const mlic::CancellationToken& cancellation = mlic::CancelOnSignals();
-  return mlic::RunProgram("evaluate", [&] { return mlic::Evaluate(options, cancellation); });
+  return mlic::RunProgram("evaluate", [&] {
+    if (bag.empty()) return mlic::EvaluateSeveral(options);
+    if (calibrations.size() > 1) {
+      throw mlic::InputError("--bag is of one calibration; give one, or several without --bag");
+    }
+    return mlic::Evaluate(options, cancellation);
+  });
 }

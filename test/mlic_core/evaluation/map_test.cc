@@ -6,6 +6,7 @@
 #include "mlic_core/evaluation/map_builder.h"
 #include "mlic_core/evaluation/map_evaluation.h"
 #include "mlic_core/evaluation/map_quality.h"
+#include "mlic_core/evaluation/turned_entropy.h"
 #include "mlic_core/geometry/so3.h"
 
 namespace mlic {
@@ -138,6 +139,46 @@ TEST(BuildMap, PutsPointsWhereTheyWere) {
   }
   EXPECT_EQ(BuildMap(drive, {"lidar"}, trajectory, calibration, 4).size(), 25u);
   EXPECT_TRUE(BuildMap(drive, {"other"}, trajectory, calibration, 1).empty());
+}
+
+// A LiDAR that turns about the vertical between two walls and a floor, seen again from every heading.
+TEST(TurnedEntropy, IsLeastAsCalibrated) {
+  Drive drive;
+  drive.epoch = 1700000000000000000;
+  LidarRecording& lidar = drive.lidars.emplace_back();
+  CalibrationResult calibration;
+  SensorResult sensor;
+  sensor.name = "lidar";
+  sensor.type = SensorResult::Type::kLidar;
+  sensor.calibration.T_imu_sensor = {ExpQuaternion({0.2, -0.1, 0.4}), {0.5, 0.0, 0.1}};
+  calibration.sensors = {sensor};
+  std::vector<StampedPose> trajectory;
+  Random random(2);
+  for (int k = 0; k < 40; ++k) {
+    const double t = 0.1 * k;
+    const RigidTransform T_map_imu{ExpQuaternion({0.2 * std::sin(t), 0.2 * std::cos(t), 0.6 * t}),
+                                   {0.5 * t, 0.0, 0.0}};
+    trajectory.push_back({TimeFrom(drive.epoch, t), T_map_imu});
+    LidarScan& scan = lidar.scans.emplace_back();
+    scan.time = t;
+    const RigidTransform T_lidar_map = (T_map_imu * sensor.calibration.T_imu_sensor).Inverse();
+    for (int i = 0; i < 150; ++i) {
+      Eigen::Vector3d x(4.0 * random.Normal(), 4.0 * random.Normal(), 2.0 * random.Normal());
+      x[i % 3] = i % 3 == 2 ? -2.0 : 5.0;
+      LidarPoint point{};
+      point.position =
+          (T_lidar_map * (x + 0.002 * random.Normal() * Eigen::Vector3d::Unit(i % 3))).cast<float>();
+      scan.points.push_back(point);
+    }
+  }
+  const std::vector<TurnedEntropy> found =
+      EntropyOfTurnedLidars(drive, {"lidar"}, trajectory, calibration, 1);
+  ASSERT_EQ(found.size(), 3u);
+  EXPECT_EQ(found[0].degrees, 0.0);
+  EXPECT_EQ(found[0].mean, found[0].least);
+  EXPECT_LT(found[0].mean, found[1].least);
+  EXPECT_LT(found[1].mean, found[2].mean - 0.1);
+  EXPECT_EQ(CsvOf(found).substr(0, 25), "lidar,degrees,mean,least\n");
 }
 
 }  // namespace
