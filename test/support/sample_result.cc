@@ -29,6 +29,22 @@ SensorResult SampleSensor(const std::string& name, const Eigen::Vector3d& positi
   return sensor;
 }
 
+std::vector<SigmaInUse> SampleUse(bool camera) {
+  std::vector<SigmaInUse> uses;
+  for (const double distance : {10.0, 50.0}) {
+    SigmaInUse use;
+    use.where = camera ? SigmaInUse::Where::kImage : SigmaInUse::Where::kSpace;
+    use.distance = distance;
+    use.median = (camera ? 0.25 : 0.0015) * (1.0 + 0.01 * distance);
+    use.worst = 2.0 * use.median;
+    for (int k = 0; k < kUseSectors && !camera; ++k) {
+      use.sectors.push_back(use.median * (1.5 + 0.5 * std::sin(k)));
+    }
+    uses.push_back(use);
+  }
+  return uses;
+}
+
 // A figure of eight, 60 s at 10 Hz, in a yard with two walls and the ground.
 void AddDrive(CalibrationResult& result) {
   Random random(7);
@@ -203,9 +219,18 @@ CalibrationResult SampleResult() {
       pair.sigma.translation = Eigen::Vector3d(0.0008, 0.0009, 0.0011);
       pair.sigma.rotation = Eigen::Vector3d::Constant(5e-5);
       pair.sigma.time_offset = 3e-5;
+      pair.in_use = SampleUse(b == 3);
       result.pairs.push_back(pair);
     }
   }
+  for (SensorResult& sensor : result.sensors) {
+    sensor.in_use = SampleUse(sensor.type == SensorResult::Type::kCamera);
+  }
+  result.ground = PoseOverGround{{1.7, 0.01, -0.02},
+                                 {0.012, 0.002, 0.003},
+                                 {0.1, 1e-4, 2e-4},
+                                 Eigen::Vector3d(0.02, 0.01, 1.0).normalized(),
+                                 57};
   AddDrive(result);
   result.stages = {
       {"load", 4.1, 5.2, {"3 LiDARs, 598 scans each, IMU 200 Hz, 60.0 s"}},

@@ -119,6 +119,7 @@ void TakePair(const CalibrationResult& earlier, PairResult* pair) {
     if (known.a == pair->a && known.b == pair->b) return void(*pair = known);
   }
   pair->sigma = MakePair(a->calibration, b->calibration, Independent(a->sigma, b->sigma)).sigma;
+  pair->in_use.clear();
 }
 
 void TakeQuality(const SensorResult& earlier, SensorResult* sensor) {
@@ -127,6 +128,7 @@ void TakeQuality(const SensorResult& earlier, SensorResult* sensor) {
   sensor->rotation_observable = earlier.rotation_observable;
   sensor->time_offset_observable = earlier.time_offset_observable;
   sensor->unobservable = earlier.unobservable;
+  sensor->in_use = earlier.in_use;
   sensor->intrinsics_sigma = earlier.intrinsics_sigma;
   sensor->intrinsics_fixed = earlier.intrinsics_fixed;
   if (sensor->readout_sigma) sensor->readout_sigma = earlier.readout_sigma;
@@ -233,6 +235,7 @@ void AddSigmasOfHeld(const CalibrationResult& earlier, CalibrationResult* result
       if (is_held(held)) TakeLarger(CarriedSigma(held, sensor), &largest);
     }
     Combine(largest, &sensor.sigma);
+    sensor.in_use.clear();  // of this drive alone
   }
   const auto held = [&](const std::string& name) {
     const SensorResult* sensor = Find(*result, name);
@@ -251,6 +254,7 @@ void AddSigmasOfHeld(const CalibrationResult& earlier, CalibrationResult* result
                           Independent(held(pair.a) ? known : own[pair.a], held(pair.b) ? known : own[pair.b]))
                      .sigma;
     Combine(LargestOfPairs(*result, fixed, *Find(*result, other)), &pair.sigma);
+    pair.in_use.clear();
   }
 }
 

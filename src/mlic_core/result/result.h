@@ -9,7 +9,9 @@
 #include <vector>
 
 #include "mlic_core/common/time.h"
+#include "mlic_core/result/pose_over_ground.h"
 #include "mlic_core/result/quality_check.h"
+#include "mlic_core/result/sigma_in_use.h"
 #include "mlic_core/sensors/images.h"
 #include "mlic_core/sensors/rig.h"
 
@@ -100,6 +102,7 @@ struct SensorResult {
   std::optional<double> rolling_shutter_readout;  // s
   std::optional<double> readout_sigma;            // s
   std::optional<HeldOutMatches> held_out;         // of a camera that was matched to the map
+  std::vector<SigmaInUse> in_use;                 // of T_imu_sensor; empty: not known
 };
 
 // T_a_b: points of sensor b into sensor a; time_offset of sigma: of the difference of the two offsets.
@@ -109,6 +112,7 @@ struct PairResult {
   PoseSigma sigma;
   // Directions along the axes of a that the data do not show. Told only of pairs without the IMU.
   std::vector<UnobservableDirection> unobservable = {};
+  std::vector<SigmaInUse> in_use = {};  // empty: not known, or cameras that see nothing in common
 };
 
 // Absolute, as files and topics have it; TimedPose is one within a drive.
@@ -251,6 +255,7 @@ struct CalibrationResult {
   std::vector<SensorResult> initial_sensors;  // the same before the joint adjustment, without sigmas
   std::vector<GuessedPose> guesses;           // of the rig file; for pictures, not kept in files
   std::vector<PairResult> pairs;
+  std::optional<PoseOverGround> ground;  // none: the map does not show it
   // Where nothing ties the sensors to the IMU, but maps tie LiDARs to each other: the one that what is given
   // for use (launch file, URDF) is about, by the pairs with it. Empty: all is about the IMU.
   std::string root;

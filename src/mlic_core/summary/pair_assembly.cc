@@ -10,6 +10,7 @@
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/problem/observability_limits.h"
 #include "mlic_core/summary/result_assembly.h"
+#include "mlic_core/summary/sigmas_in_use.h"
 #include "mlic_core/summary/snapshot.h"
 
 namespace mlic {
@@ -74,6 +75,9 @@ std::optional<PairResult> PairOf(const LidarsAlone& alone, const CalibrationStat
   PairResult pair = MakePair(of_a, of_b, joint);
   pair.a = NameAt(alone.rig, a);
   pair.b = NameAt(alone.rig, b);
+  const Eigen::Matrix3d axes_of_root =
+      state.Sensor(order.At(alone.root)).T_imu_sensor.rotation.conjugate().toRotationMatrix();
+  pair.in_use = SigmasOfPair(state, analysis, a, b, axes_of_root);
   // Of a parked vehicle the rounds hold the offsets.
   if (alone.parked) {
     pair.sigma.time_offset = std::hypot(alone.time_offset_sigmas[a], alone.time_offset_sigmas[b]);

@@ -13,9 +13,11 @@
 #include "mlic_core/problem/observability_limits.h"
 #include "mlic_core/summary/camera_views.h"
 #include "mlic_core/summary/checks.h"
+#include "mlic_core/summary/ground.h"
 #include "mlic_core/summary/imu_verdict.h"
 #include "mlic_core/summary/map_projections.h"
 #include "mlic_core/summary/residual_summary.h"
+#include "mlic_core/summary/sigmas_in_use.h"
 #include "mlic_core/summary/snapshot.h"
 
 namespace mlic {
@@ -333,6 +335,10 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
   result->map =
       SampleMap(state, adjustment.problem.drives[0].planes, MapOrigin(state.drives[0].trajectory), 2000000);
   RenumberLidars(shown, &result->map);
+  AddSigmasInUse(rig, state, analysis, result);
+  if (result->Usable()) {
+    result->ground = FindPoseOverGround(result->trajectories[0], result->map, result->sensors);
+  }
   if (adjustment.rounds.landmarks == Landmarks::kTracksAndMap) {
     result->projections = ProjectOnPhotos(rig, dataset, adjustment.map.cameras_before, state,
                                           adjustment.problem.drives[0].landmarks, adjustment.rejected_lidars);

@@ -109,6 +109,7 @@ ObservabilityAnalysis AnalyzeSensors(const SensorInformation& given, const Infla
       InverseInLimits(data, limits) + VarianceOfInflation(InverseInLimits(solved, limits), inflation, scale);
   const int poses = Layout::Sensor(sensors);
   analysis.data_covariance = data_covariance.topLeftCorner(poses, poses);
+  analysis.whole_covariance = all_covariance;
   analysis.covariance = all_covariance.topLeftCorner(poses, poses);
   analysis.inner_sigmas =
       all_covariance.diagonal().tail(all_covariance.rows() - poses).cwiseMax(0.0).cwiseSqrt();
@@ -214,8 +215,7 @@ ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const Cali
   return analysis;
 }
 
-Eigen::Matrix<double, 7, 7> PairCovariance(const SensorCalibration& a, const SensorCalibration& b,
-                                           const Eigen::Matrix<double, 14, 14>& covariance) {
+Eigen::Matrix<double, 7, 14> PairJacobian(const SensorCalibration& a, const SensorCalibration& b) {
   const Eigen::Matrix3d R_a_imu = a.T_imu_sensor.rotation.conjugate().toRotationMatrix();
   // Left perturbations phi of the rotations and moves of the translations, carried into frame a:
   //   rotation R_a^T (phi_b - phi_a), translation R_a^T (d_b - d_a + (p_b - p_a) x phi_a).
@@ -227,6 +227,12 @@ Eigen::Matrix<double, 7, 7> PairCovariance(const SensorCalibration& a, const Sen
   J.block<3, 3>(3, 10) = R_a_imu;
   J(6, 6) = -1.0;
   J(6, 13) = 1.0;
+  return J;
+}
+
+Eigen::Matrix<double, 7, 7> PairCovariance(const SensorCalibration& a, const SensorCalibration& b,
+                                           const Eigen::Matrix<double, 14, 14>& covariance) {
+  const Eigen::Matrix<double, 7, 14> J = PairJacobian(a, b);
   return J * covariance * J.transpose();
 }
 

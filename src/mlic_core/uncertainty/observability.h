@@ -41,7 +41,9 @@ struct ObservabilityAnalysis {
   std::vector<PoseSigma> sigmas;    // with the guesses
   Eigen::MatrixXd covariance;       // 7 for each LiDAR and camera as in Layout, with the guesses
   Eigen::MatrixXd data_covariance;  // without
-  Eigen::VectorXd inner_sigmas;     // of the calibration's other parameters, in the order of Layout
+  // Of all parameters of the calibration (Layout), of which `covariance` is the beginning.
+  Eigen::MatrixXd whole_covariance;
+  Eigen::VectorXd inner_sigmas;  // of the calibration's other parameters, in the order of Layout
   // Of all parameters (Layout), with the guesses, all that was held taken as known and without the inflation.
   Eigen::MatrixXd solved_covariance;
 
@@ -75,8 +77,12 @@ FreeAlignment CovarianceWithFreeAlignment(const JointProblem& problem, const Cal
 Eigen::Matrix<double, 14, 14> JointCovariance(const Eigen::MatrixXd& covariance, std::size_t a,
                                               std::size_t b);
 
-// Of the relative pose T_a_b and the difference of the offsets, from their joint covariance (14 x 14: a, b):
-// rotation and translation along the axes of a, as PoseSigma has them.
+// By which the relative pose T_a_b and the difference of the offsets (rotation and translation along the axes
+// of a, as PoseSigma has them) follow both sensors' (a, b).
+Eigen::Matrix<double, 7, 14> PairJacobian(const SensorCalibration& a, const SensorCalibration& b);
+
+// Of the relative pose T_a_b and the difference of the offsets, from their joint covariance (14 x 14: a, b),
+// as PairJacobian has them.
 Eigen::Matrix<double, 7, 7> PairCovariance(const SensorCalibration& a, const SensorCalibration& b,
                                            const Eigen::Matrix<double, 14, 14>& covariance);
 

@@ -108,6 +108,31 @@ TEST(Report, PairsAreAMatrixColouredByTheirSigmas) {
   EXPECT_TRUE(Contains(html, "<summary>poses of all 6 pairs</summary>"));
 }
 
+TEST(Report, SaysWhatTheSigmasMeanInUse) {
+  CalibrationResult result = SampleResult();
+  const std::string html = ReportOf(result);
+  EXPECT_TRUE(Contains(html,
+                       "<td><b>cam_front</b></td><td>front_lidar</td><td class=\"n\">0.28</td><td "
+                       "class=\"n\">0.55</td><td class=\"n\">0.38</td><td class=\"n\">0.75</td>"));
+  EXPECT_TRUE(Contains(html, "<h3>left_lidar to front_lidar</h3>"));
+  EXPECT_TRUE(Contains(html, "<h3>left_lidar to the IMU</h3>"));
+  EXPECT_TRUE(Contains(html, "at 50 m: 0.23 cm, worst 0.45 cm"));
+  // Twelve sectors at two distances, of three pairs of LiDARs and three LiDARs.
+  std::size_t sectors = 0;
+  for (std::size_t at = html.find("class=\"sector\""); at != std::string::npos;
+       at = html.find("class=\"sector\"", at + 1)) {
+    ++sectors;
+  }
+  EXPECT_EQ(sectors, 12u * 2u * 6u);
+  EXPECT_TRUE(Contains(html, "<td>height</td><td class=\"n\">1.7000 m</td><td class=\"n\">0.1000 m</td>"));
+  for (SensorResult& sensor : result.sensors) sensor.in_use.clear();
+  for (PairResult& pair : result.pairs) pair.in_use.clear();
+  result.ground.reset();
+  const std::string without = ReportOf(result);
+  EXPECT_FALSE(Contains(without, "id=\"use\""));
+  EXPECT_FALSE(Contains(without, "id=\"ground\""));
+}
+
 TEST(Report, DrawsTheRigStillWithItsGuess) {
   CalibrationResult result = SampleResult();
   const std::string html = ReportOf(result);

@@ -123,6 +123,59 @@ TEST(ResultFile, RoundTripKeepsEverything) {
   }
 }
 
+TEST(ResultFile, KeepsSigmasInUseAndTheGround) {
+  TemporaryDirectory directory;
+  const CalibrationResult result = SampleResult();
+  const std::filesystem::path file = directory.Path() / "calibration.yaml";
+  WriteCalibrationFile(file, result);
+  const std::string text = ReadFile(file);
+  EXPECT_TRUE(Contains(text, "use: {px_at_10m: [0.275, 0.55], px_at_50m: [0.375, 0.75]}")) << text;
+  EXPECT_TRUE(Contains(text, "use: {cm_at_10m: [0.165, 0.33], cm_at_10m_by_sector: [0.2475, "));
+  EXPECT_TRUE(Contains(text, "ground: {height: 1.70000, roll_deg: 0.5730, pitch_deg: -1.1459"));
+  const CalibrationResult copy = ReadCalibrationFile(file);
+  const auto expect_same = [](const std::vector<SigmaInUse>& a, const std::vector<SigmaInUse>& b) {
+    ASSERT_EQ(a.size(), b.size());
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      EXPECT_EQ(a[i].where, b[i].where);
+      EXPECT_EQ(a[i].distance, b[i].distance);
+      EXPECT_NEAR(a[i].median, b[i].median, 1e-3 * b[i].median);
+      EXPECT_NEAR(a[i].worst, b[i].worst, 1e-3 * b[i].worst);
+      ASSERT_EQ(a[i].sectors.size(), b[i].sectors.size());
+      for (std::size_t k = 0; k < a[i].sectors.size(); ++k) {
+        EXPECT_NEAR(a[i].sectors[k], b[i].sectors[k], 1e-3 * b[i].sectors[k]);
+      }
+    }
+  };
+  for (std::size_t s = 0; s < copy.sensors.size(); ++s) {
+    expect_same(copy.sensors[s].in_use, result.sensors[s].in_use);
+  }
+  for (std::size_t p = 0; p < copy.pairs.size(); ++p) {
+    expect_same(copy.pairs[p].in_use, result.pairs[p].in_use);
+  }
+  ASSERT_TRUE(copy.ground);
+  EXPECT_NEAR(copy.ground->mean.pitch, result.ground->mean.pitch, 1e-6);
+  EXPECT_NEAR(copy.ground->sigma.height, result.ground->sigma.height, 1e-5);
+  EXPECT_NEAR(copy.ground->scatter.roll, result.ground->scatter.roll, 1e-6);
+  EXPECT_EQ(copy.ground->places, 57u);
+}
+
+// As versions before wrote it.
+TEST(ResultFile, NeedsNeitherSigmasInUseNorTheGround) {
+  TemporaryDirectory directory;
+  CalibrationResult result = SampleResult();
+  result.ground.reset();
+  for (SensorResult& sensor : result.sensors) sensor.in_use.clear();
+  for (PairResult& pair : result.pairs) pair.in_use.clear();
+  const std::filesystem::path file = directory.Path() / "calibration.yaml";
+  WriteCalibrationFile(file, result);
+  EXPECT_FALSE(Contains(ReadFile(file), "use:"));
+  EXPECT_FALSE(Contains(ReadFile(file), "ground:"));
+  const CalibrationResult copy = ReadCalibrationFile(file);
+  EXPECT_FALSE(copy.ground);
+  EXPECT_EQ(copy.pairs.size(), result.pairs.size());
+  EXPECT_TRUE(copy.pairs[0].in_use.empty());
+}
+
 TEST(ResultFile, PairsAboutARootKeepFramesAndUnobservableDirections) {
   using Quantity = UnobservableDirection::Quantity;
   TemporaryDirectory directory;

@@ -129,9 +129,11 @@ TEST_F(EarlierCalibration, ErrorsOfHeldSensorsMoveTheAddedOneAlong) {
   pair.b = "left";
   earlier_.pairs = {pair};
   earlier_.pairs[0].sigma.translation.setConstant(4e-3);
+  earlier_.pairs[0].in_use.resize(2);
   result.pairs = {pair, pair};
   result.pairs[1].b = "right";
   result.pairs[1].sigma.translation.setConstant(5e-3);
+  result.pairs[1].in_use.resize(2);
   AddSigmasOfHeld(earlier_, &result);
   EXPECT_EQ(result.sensors[0].sigma.translation, kTranslationSigma);
   EXPECT_EQ(result.sensors[0].unobservable.size(), 1u);
@@ -143,6 +145,8 @@ TEST_F(EarlierCalibration, ErrorsOfHeldSensorsMoveTheAddedOneAlong) {
   EXPECT_NEAR(sigma.rotation.z(), std::hypot(1e-4, 3e-4), 1e-9);
   EXPECT_NEAR(sigma.time_offset, std::hypot(3e-4, 2e-4), 1e-9) << "the camera's is the larger one";
   EXPECT_EQ(result.pairs[0].sigma.translation.x(), 4e-3);
+  EXPECT_EQ(result.pairs[0].in_use.size(), 2u);
+  EXPECT_TRUE(result.pairs[1].in_use.empty()) << "its sigma is put together";
   // Own, and that of the LiDAR to the other camera, which the new one may follow.
   EXPECT_NEAR(result.pairs[1].sigma.translation.x(), std::hypot(1e-3, 4e-3), 1e-6);
   EXPECT_NEAR(result.pairs[1].sigma.rotation.x(), 1e-4, 1e-9);

@@ -18,6 +18,8 @@ template <>
 struct IsFlat<UnobservableDirection> : std::true_type {};
 template <>
 struct IsFlat<HeldOutMatches> : std::true_type {};
+template <>
+struct IsFlat<PoseOverGround> : std::true_type {};
 
 auto Members(LidarScan& scan) { return std::tie(scan.time, scan.points); }
 auto Members(LidarRecording& recording) {
@@ -27,15 +29,20 @@ auto Members(LidarRecording& recording) {
 auto Members(Drive& drive) { return std::tie(drive.epoch, drive.imu, drive.lidars); }
 auto Members(Dataset& dataset) { return std::tie(dataset.drives); }
 
+auto Members(SigmaInUse& sigma) {
+  return std::tie(sigma.where, sigma.distance, sigma.median, sigma.worst, sigma.sectors);
+}
 auto Members(SensorResult& sensor) {
   return std::tie(sensor.name, sensor.type, sensor.frame_id, sensor.fixed, sensor.topic, sensor.calibration,
                   sensor.sigma, sensor.translation_observable, sensor.rotation_observable,
                   sensor.time_offset_observable, sensor.drift_sigma, sensor.clock_reference,
                   sensor.unobservable, sensor.intrinsics, sensor.intrinsics_sigma, sensor.intrinsics_fixed,
-                  sensor.rolling_shutter_readout, sensor.readout_sigma, sensor.held_out);
+                  sensor.rolling_shutter_readout, sensor.readout_sigma, sensor.held_out, sensor.in_use);
 }
 
-auto Members(PairResult& pair) { return std::tie(pair.a, pair.b, pair.T_a_b, pair.sigma, pair.unobservable); }
+auto Members(PairResult& pair) {
+  return std::tie(pair.a, pair.b, pair.T_a_b, pair.sigma, pair.unobservable, pair.in_use);
+}
 auto Members(StageSummary& stage) {
   return std::tie(stage.name, stage.seconds, stage.processor_seconds, stage.lines);
 }
@@ -58,8 +65,8 @@ auto Members(RejectedSensor& sensor) {
 auto Members(CalibrationResult& result) {
   return std::tie(result.verdict, result.reasons, result.rejected, result.warnings, result.checks,
                   result.imu_frame_id, result.imu, result.gravity, result.sensors, result.initial_sensors,
-                  result.pairs, result.root, result.trajectories, result.map, result.stages, result.residuals,
-                  result.keyframes, result.peak_memory_megabytes);
+                  result.pairs, result.ground, result.root, result.trajectories, result.map, result.stages,
+                  result.residuals, result.keyframes, result.peak_memory_megabytes);
 }
 
 std::vector<char> ToBytes(const Dataset& dataset) { return WrittenBytes(dataset); }

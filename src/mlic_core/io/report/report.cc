@@ -9,12 +9,14 @@
 #include "mlic_core/io/report/report_checks.h"
 #include "mlic_core/io/report/report_data.h"
 #include "mlic_core/io/report/report_figures.h"
+#include "mlic_core/io/report/report_ground.h"
 #include "mlic_core/io/report/report_next_step.h"
 #include "mlic_core/io/report/report_overlays.h"
 #include "mlic_core/io/report/report_pairs.h"
 #include "mlic_core/io/report/report_rig.h"
 #include "mlic_core/io/report/report_tables.h"
 #include "mlic_core/io/report/report_top_view.h"
+#include "mlic_core/io/report/report_use.h"
 #include "mlic_core/io/report/report_verdict.h"
 #include "mlic_core/io/report/rig_drawing.h"
 #include "mlic_core/io/result/export_frames.h"
@@ -94,9 +96,11 @@ void WriteReport(const std::filesystem::path& path, const CalibrationResult& res
       {"next", "Next step", NextStep(result, place)},
       {"rig", "The rig", RigFigure(drawing, turnable)},
       {"sensors", "Where the sensors are", SensorTable(result)},
+      {"ground", "Over the ground", GroundTable(result)},
       {"frames", "About any sensor, frame and clock", result.Usable() ? FrameChoice(drawing) : ""},
       {"overlays", "The LiDARs on the photos", Overlays(result)},
       {"pairs", "Pairs of sensors", result.pairs.empty() ? "" : PairMatrix(result)},
+      {"use", "What the sigmas mean in use", InUseSection(result)},
       {"intrinsics", "Camera intrinsics", CameraTable(result)},
       {"camera-residuals", "Camera residuals", CameraResiduals(result)},
       {"drive", "The drive from above", TopViewFigure(result)},

@@ -5,6 +5,7 @@
 
 #include "mlic_core/io/report/report_figures.h"
 #include "mlic_core/io/result/sensor_tree.h"
+#include "mlic_core/result/vehicle_axes.h"
 #include "mlic_core/sensors/camera_model.h"
 
 namespace mlic {
@@ -15,7 +16,6 @@ namespace {
 constexpr double kLeastExtent = 0.2;     // m
 constexpr double kEllipsoidShare = 0.1;  // of the extent: the semi-axis of the largest sigma
 constexpr int kEdgeSteps = 8;            // along each edge of an image
-constexpr double kNotable = 1.0;         // m/s, speed at which a vehicle's front is where it goes
 
 // Of one sensor of the result; null where it is only in pairs.
 const SensorResult* FindSensor(const CalibrationResult& result, const std::string& name) {
@@ -96,33 +96,6 @@ DrawnSensor Draw(const CalibrationResult& result, const TreeFrame& frame, std::s
   drawn.translation_observable = sensor->translation_observable;
   if (sensor->intrinsics) drawn.outline = OutlineOf(*sensor->intrinsics);
   return drawn;
-}
-
-// Up against gravity, and forward where the rig goes, in the mean over the drive; the IMU's own axes where
-// the drive shows neither.
-Eigen::Matrix3d VehicleAxes(const CalibrationResult& result) {
-  if (!result.root.empty() || result.trajectories.empty()) return Eigen::Matrix3d::Identity();
-  const std::vector<StampedPose>& poses = result.trajectories[0];
-  Eigen::Vector3d up = Eigen::Vector3d::Zero(), velocity = Eigen::Vector3d::Zero();
-  for (std::size_t i = 1; i < poses.size(); ++i) {
-    const Eigen::Quaterniond R_imu_map = poses[i].pose.rotation.conjugate();
-    up += R_imu_map * Eigen::Vector3d::UnitZ();
-    velocity += R_imu_map * (poses[i].pose.translation - poses[i - 1].pose.translation);
-  }
-  if (up.norm() < 0.5 * static_cast<double>(poses.size())) return Eigen::Matrix3d::Identity();
-  up.normalize();
-  velocity /= SecondsSince(poses.front().time, poses.back().time);
-  Eigen::Vector3d forward = velocity - up * up.dot(velocity);
-  if (forward.norm() < kNotable) {
-    // The axis of the IMU that lies flattest, positive.
-    Eigen::Index flattest = 0;
-    up.cwiseAbs().minCoeff(&flattest);
-    forward = Eigen::Vector3d::Unit(flattest) - up * up[flattest];
-  }
-  forward.normalize();
-  Eigen::Matrix3d R;
-  R << forward.transpose(), up.cross(forward).transpose(), up.transpose();
-  return R;
 }
 
 // 1, 2 or 5 times a power of ten, such that the largest observable sigma has its share of the extent.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mlic_core/io/result/ground_keys.h"
+#include "mlic_core/io/result/in_use_keys.h"
 #include "mlic_core/io/result/result_names.h"
 #include "mlic_core/io/rig/rig_parsing.h"
 #include "mlic_core/io/text_file.h"
@@ -92,6 +94,7 @@ std::string SensorText(const SensorResult& sensor) {
           ", rotation: " + Flags(sensor.rotation_observable) +
           ", time_offset: " + (sensor.time_offset_observable ? "true" : "false") + "}\n";
   text += "    unobservable: " + UnobservableText(sensor.unobservable) + "\n";
+  if (!sensor.in_use.empty()) text += "    use: " + InUseText(sensor.in_use) + "\n";
   text += "    time_offset: " + FixedNumber(sensor.calibration.time_offset, 9) + "\n";
   if (sensor.calibration.clock_drift) {
     text += "    clock_drift_ppm: " + FixedNumber(1e6 * *sensor.calibration.clock_drift, 4) +
@@ -183,6 +186,7 @@ void WriteCalibrationFile(const std::filesystem::path& path, const CalibrationRe
   text += "  accelerometer_lag: " + ShortNumber(result.imu.accelerometer_lag, 6) +
           "  # s, by which it is later than the gyroscope under the same stamp\n";
   text += AlignmentText(result.alignment);
+  text += GroundText(result.ground);
   text += "# p_imu = T_imu_sensor * p_sensor, t_imu = t_sensor + time_offset; metres, seconds, x y z w.\n";
   text += "# Sigmas along the axes of the IMU (pairs: of the first sensor), of rotations in degrees.\n";
   text += result.sensors.empty() && result.rejected.empty() ? "sensors: {}\n" : "sensors:\n";
@@ -195,7 +199,8 @@ void WriteCalibrationFile(const std::filesystem::path& path, const CalibrationRe
   for (const PairResult& pair : result.pairs) {
     text += "  " + pair.a + "/" + pair.b + ": {T_a_b: " + PoseText(pair.T_a_b) +
             ", sigma: " + SigmaText(pair.sigma) +
-            (result.root.empty() ? "" : ", unobservable: " + UnobservableText(pair.unobservable)) + "}\n";
+            (result.root.empty() ? "" : ", unobservable: " + UnobservableText(pair.unobservable)) +
+            (pair.in_use.empty() ? "" : ", use: " + InUseText(pair.in_use)) + "}\n";
   }
   WriteFileAtomically(path, text);
 }

@@ -2,6 +2,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "mlic_core/io/result/ground_keys.h"
+#include "mlic_core/io/result/in_use_keys.h"
 #include "mlic_core/io/result/result_file.h"
 #include "mlic_core/io/result/result_names.h"
 #include "mlic_core/io/rig/rig_parsing.h"
@@ -121,6 +123,7 @@ SensorResult ReadSensor(const YamlReader& node) {
   if (node.Has("time_offset")) sensor.calibration.time_offset = node.Get("time_offset").Number();
   ReadDrift(node, &sensor);
   sensor.sigma = ReadSigma(node);
+  sensor.in_use = ReadInUse(node);
   ReadObservability(node, &sensor);
   if (node.Has("intrinsics")) {
     sensor.intrinsics = ReadIntrinsics(node.Get("intrinsics"));
@@ -204,6 +207,7 @@ PairResult ReadPair(const YamlReader& node) {
   pair.T_a_b = ReadPose(node.Get("T_a_b", "give {translation: [x, y, z], rotation: [x, y, z, w]}"));
   pair.sigma = ReadSigma(node);
   pair.unobservable = ReadUnobservable(node);
+  pair.in_use = ReadInUse(node);
   return pair;
 }
 
@@ -235,6 +239,7 @@ CalibrationResult ReadCalibrationFile(const std::filesystem::path& path) {
       result.sensors.push_back(ReadSensor(sensor));
     }
   }
+  result.ground = ReadGround(root);
   if (root.Has("root")) result.root = root.Get("root").Text();
   if (root.Has("pairs")) {
     for (const YamlReader& pair : root.Get("pairs").Entries()) result.pairs.push_back(ReadPair(pair));
