@@ -46,8 +46,8 @@ std::vector<FixedCameraParameters> FixedInRound(const Rig& rig, const std::vecto
   std::vector<FixedCameraParameters> held(rig.cameras.size());
   for (std::size_t c = 0; c < held.size(); ++c) {
     const bool fixed = rig.cameras[c].fixed || !found[c];
-    const bool lens_held = start[c].held || !found[c];
-    held[c] = {fixed, fixed, fixed, parameters < 2 || lens_held, {}};
+    const bool lens_held = start[c].intrinsics_held || !found[c];
+    held[c] = {fixed, fixed, fixed, parameters < 2 || start[c].readout_held || !found[c], {}};
     auto& intrinsics = held[c].intrinsics;
     intrinsics.assign(start[c].intrinsics.parameters.size(), parameters < 3 || lens_held);
     if (lens_held || !start[c].from_field_of_view) continue;
@@ -105,6 +105,7 @@ std::vector<CameraStart> StartFromRig(const Rig& rig, const Dataset& dataset) {
     }
     if (config.intrinsics) {
       starts.push_back({{config.model, width, height, *config.intrinsics}, false});
+      starts.back().intrinsics_held = config.intrinsics_fixed;
     } else if (config.fov_deg) {
       starts.push_back({IntrinsicsFromFieldOfView(config.model, width, height, *config.fov_deg), true});
     } else {

@@ -19,7 +19,7 @@ struct CameraStart {
   CameraIntrinsics intrinsics;
   bool from_field_of_view = false;  // focal length good to some ten per cent, no distortion
   double readout = 0.0;             // s, of rolling shutters
-  bool held = false;                // intrinsics and readout stay
+  bool intrinsics_held = false, readout_held = false;
 };
 
 // From the rig file: the intrinsics where given, else from the field of view. The image's size comes from the

@@ -77,7 +77,7 @@ void AddCameras(const Rig& rig, const CameraInitialization& cameras, const std::
         {config.fixed ? std::nullopt : config.guess, cameras.held[c], config.intrinsics});
     adjusted.always_fixed.push_back({still, still, still, !cameras.found[c], {}});
     adjusted.always_fixed.back().intrinsics.assign(state.cameras[c].intrinsics.parameters.size(),
-                                                   !cameras.found[c]);
+                                                   config.intrinsics_fixed || !cameras.found[c]);
   }
 }
 

@@ -187,7 +187,7 @@ std::vector<CameraStart> StartOfCameras(const StageContext& context) {
   for (std::size_t c = 0; c < starts.size(); ++c) {
     const CalibrationResult* earlier = EarlierLens(context, context.rig.cameras[c]);
     if (earlier == nullptr) continue;
-    starts[c].held = true;
+    starts[c].intrinsics_held = starts[c].readout_held = true;
     for (const SensorResult& sensor : earlier->sensors) {
       if (sensor.name != context.rig.cameras[c].name) continue;
       starts[c].readout = sensor.rolling_shutter_readout.value_or(0.0);

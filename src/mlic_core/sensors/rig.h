@@ -57,6 +57,7 @@ struct CameraConfig {
   CameraModel model = CameraModel::kPlumbBob;
   std::optional<double> fov_deg;                  // horizontal
   std::optional<std::vector<double>> intrinsics;  // fx fy cx cy and the distortion
+  bool intrinsics_fixed = false;                  // hold these
   Shutter shutter = Shutter::kGlobal;
   std::string mask;  // path, relative to the rig file
   std::optional<ExtrinsicGuess> guess;

@@ -32,6 +32,7 @@ cameras:
     model: plumb_bob
     fov_deg: 120
     intrinsics: [369.5, 369.5, 639.5, 399.5, 0, 0, 0, 0, 0]
+    intrinsics_fixed: true
     shutter: rolling
     mask: front_mask.png
     T_imu_sensor: {xyz: [0, 1.97, 0], rpy_deg: [-90, 0, 0]}
@@ -103,6 +104,7 @@ TEST_F(RigFileTest, ReadsEveryKey) {
   EXPECT_EQ(rig.cameras[0].shutter, Shutter::kRolling);
   EXPECT_DOUBLE_EQ(*rig.cameras[0].fov_deg, 120.0);
   EXPECT_EQ(rig.cameras[0].intrinsics->size(), 9u);
+  EXPECT_TRUE(rig.cameras[0].intrinsics_fixed);
   EXPECT_EQ(rig.cameras[0].mask, "front_mask.png");
 }
 
@@ -126,6 +128,7 @@ TEST_F(RigFileTest, WritesWhatItReads) {
   }
   EXPECT_EQ(copy.imu.intrinsics, rig.imu.intrinsics);
   EXPECT_EQ(copy.cameras[0].intrinsics, rig.cameras[0].intrinsics);
+  EXPECT_TRUE(copy.cameras[0].intrinsics_fixed);
   EXPECT_EQ(copy.cameras[0].shutter, rig.cameras[0].shutter);
   EXPECT_EQ(copy.cameras[0].mask, rig.cameras[0].mask);
   WriteRigFile(directory_.Path() / "again.yaml", copy);
@@ -160,6 +163,9 @@ TEST_F(RigFileTest, WrongValuesAreNamed) {
   EXPECT_TRUE(Contains(LidarErrorOf("    time_offset: 50"), "seconds are expected"));
   EXPECT_TRUE(Contains(LidarErrorOf("    enabled: maybe"), "expected true or false"));
   EXPECT_TRUE(Contains(LidarErrorOf("    fixed: true"), "give T_imu_sensor"));
+  const std::string camera =
+      "imu: {topic: /imu}\ncameras:\n  one: {topic: /one, fov_deg: 90, intrinsics_fixed: true}\n";
+  EXPECT_TRUE(Contains(ErrorOf(camera), "give intrinsics too"));
   EXPECT_TRUE(Contains(LidarErrorOf("    sigma: {xyz: [1, 1, 1]}"), "sigma belongs to a guess"));
   EXPECT_TRUE(Contains(LidarErrorOf("    topic: /other"), "there twice"));
   EXPECT_TRUE(Contains(ErrorOf("imu: {topic: /imu, noise: {gyroscope: -1, accelerometer: 1}}\nlidars:\n"

@@ -172,12 +172,16 @@ class DarkImages : public ImageSource {
   std::shared_ptr<const ImageSource> source_;
 };
 
-TEST(CameraEndToEnd, ADarkCameraIsRejectedAndCostsTheOthersNothing) {
+TEST(CameraEndToEnd, ADarkCameraIsRejectedAndAFixedLensStays) {
+  Rig rig = Drive().rig;
+  const std::vector<double> lens = Drive().truth.sensors[1].intrinsics->parameters;
+  rig.cameras[0].intrinsics = lens;
+  rig.cameras[0].intrinsics_fixed = true;
   Dataset dataset = Drive().dataset;
   CameraRecording& right = dataset.drives[0].cameras[1];
   right.images = std::make_shared<DarkImages>(right.images);
   CalibrationObserver observer;
-  const CalibrationResult result = Calibrate(Drive().rig, dataset, CancellationToken(), observer);
+  const CalibrationResult result = Calibrate(rig, dataset, CancellationToken(), observer);
   EXPECT_EQ(result.verdict, Verdict::kPartial);
   ASSERT_EQ(result.rejected.size(), 1u);
   EXPECT_EQ(result.rejected[0].name, "cam_right");
@@ -190,6 +194,8 @@ TEST(CameraEndToEnd, ADarkCameraIsRejectedAndCostsTheOthersNothing) {
     EXPECT_LT(error.metres, 5e-3) << sensor.name;
     EXPECT_LT(error.square, 36.0) << sensor.name;
   }
+  EXPECT_EQ(result.sensors[1].intrinsics->parameters, lens);
+  EXPECT_EQ(result.sensors[1].intrinsics_fixed, std::vector<bool>(lens.size(), true));
 }
 
 TEST(CameraEndToEnd, ARunThatWasKilledGoesOnToTheSameBytes) {

@@ -90,6 +90,7 @@ std::string CameraText(const CameraConfig& camera) {
             "  # horizontal field of view, degrees; is the model above the lens's?\n";
   }
   if (camera.intrinsics) text += "    intrinsics: " + ShortList(*camera.intrinsics) + "\n";
+  if (camera.intrinsics_fixed) text += "    intrinsics_fixed: true\n";
   text += "    shutter: " + ShutterNames()[static_cast<std::size_t>(camera.shutter)] + "\n";
   if (!camera.mask.empty()) text += "    mask: " + Scalar(camera.mask) + "\n";
   return text;

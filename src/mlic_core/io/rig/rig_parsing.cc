@@ -176,8 +176,8 @@ LidarConfig ParseLidar(const YamlReader& lidar, bool* enabled) {
 }
 
 CameraConfig ParseCamera(const YamlReader& camera, bool* enabled) {
-  camera.CheckKeys({"topic", "frame_id", "model", "fov_deg", "intrinsics", "shutter", "mask", "T_imu_sensor",
-                    "sigma", "time_offset", "fixed", "enabled"});
+  camera.CheckKeys({"topic", "frame_id", "model", "fov_deg", "intrinsics", "intrinsics_fixed", "shutter",
+                    "mask", "T_imu_sensor", "sigma", "time_offset", "fixed", "enabled"});
   CameraConfig config;
   ParseSensor(camera, &config, enabled);
   if (camera.Has("model"))
@@ -190,6 +190,10 @@ CameraConfig ParseCamera(const YamlReader& camera, bool* enabled) {
   }
   if (camera.Has("intrinsics")) {
     config.intrinsics = ParseCameraIntrinsics(camera.Get("intrinsics"), config.model);
+  }
+  config.intrinsics_fixed = camera.Has("intrinsics_fixed") && camera.Get("intrinsics_fixed").Flag();
+  if (config.intrinsics_fixed && !config.intrinsics) {
+    camera.Get("intrinsics_fixed").Fail("fixed intrinsics stay as they are given; give intrinsics too");
   }
   if (camera.Has("shutter"))
     config.shutter = static_cast<Shutter>(camera.Get("shutter").Choice(ShutterNames()));
