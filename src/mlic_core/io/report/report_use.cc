@@ -112,8 +112,8 @@ std::string SectorFigure(const Line& line) {
     svg += Sectors(*use, largest, use == line.uses->rbegin() ? "0.35" : "0.9");
   }
   return svg + "<text x=\"" + middle + "\" y=\"13\" text-anchor=\"middle\">front</text><text x=\"" +
-         FixedNumber(0.5 * kSide + kRadius, 1) + "\" y=\"" + FixedNumber(kSide - 6.0, 1) +
-         "\" text-anchor=\"middle\">ring: " + Amount(100.0 * largest) + " cm</text></svg>";
+         FixedNumber(kSide - 2.0, 1) + "\" y=\"" + FixedNumber(kSide - 6.0, 1) +
+         "\" text-anchor=\"end\">ring: " + Amount(100.0 * largest) + " cm</text></svg>";
 }
 
 std::string SpaceCards(const std::vector<Line>& lines) {
