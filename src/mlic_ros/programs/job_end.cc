@@ -23,15 +23,17 @@ template <typename Results>
 std::string UnobservableOf(const std::vector<Results>& results) {
   std::size_t count = 0;
   for (const Results& result : results) count += result.unobservable.size();
-  return count == 0 ? "" : "; " + std::to_string(count) + " unobservable directions, see the report";
+  if (count == 0) return "";
+  return "; " + std::to_string(count) + " unobservable direction" + (count == 1 ? "" : "s") +
+         ", see the report";
 }
 
 // The sensors that are given: how many, their worst sigmas.
 std::string Given(const CalibrationResult& result) {
   const LargestSigmas worst = FindLargestSigmas(result);
   const std::size_t count = result.sensors.size();
-  const std::string translation =
-      worst.translation > 0.0 ? ShortNumber(1e3 * worst.translation, 2) + " mm" : "no translation observable";
+  const std::string translation = worst.translation > 0.0 ? ShortNumber(1e3 * worst.translation, 2) + " mm"
+                                                          : "no IMU axis of translation observable";
   return std::to_string(count) + (count == 1 ? " sensor" : " sensors") + ", worst sigma " +
          ShortNumber(worst.rotation * 180.0 / M_PI, 2) + " deg, " + translation + ", " +
          ShortNumber(1e3 * worst.time_offset, 2) + " ms" + UnobservableOf(result.sensors);
