@@ -186,10 +186,11 @@ cv::Mat DecodeRaw(const ImageView& view) {
   sensor_msgs::Image message;
   message.height = view.height;
   message.width = view.width;
-  message.step = view.step;
+  // A row that has no next one may claim any step.
+  message.step = view.height == 1 ? std::min(view.step, static_cast<std::uint32_t>(view.size)) : view.step;
   message.encoding = reading.source;
   // cv_bridge takes whole rows only; some drivers leave out the padding of the last one.
-  const std::size_t whole = static_cast<std::size_t>(view.step) * view.height;
+  const std::size_t whole = static_cast<std::size_t>(message.step) * view.height;
   message.data.assign(view.data, view.data + std::min(view.size, whole));
   message.data.resize(whole);
   if (view.big_endian) SwapBytes(CV_ELEM_SIZE1(cv_bridge::getCvType(reading.source)), message);

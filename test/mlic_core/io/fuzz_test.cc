@@ -62,6 +62,11 @@ TEST(RigFile, KeepsBreaksOfTheFileOutOfItsLine) {
 
 TEST(Fuzz, ColmapModel) { ReadMutants(Corpus("colmap"), kMutants, FuzzColmap); }
 
+TEST(ColmapModel, ImagesAreNumberedFromOne) {
+  EXPECT_TRUE(Contains(InputErrorOf([] { FuzzColmap(CorpusFile("colmap", "image_without_number.bin")); }),
+                       "an image has no number of ours; start again"));
+}
+
 template <typename T>
 std::string Stage(char kind, const T& object) {
   const std::vector<char> bytes = ToBytes(object);

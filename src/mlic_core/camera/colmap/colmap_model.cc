@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <fstream>
+#include <limits>
 #include <map>
 #include <string>
 
@@ -21,10 +22,12 @@ class BinaryFile {
   T Read() {
     T value{};
     if (!file_.read(reinterpret_cast<char*>(&value), sizeof(T))) {
-      throw InputError("COLMAP's model " + path_.string() +
-                       ": is missing or cut off; start again with --fresh");
+      Fail("is missing or cut off");
     }
     return value;
+  }
+  [[noreturn]] void Fail(const std::string& what) const {
+    throw InputError("COLMAP's model " + path_.string() + ": " + what + "; start again with --fresh");
   }
   void SkipText() {
     while (Read<char>() != '\0') {
@@ -69,7 +72,10 @@ std::map<std::uint64_t, Eigen::Vector3d> ReadPoints(const std::filesystem::path&
 
 ColmapReconstruction::Image ReadImage(BinaryFile& file, const std::map<std::uint64_t, int>& indices) {
   ColmapReconstruction::Image image;
-  image.keyframe = static_cast<int>(file.Read<std::uint32_t>()) - 1;
+  const auto number = file.Read<std::uint32_t>();
+  if (number == 0 || number > std::numeric_limits<std::int32_t>::max())
+    file.Fail("an image has no number of ours");
+  image.keyframe = static_cast<int>(number - 1);
   Eigen::Quaterniond& q = image.T_camera_world.rotation;
   q.w() = file.Read<double>();
   q.x() = file.Read<double>();
