@@ -25,7 +25,7 @@ case $# in
 esac
 
 # A first build leaves the tests out: they take a third of the time. test.sh asks for them. Times: packages measured on a
-# bare Debian 12, the build as 2900 s of a core with an empty cache of the compiler.
+# fresh machine, the build as 2900 s of a core with an empty cache of the compiler.
 tests=()
 if [ ! -f "$build/CMakeCache.txt" ]; then
   tests=(-DBUILD_TESTING=OFF)
