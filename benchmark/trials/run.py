@@ -104,6 +104,8 @@ def main():
             trial = families.draw_trial(arguments.kind, seed, split, arguments.effect)
             if key_of(trial) in done:
                 continue
+            if arguments.keep:
+                arguments.keep.mkdir(parents=True, exist_ok=True)
             folder = pathlib.Path(tempfile.mkdtemp(prefix='mlic_trial_', dir=arguments.keep))
             try:
                 rows = measure(simulator, calibrator, dict(trial, commit=commit), folder, arguments.threads)

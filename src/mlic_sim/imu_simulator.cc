@@ -4,6 +4,7 @@
 #include <complex>
 
 #include "mlic_core/geometry/so3.h"
+#include "mlic_sim/random_direction.h"
 
 namespace mlic::sim {
 namespace {
@@ -15,11 +16,6 @@ constexpr double kWarmUp = 0.5;  // s; from: definition, many time constants of 
 std::complex<double> Response(double cut_off, double angular_frequency) {
   const std::complex<double> s(0.0, angular_frequency / (2.0 * M_PI * cut_off));
   return 1.0 / (s * s + std::sqrt(2.0) * s + 1.0);
-}
-
-Eigen::Vector3d RandomDirection(Random* random) {
-  const double x = random->Normal(), y = random->Normal(), z = random->Normal();
-  return Eigen::Vector3d(x, y, z).normalized();
 }
 
 }  // namespace

@@ -2,12 +2,12 @@
 
 #include <cmath>
 
+#include "mlic_core/common/angles.h"
+
 namespace mlic::sim {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kDegree = M_PI / 180.0;
 
 Vector3d Direction(double azimuth, double elevation) {
   return {std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
@@ -17,7 +17,8 @@ Vector3d Direction(double azimuth, double elevation) {
 std::vector<Firing> Spinning(const LidarModel& m) {
   std::vector<Firing> firings;
   firings.reserve(static_cast<std::size_t>(m.azimuth_steps) * m.rings);
-  const double low = m.vertical_fov_deg[0] * kDegree, high = m.vertical_fov_deg[1] * kDegree;
+  const double low = m.vertical_fov_deg[0] * kRadiansPerDegree,
+               high = m.vertical_fov_deg[1] * kRadiansPerDegree;
   for (int step = 0; step < m.azimuth_steps; ++step) {
     for (int ring = 0; ring < m.rings; ++ring) {
       const double within = m.simultaneous_rings ? 0.0 : static_cast<double>(ring) / m.rings;
@@ -35,10 +36,10 @@ std::vector<Firing> Raster(const LidarModel& m) {
   const std::size_t count = static_cast<std::size_t>(m.rows) * m.columns;
   firings.reserve(count);
   for (int row = 0; row < m.rows; ++row) {
-    const double elevation = m.fov_deg[1] * kDegree * ((row + 0.5) / m.rows - 0.5);
+    const double elevation = m.fov_deg[1] * kRadiansPerDegree * ((row + 0.5) / m.rows - 0.5);
     for (int i = 0; i < m.columns; ++i) {
       const int column = row % 2 == 0 ? i : m.columns - 1 - i;
-      const double azimuth = m.fov_deg[0] * kDegree * ((column + 0.5) / m.columns - 0.5);
+      const double azimuth = m.fov_deg[0] * kRadiansPerDegree * ((column + 0.5) / m.columns - 0.5);
       firings.push_back({m.Period() * static_cast<double>(firings.size()) / static_cast<double>(count),
                          Direction(azimuth, elevation), static_cast<std::uint16_t>(row)});
     }
@@ -49,7 +50,7 @@ std::vector<Firing> Raster(const LidarModel& m) {
 std::vector<Firing> Rosette(const LidarModel& m, std::int64_t index) {
   std::vector<Firing> firings;
   firings.reserve(static_cast<std::size_t>(m.points_per_scan));
-  const double deflection = 0.25 * m.cone_fov_deg * kDegree;  // of each of the two prisms
+  const double deflection = 0.25 * m.cone_fov_deg * kRadiansPerDegree;  // of each of the two prisms
   for (int i = 0; i < m.points_per_scan; ++i) {
     const double time = m.Period() * i / m.points_per_scan;
     const double t = time + m.Period() * static_cast<double>(index);

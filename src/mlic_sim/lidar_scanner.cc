@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mlic_core/common/angles.h"
+
 namespace mlic::sim {
 namespace {
 
 // Constants of this file, from: definition of the simulated LiDARs.
 
 using Eigen::Vector3d;
-
-constexpr double kDegree = M_PI / 180.0;
 
 // Echoes nearer to each other than this merge into one range between them; farther apart, the receiver tells
 // them apart and reports the stronger one.
@@ -110,7 +110,7 @@ std::vector<SimulatedPoint> CastScan(const World& world, const Trajectory& traje
   const bool with_noise = noise.has_value();
   Random random = noise.value_or(Random(0));
   std::vector<SimulatedPoint> points(firings.size());
-  const double divergence = model.beam_divergence_deg * kDegree;
+  const double divergence = model.beam_divergence_deg * kRadiansPerDegree;
   RigidTransform T_map_lidar;
   Eigen::Matrix3d R_map_lidar = Eigen::Matrix3d::Identity();
   double pose_time = std::nan("");

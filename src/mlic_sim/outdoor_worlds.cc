@@ -15,7 +15,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Height = std::function<double(double, double)>;
 
-constexpr double kHalfLength = 46.0, kHalfWidth = 34.0;  // m, of the ground
+constexpr double kGroundHalfLength = 46.0, kGroundHalfWidth = 34.0;  // m, of the ground
 
 double HeightOf(const Mesh& mesh, double x, double y) {
   return mesh.ground_height() ? mesh.ground_height()(x, y) : 0.0;
@@ -23,8 +23,9 @@ double HeightOf(const Mesh& mesh, double x, double y) {
 
 void AddGround(const Terrain& terrain, double roughness, bool flat, Material material, Mesh& mesh) {
   if (flat) {
-    mesh.AddQuad({-kHalfLength, -kHalfWidth, 0}, {kHalfLength, -kHalfWidth, 0}, {kHalfLength, kHalfWidth, 0},
-                 {-kHalfLength, kHalfWidth, 0}, material);
+    mesh.AddQuad({-kGroundHalfLength, -kGroundHalfWidth, 0}, {kGroundHalfLength, -kGroundHalfWidth, 0},
+                 {kGroundHalfLength, kGroundHalfWidth, 0}, {-kGroundHalfLength, kGroundHalfWidth, 0},
+                 material);
     return;
   }
   const Height height = [terrain, roughness](double x, double y) {
@@ -32,8 +33,8 @@ void AddGround(const Terrain& terrain, double roughness, bool flat, Material mat
     if (roughness > 0.0) z += 2.0 * roughness * (Fractal(Vector3d(x, y, 0), 0.4, 3, 301) - 0.5);
     return z;
   };
-  mesh.AddHeightField({-kHalfLength, -kHalfWidth}, {kHalfLength, kHalfWidth}, roughness > 0.0 ? 0.2 : 0.4,
-                      height, material);
+  mesh.AddHeightField({-kGroundHalfLength, -kGroundHalfWidth}, {kGroundHalfLength, kGroundHalfWidth},
+                      roughness > 0.0 ? 0.2 : 0.4, height, material);
 }
 
 Terrain Hills(Random& draw, double most) {
@@ -88,8 +89,8 @@ void AddEnd(double side, double distance, double half_width, Random& draw, Mesh&
 template <typename Add>
 void Scatter(int count, double radius, Random& draw, const Mesh& mesh, const Add& add) {
   for (int i = 0, tries = 0; i < count && tries < 20 * count; ++tries) {
-    const double x = draw.Uniform(-kHalfLength + 6.0, kHalfLength - 6.0);
-    const double y = draw.Uniform(-kHalfWidth + 12.0, kHalfWidth - 12.0);
+    const double x = draw.Uniform(-kGroundHalfLength + 6.0, kGroundHalfLength - 6.0);
+    const double y = draw.Uniform(-kGroundHalfWidth + 12.0, kGroundHalfWidth - 12.0);
     if (!IsClear(x, y, radius)) continue;
     add(x, y, HeightOf(mesh, x, y), draw);
     ++i;
@@ -170,10 +171,10 @@ Surroundings MakeStreet(const Random& random, bool flat) {
   const double crossing = draw.Uniform(-14.0, 14.0), half_crossing = draw.Uniform(4.0, 6.0);
   for (double side : {-1.0, 1.0}) {
     // Two rows with the crossing between them, each of its own.
-    const double west = 0.5 * (crossing - half_crossing + kHalfLength);
+    const double west = 0.5 * (crossing - half_crossing + kGroundHalfLength);
     for (double part : {-1.0, 1.0}) {
-      const double length = part < 0 ? west : 0.5 * (kHalfLength - crossing - half_crossing);
-      const double center = part < 0 ? -kHalfLength + length : kHalfLength - length;
+      const double length = part < 0 ? west : 0.5 * (kGroundHalfLength - crossing - half_crossing);
+      const double center = part < 0 ? -kGroundHalfLength + length : kGroundHalfLength - length;
       Mesh row;
       AddRow({side, half_width, length, 1.5, 18.0, draw.Uniform() < 0.3 ? 3.0 : 0.0}, draw, row);
       mesh.Append(row, Vector3d(center, 0, 0));
@@ -181,7 +182,8 @@ Surroundings MakeStreet(const Random& random, bool flat) {
       mesh.AddBox(pavement - Vector3d(length, 1.4, 0.3), pavement + Vector3d(length, 2.9, 0.12),
                   Material::kKerb);
     }
-    for (double x = -kHalfLength + draw.Uniform(4.0, 12.0); x < kHalfLength; x += draw.Uniform(12.0, 22.0)) {
+    for (double x = -kGroundHalfLength + draw.Uniform(4.0, 12.0); x < kGroundHalfLength;
+         x += draw.Uniform(12.0, 22.0)) {
       if (std::abs(x - crossing) < half_crossing) continue;
       const double y = side * (half_width - 2.2);
       if (draw.Uniform() < 0.3) {

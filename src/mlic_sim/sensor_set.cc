@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 
+#include "mlic_core/common/angles.h"
 #include "mlic_core/common/error.h"
 #include "mlic_core/geometry/so3.h"
 #include "mlic_sim/yaml_section.h"
@@ -10,10 +11,8 @@
 namespace mlic::sim {
 namespace {
 
-constexpr double kDegree = M_PI / 180.0;
-
 Eigen::Quaterniond FromDegrees(const double rpy_deg[3]) {
-  return FromRollPitchYaw(kDegree * Eigen::Vector3d(rpy_deg[0], rpy_deg[1], rpy_deg[2]));
+  return FromRollPitchYaw(kRadiansPerDegree * Eigen::Vector3d(rpy_deg[0], rpy_deg[1], rpy_deg[2]));
 }
 
 void ReadTransform(const Section& parent, const std::string& key, RigidTransform& T) {

@@ -9,6 +9,7 @@
 #include "mlic_core/geometry/so3.h"
 #include "mlic_sim/image_stage.h"
 #include "mlic_sim/imu_simulator.h"
+#include "mlic_sim/random_direction.h"
 
 namespace mlic::sim {
 namespace {
@@ -204,11 +205,6 @@ class DriveCollector : public DriveSink {
   Drive drive_;
 };
 
-Eigen::Vector3d RandomDirection(Random& random) {
-  const double x = random.Normal(), y = random.Normal(), z = random.Normal();
-  return Eigen::Vector3d(x, y, z).normalized();
-}
-
 }  // namespace
 
 void Simulate(const SensorSet& sensors, const SimulationOptions& options, DriveSink& sink,
@@ -257,7 +253,7 @@ Rig RigFromSensorSet(const SensorSet& sensors, const GuessOptions& options) {
     config.name = sensor.name;
     config.topic = sensor.topic;
     config.frame_id = sensor.frame_id;
-    const Eigen::Vector3d axis = RandomDirection(random), direction = RandomDirection(random);
+    const Eigen::Vector3d axis = RandomDirection(&random), direction = RandomDirection(&random);
     if (!options.with_guess) return;
     ExtrinsicGuess guess;
     const RigidTransform& truth = sensor.calibration.T_imu_sensor;

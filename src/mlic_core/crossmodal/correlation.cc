@@ -7,7 +7,6 @@
 namespace mlic {
 namespace {
 
-constexpr int kChannels = StructureImage::kChannels;  // from: structural
 // from: structural, cut at two sigmas.
 constexpr double kTaper = 0.5;  // sigma of the Gaussian by the template's half-size
 
@@ -18,7 +17,7 @@ using Row = Eigen::Map<const Eigen::ArrayXf>;
 StructureTemplate::StructureTemplate(const StructureImage& image, int column, int row, int half)
     : half_(half) {
   const int size = 2 * half + 1;
-  channels_.assign(static_cast<std::size_t>(size * size * kChannels), 0.0f);
+  channels_.assign(static_cast<std::size_t>(size * size * StructureImage::kChannels), 0.0f);
   weight_.assign(static_cast<std::size_t>(size * size), 0.0f);
   energy_.assign(static_cast<std::size_t>(size * size), 0.0f);
   std::vector<float> falloff;  // the Gaussian along one axis
@@ -38,11 +37,11 @@ StructureTemplate::StructureTemplate(const StructureImage& image, int column, in
       const float w = taper * image.Weight(v)[u];
       trusted += w;
       const auto pixel = static_cast<std::size_t>((y + half) * size + x + half);
-      const float* c = image.Channels(v) + kChannels * u;
+      const float* c = image.Channels(v) + StructureImage::kChannels * u;
       weight_[pixel] = w;
       energy_[pixel] = w * image.Energy(v)[u];
-      for (int k = 0; k < kChannels; ++k)
-        channels_[pixel * kChannels + static_cast<std::size_t>(k)] = w * c[k];
+      for (int k = 0; k < StructureImage::kChannels; ++k)
+        channels_[pixel * StructureImage::kChannels + static_cast<std::size_t>(k)] = w * c[k];
     }
     const auto first = static_cast<std::size_t>((y + half) * size);
     row_weight_.push_back(Row(&weight_[first], size).sum());
@@ -62,11 +61,12 @@ Eigen::Matrix2d SharpnessOf(const StructureImage& image, const StructureTemplate
     for (int u = std::max(1, column - half); u <= std::min(image.width - 2, column + half); ++u) {
       const double w = piece.Weight(u - column, v - row);
       if (w <= 0.0) continue;
-      const float* c = image.Channels(v) + kChannels * u;
-      const float* up = image.Channels(v - 1) + kChannels * u;
-      const float* down = image.Channels(v + 1) + kChannels * u;
-      for (int k = 0; k < kChannels; ++k) {
-        const double dx = 0.5 * (c[k + kChannels] - c[k - kChannels]), dy = 0.5 * (down[k] - up[k]);
+      const float* c = image.Channels(v) + StructureImage::kChannels * u;
+      const float* up = image.Channels(v - 1) + StructureImage::kChannels * u;
+      const float* down = image.Channels(v + 1) + StructureImage::kChannels * u;
+      for (int k = 0; k < StructureImage::kChannels; ++k) {
+        const double dx = 0.5 * (c[k + StructureImage::kChannels] - c[k - StructureImage::kChannels]),
+                     dy = 0.5 * (down[k] - up[k]);
         out(0, 0) += w * dx * dx;
         out(0, 1) += w * dx * dy;
         out(1, 1) += w * dy * dy;
@@ -90,8 +90,8 @@ double StructureTemplate::Score(const StructureImage& image, int column, int row
     const int v = row + y - half_, u = column + left - half_;
     const auto first = static_cast<std::size_t>(y * size + left);
     const Row weight(&weight_[first], n);
-    product += (Row(&channels_[first * kChannels], n * kChannels) *
-                Row(image.Channels(v) + kChannels * u, n * kChannels))
+    product += (Row(&channels_[first * StructureImage::kChannels], n * StructureImage::kChannels) *
+                Row(image.Channels(v) + StructureImage::kChannels * u, n * StructureImage::kChannels))
                    .sum();
     other += (weight * Row(image.Energy(v) + u, n)).sum();
     if (n == size && image.AllKnown(v, u, u + n)) {

@@ -9,7 +9,6 @@
 namespace mlic {
 namespace {
 
-constexpr int kChannels = StructureImage::kChannels;  // from: structural
 // A step of depth counts half where it is this, m and share of the range: the recess of a window is a step.
 constexpr float kStep = 0.03f, kStepByRange = 0.001f;
 constexpr float kLeastSupport = 0.5f;  // share of the derivative's support that must be known
@@ -68,7 +67,7 @@ bool Seen(float range) { return range > 0.0f; }  // false for NaN
 
 EdgeMap IntensityEdges(const cv::Mat& image, const cv::Mat& known, double sigma) {
   EdgeMap edges;
-  edges.moments = cv::Mat::zeros(image.size(), CV_32FC(kChannels));
+  edges.moments = cv::Mat::zeros(image.size(), CV_32FC(StructureImage::kChannels));
   edges.known = cv::Mat::zeros(image.size(), CV_32FC1);
   edges.trust = cv::Mat::ones(image.size(), CV_32FC1);
   cv::Mat sum, support;
@@ -99,7 +98,7 @@ EdgeMap IntensityEdges(const cv::Mat& image, const cv::Mat& known, double sigma)
     float* m = edges.moments.ptr<float>(v);
     for (int u = 0; u < image.cols; ++u) {
       const float r = n[u] * n[u] / (n[u] * n[u] + usual * usual);
-      AddMoments(r, g[2 * u], g[2 * u + 1], n[u], m + kChannels * u);
+      AddMoments(r, g[2 * u], g[2 * u + 1], n[u], m + StructureImage::kChannels * u);
     }
   }
   return edges;
@@ -141,7 +140,8 @@ void AddDepthEdges(const SurfaceImage& surface, double sigma, double reach, floa
     for (int u = 0; u < gradient.cols; ++u) {
       if (k[u] <= 0.0f) continue;
       const float n = Norm(g[2 * u], g[2 * u + 1]);
-      AddMoments(weight * std::min(1.0f, 1.5f * n), g[2 * u], g[2 * u + 1], n, m + kChannels * u);
+      AddMoments(weight * std::min(1.0f, 1.5f * n), g[2 * u], g[2 * u + 1], n,
+                 m + StructureImage::kChannels * u);
     }
   }
 }
@@ -171,7 +171,8 @@ void AddOrientationEdges(const SurfaceImage& surface, double sigma, float weight
         // from: derivation, turned by 30 deg, blurred by one pixel, the change in two components.
         constexpr float kUsual = 0.12f;  // of a change by 30 degrees
         if (n < 0.1f * kUsual) continue;
-        AddMoments(weight * n * n / (n * n + kUsual * kUsual), x[c], y[c], n, m + kChannels * u);
+        AddMoments(weight * n * n / (n * n + kUsual * kUsual), x[c], y[c], n,
+                   m + StructureImage::kChannels * u);
       }
     }
   }

@@ -30,7 +30,7 @@ constexpr double kOneSweep = 0.15;    // s; from: derivation, between one scan a
 constexpr double kLineSpacing = 0.3;  // of lines, over the widest gap between them: splats just close it
 constexpr double kUnevenBeams = 2.0;  // widest gap between beams over the mean one
 // from: derivation, a scan at 10 Hz.
-constexpr double kWindow = 0.1;  // s of beams that show how dense they are
+constexpr double kDensityWindow = 0.1;  // s of beams that show how dense they are
 // from: derivation, 16 rings over 30 deg are 2 deg apart.
 constexpr double kWideCell = M_PI / 60.0;  // rad: wide enough that no gap between rings is seen as empty
 constexpr double kDenseParent = 16.0;  // times as many points around a few as there are of them: those stray
@@ -201,7 +201,8 @@ std::vector<double> BeamSpacings(const std::vector<MapReturn>& returns) {
       std::vector<bool> covered(kColumns * kRows, false);
       double solid_angle = 0.0, count = 0.0;
       const std::size_t first = begin + (end - begin) * w / kWindows;
-      for (std::size_t i = first; i < end && std::abs(returns[i].time - returns[first].time) < kWindow; ++i) {
+      for (std::size_t i = first; i < end && std::abs(returns[i].time - returns[first].time) < kDensityWindow;
+           ++i) {
         const Eigen::Vector3f d = returns[i].beam.normalized();
         const int column = static_cast<int>((std::atan2(d.y(), d.x()) + M_PI) / kWideCell) % kColumns;
         const int row =

@@ -10,17 +10,18 @@ namespace mlic {
 namespace {
 
 // from: derivation, a scan at 10 Hz.
-constexpr double kWindow = 0.1;            // s of beams that are looked up together
+constexpr double kBeamWindow = 0.1;        // s of beams that are looked up together
 constexpr std::size_t kMostWindows = 240;  // of all LiDARs; from: guard, time
 // from: structural, speed only.
-constexpr float kCell = M_PI / 120.0f;      // rad, of the table of a window's beams
-constexpr int kColumns = 240, kRows = 120;  // from: structural, cells of kCell over the sphere
+constexpr float kBeamCell = M_PI / 120.0f;          // rad, of the table of a window's beams
+constexpr int kBeamColumns = 240, kBeamRows = 120;  // from: structural, cells of kBeamCell over the sphere
 // from: guard, beyond, the gaps between beams are as wide as patches.
-constexpr float kFarthest = 25.0f;  // m, at which patches are judged
-constexpr float kNearest = 1.0f;    // m; from: guard, time: nearer, a patch covers much of the table
-// from: guard, a margin of the look-up: half of kWindow at 6 m/s.
-constexpr float kParallax = 0.3f;     // m that the LiDAR moves from the middle of a window
-constexpr float kGrazing = 0.1f;      // cosine: whether such a beam meets a patch cannot be said; from: guard
+constexpr float kFarthestPatch = 25.0f;  // m, at which patches are judged
+constexpr float kNearestPatch = 1.0f;    // m; from: guard, time: nearer, a patch covers much of the table
+// from: guard, a margin of the look-up: half of kBeamWindow at 6 m/s.
+constexpr float kParallax = 0.3f;  // m that the LiDAR moves from the middle of a window
+constexpr float kGrazingPatch =
+    0.1f;                             // cosine: whether such a beam meets a patch cannot be said; from: guard
 constexpr float kLeastRadius = 0.2f;  // m
 constexpr int kFewestPasses = 3;      // windows whose beams passed
 // from: guard, time.
@@ -36,8 +37,8 @@ struct BeamTable {
 };
 
 void CellOf(const Eigen::Vector3f& v, float length, float* column, float* row) {
-  *column = (std::atan2(v.y(), v.x()) + static_cast<float>(M_PI)) / kCell;
-  *row = (std::asin(std::clamp(v.z() / length, -1.0f, 1.0f)) + 0.5f * static_cast<float>(M_PI)) / kCell;
+  *column = (std::atan2(v.y(), v.x()) + static_cast<float>(M_PI)) / kBeamCell;
+  *row = (std::asin(std::clamp(v.z() / length, -1.0f, 1.0f)) + 0.5f * static_cast<float>(M_PI)) / kBeamCell;
 }
 
 BeamTable MakeBeamTable(const std::vector<MapReturn>& returns, std::size_t begin, std::size_t end) {
@@ -47,12 +48,12 @@ BeamTable MakeBeamTable(const std::vector<MapReturn>& returns, std::size_t begin
   table.time = middle.time;
   std::vector<std::uint32_t> cells;
   cells.reserve(end - begin);
-  table.begin.assign(kColumns * kRows + 1, 0);
+  table.begin.assign(kBeamColumns * kBeamRows + 1, 0);
   for (std::size_t i = begin; i < end; ++i) {
     float column, row;
     CellOf(returns[i].beam, returns[i].beam.norm(), &column, &row);
-    cells.push_back(std::min(kRows - 1, static_cast<int>(row)) * kColumns +
-                    static_cast<int>(column) % kColumns);
+    cells.push_back(std::min(kBeamRows - 1, static_cast<int>(row)) * kBeamColumns +
+                    static_cast<int>(column) % kBeamColumns);
     ++table.begin[cells.back() + 1];
   }
   for (std::size_t c = 1; c < table.begin.size(); ++c) table.begin[c] += table.begin[c - 1];
@@ -69,7 +70,7 @@ std::vector<BeamTable> MakeBeamTables(const std::vector<MapReturn>& returns) {
   for (std::size_t begin = 0; begin < returns.size();) {
     std::size_t end = begin;
     while (end < returns.size() && returns[end].lidar == returns[begin].lidar &&
-           std::abs(returns[end].time - returns[begin].time) < kWindow) {
+           std::abs(returns[end].time - returns[begin].time) < kBeamWindow) {
       ++end;
     }
     windows.emplace_back(begin, end);
@@ -118,7 +119,7 @@ Outcome BeamAtPatch(const MapReturn& r, const Patch& patch) {
   float reach = direction.dot(to_center), margin = 0.3f + patch.radius;
   if (!patch.normal.isZero()) {
     const float cosine = patch.normal.dot(direction);
-    if (std::abs(cosine) < kGrazing) return Outcome::kNothing;
+    if (std::abs(cosine) < kGrazingPatch) return Outcome::kNothing;
     reach = patch.normal.dot(to_center) / cosine;
     margin = 0.2f + 0.1f / std::abs(cosine);
   }
@@ -130,19 +131,19 @@ Outcome BeamAtPatch(const MapReturn& r, const Patch& patch) {
 Outcome WindowAtPatch(const std::vector<MapReturn>& returns, const BeamTable& table, const Patch& patch) {
   const Eigen::Vector3f v = patch.center - table.origin;
   const float distance = v.norm();
-  if (distance > kFarthest || distance < kNearest + patch.radius) return Outcome::kNothing;
+  if (distance > kFarthestPatch || distance < kNearestPatch + patch.radius) return Outcome::kNothing;
   float column, row;
   CellOf(v, distance, &column, &row);
-  const float half = (patch.radius + kParallax) / distance / kCell;
+  const float half = (patch.radius + kParallax) / distance / kBeamCell;
   const float half_columns = std::min(20.0f, half / std::max(0.2f, std::hypot(v.x(), v.y()) / distance));
   const int first_row = std::max(0, static_cast<int>(row - half));
-  const int last_row = std::min(kRows - 1, static_cast<int>(row + half));
+  const int last_row = std::min(kBeamRows - 1, static_cast<int>(row + half));
   const int first_column = static_cast<int>(std::floor(column - half_columns));
   const int last_column = static_cast<int>(std::floor(column + half_columns));
   int passed = 0;
   for (int j = first_row; j <= last_row; ++j) {
     for (int i = first_column; i <= last_column; ++i) {
-      const int cell = j * kColumns + (i + kColumns) % kColumns;
+      const int cell = j * kBeamColumns + (i + kBeamColumns) % kBeamColumns;
       for (std::uint32_t b = table.begin[cell]; b < table.begin[cell + 1]; ++b) {
         const Outcome outcome = BeamAtPatch(returns[table.beams[b]], patch);
         if (outcome == Outcome::kHit) return outcome;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mlic_core/common/count_true.h"
 #include "mlic_core/common/random.h"
 #include "mlic_core/crossmodal/three_point.h"
 #include "mlic_core/geometry/so3.h"
@@ -102,10 +103,6 @@ bool Optimize(const Correspondences& correspondences, const std::vector<bool>& i
   return Eigen::LLT<Eigen::MatrixXd>(*information).info() == Eigen::Success;
 }
 
-int Count(const std::vector<bool>& inlier) {
-  return static_cast<int>(std::count(inlier.begin(), inlier.end(), true));
-}
-
 int IterationsNeeded(double inlier_share, const PnpOptions& options) {
   const double good = inlier_share * inlier_share * inlier_share;
   const int fewest = std::min(kFewestIterations, options.most_iterations);
@@ -128,7 +125,7 @@ std::optional<PnpResult> RefinePose(const std::vector<PointCorrespondence>& corr
     std::vector<bool> inlier = all.Inliers(result.T_camera_body);
     if (inlier == result.inlier) break;
     result.inlier = std::move(inlier);
-    result.inliers = Count(result.inlier);
+    result.inliers = CountTrue(result.inlier);
     if (result.inliers < std::max(3, options.fewest_inliers)) return std::nullopt;
     if (!Optimize(all, result.inlier, &result.T_camera_body, &information)) return std::nullopt;
   }
@@ -180,7 +177,7 @@ std::optional<PnpResult> EstimatePose(const std::vector<PointCorrespondence>& co
     bool better = false;
     for (int k = 0; k < count; ++k) better |= consider(poses[k]);
     if (better) {
-      const double share = Count(all.Inliers(best)) / static_cast<double>(correspondences.size());
+      const double share = CountTrue(all.Inliers(best)) / static_cast<double>(correspondences.size());
       needed = std::min(options.most_iterations, std::max(i + 1, IterationsNeeded(share, options)));
     }
   }

@@ -30,12 +30,6 @@ constexpr float kBackFacing = 0.1f;  // cosine beyond which a surface shows its 
 // from: guard, division by it.
 constexpr float kGrazing = 0.06f;  // cosine below which a slope is not believed
 
-// What is worth knowing of a cell before its points are looked at.
-struct CellSummary {
-  float spacing = 0.0f;                              // m, mean
-  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // mean: shorter than one where normals differ
-};
-
 // A cell that may show, where it comes in the order of drawing, and the share of its points that is enough.
 struct VisibleCell {
   int shell, tile;
@@ -47,20 +41,27 @@ struct VisibleCell {
   }
 };
 
-// T_camera_map at one row, single precision; points are taken relative to the camera before they are turned.
-struct RowPose {
-  Eigen::Matrix3f R_camera_map;
-  Eigen::Vector3f center;  // of the camera, map frame
-};
-
-RowPose RowPoseOf(const RigidTransform& T_map_camera) {
-  return {T_map_camera.rotation.conjugate().toRotationMatrix().cast<float>(),
-          T_map_camera.translation.cast<float>()};
-}
-
 }  // namespace
 
 struct ViewRenderer::Implementation {
+  // What is worth knowing of a cell before its points are looked at.
+  struct CellSummary {
+    float spacing = 0.0f;                              // m, mean
+    Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // mean: shorter than one where normals differ
+  };
+
+  // T_camera_map at one row, single precision; points are taken relative to the camera before they are
+  // turned.
+  struct RowPose {
+    Eigen::Matrix3f R_camera_map;
+    Eigen::Vector3f center;  // of the camera, map frame
+
+    static RowPose At(const RigidTransform& T_map_camera) {
+      return {T_map_camera.rotation.conjugate().toRotationMatrix().cast<float>(),
+              T_map_camera.translation.cast<float>()};
+    }
+  };
+
   const IntensityMap& map;
   CameraIntrinsics intrinsics;
   RenderOptions options;
@@ -213,7 +214,7 @@ RenderedView ViewRenderer::Implementation::Finish(const Drawing& drawing) const 
 
 ViewRenderer::ViewRenderer(const IntensityMap& map, const CameraIntrinsics& intrinsics,
                            const RenderOptions& options) {
-  std::vector<CellSummary> summaries(map.cells.size());
+  std::vector<Implementation::CellSummary> summaries(map.cells.size());
   ParallelFor(map.cells.size(), [&](std::size_t c) {
     const MapCell& cell = map.cells[c];
     const float share = 1.0f / static_cast<float>(cell.end - cell.begin);
@@ -233,9 +234,9 @@ RenderedView ViewRenderer::Render(const ViewPose& pose) const {
   Implementation::Drawing drawing{{}, SplatCanvas(self.intrinsics.width, self.intrinsics.height)};
   if (pose.rolling) {
     for (int row = 0; row < self.intrinsics.height; ++row)
-      drawing.rows.push_back(RowPoseOf(pose.T_map_camera(row)));
+      drawing.rows.push_back(Implementation::RowPose::At(pose.T_map_camera(row)));
   } else {
-    drawing.rows.push_back(RowPoseOf(pose.T_map_camera(0.0)));
+    drawing.rows.push_back(Implementation::RowPose::At(pose.T_map_camera(0.0)));
   }
   for (const VisibleCell& v : self.VisibleCells(drawing))
     self.DrawCell(self.map.cells[v.cell], v.share, &drawing);

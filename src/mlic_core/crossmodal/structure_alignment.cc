@@ -20,7 +20,7 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
 // As StructureMatcher's kSigmaFactor: structure comes in blurred edges, not in independent pixels. Here all
 // pixels of a scan share the faults of its rendering too.
-constexpr double kSigmaFactor = 10.0;
+constexpr double kScanSigmaFactor = 10.0;
 constexpr double kAwayDegrees = 4.0;  // from: definition, StructureAlignment::elsewhere
 // px: structure is blurred over more, so that every second pixel of every second row says as much as all.
 constexpr int kPixelStep = 2;  // from: guard, time
@@ -55,7 +55,7 @@ class Posterior {
 
   // What one unit of score is worth, judged from the mismatch that is left at a pose.
   void WeighAt(const RigidTransform& pose) {
-    worth_ = score_.weight() / (kSigmaFactor * kSigmaFactor * std::max(0.1, 1.0 - score_.At(pose)));
+    worth_ = score_.weight() / (kScanSigmaFactor * kScanSigmaFactor * std::max(0.1, 1.0 - score_.At(pose)));
   }
   double At(const RigidTransform& pose) const {
     const Vector6d move = MoveBetween(start_, pose);

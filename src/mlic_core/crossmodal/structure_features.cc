@@ -10,15 +10,13 @@
 namespace mlic {
 namespace {
 
-constexpr int kChannels = StructureImage::kChannels;  // from: structural
-
 // Edge strength is compared with that of this much wider a neighbourhood. from: measured, eight views of
 // matcher_test: halved, 512 matches with errors of 0.44 px (rms) for 528 of 0.43 px; doubled as
 // kLeastSharpness (structure_matcher.cc).
 constexpr double kSurroundings = 6.0;
 
 // Coefficients count by these factors: orientation tells more than strength.
-constexpr float kHarmonicWeights[kChannels] = {0.5f, 1.0f, 1.0f, 0.7f, 0.7f};
+constexpr float kHarmonicWeights[StructureImage::kChannels] = {0.5f, 1.0f, 1.0f, 0.7f, 0.7f};
 
 // Sigmas of the blurs as far as which an edge is felt around it. from: measured, facades of the car at 8 to
 // 15 m: biased within 2 px of a step, not from 4 px on.
@@ -31,7 +29,7 @@ StructureImage ToStructure(const EdgeMap& edges, double sigma) {
   StructureImage out;
   out.width = moments.cols, out.height = moments.rows;
   const auto count = static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height);
-  out.channels.assign(count * kChannels, 0.0f);
+  out.channels.assign(count * StructureImage::kChannels, 0.0f);
   out.energy.assign(count, 0.0f);
   out.known.assign(count, 0.0f);
   out.weight.assign(count, 0.0f);
@@ -41,7 +39,8 @@ StructureImage ToStructure(const EdgeMap& edges, double sigma) {
     const float* m = near.ptr<float>(v);
     const float* k = known.ptr<float>(v);
     float* s = strength.ptr<float>(v);
-    for (int u = 0; u < out.width; ++u) s[2 * u] = k[u] * m[kChannels * u], s[2 * u + 1] = k[u];
+    for (int u = 0; u < out.width; ++u)
+      s[2 * u] = k[u] * m[StructureImage::kChannels * u], s[2 * u + 1] = k[u];
   }
   // Two box filters make nearly a Gaussian, at a cost that does not hang on its width.
   const int width = 2 * static_cast<int>(0.5 * std::sqrt(6.0) * kSurroundings * sigma) + 1;
@@ -55,11 +54,11 @@ StructureImage ToStructure(const EdgeMap& edges, double sigma) {
       if (k[u] <= 0.0f) continue;
       const auto pixel =
           static_cast<std::size_t>(v) * static_cast<std::size_t>(out.width) + static_cast<std::size_t>(u);
-      float* c = &out.channels[pixel * kChannels];
+      float* c = &out.channels[pixel * StructureImage::kChannels];
       const float mean = a[2 * u] / std::max(1e-6f, a[2 * u + 1]);
       const float scale = 1.0f / (mean + 0.05f);
-      for (int i = 0; i < kChannels; ++i) {
-        const float value = m[kChannels * u + i] - (i == 0 ? mean : 0.0f);
+      for (int i = 0; i < StructureImage::kChannels; ++i) {
+        const float value = m[StructureImage::kChannels * u + i] - (i == 0 ? mean : 0.0f);
         c[i] = kHarmonicWeights[i] * scale * value;
         out.energy[pixel] += c[i] * c[i];
       }

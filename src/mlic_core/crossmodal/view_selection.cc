@@ -26,12 +26,12 @@ constexpr double kPlace = 1.0;   // m: matches within one cube share the map's e
 constexpr double kRotationSigma = 0.02, kTranslationSigma = 0.1, kFocalSigma = 0.02, kCentreSigma = 0.02,
                  kDistortionSigma = 0.1;
 
-using Place = std::tuple<int, int, int>;
+using PlaceKey = std::tuple<int, int, int>;
 
 // What one part of a view would tell.
 struct Part {
   Eigen::MatrixXd information;  // of rotation, translation and intrinsics
-  Place place;
+  PlaceKey place;
 };
 
 Part PartAt(const CameraIntrinsics& intrinsics, const RigidTransform& T_map_camera,
@@ -149,7 +149,7 @@ std::vector<std::size_t> SelectViews(const IntensityMap& map, const CameraIntrin
 
   std::vector<std::size_t> chosen;
   std::vector<bool> taken(count, false);
-  std::map<Place, int> uses;
+  std::map<PlaceKey, int> uses;
   Eigen::MatrixXd information = PriorInformation(intrinsics);
   while (chosen.size() < options.count) {
     double best = LogDeterminant(information);

@@ -8,7 +8,7 @@
 #include "mlic_core/evaluation/smallest_cover.h"
 #include "mlic_core/evaluation/truth_comparison.h"
 #include "mlic_core/geometry/so3.h"
-#include "mlic_core/problem/observability_limits.h"
+#include "mlic_core/sensors/observability_limits.h"
 
 namespace mlic {
 namespace {

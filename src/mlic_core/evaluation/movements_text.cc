@@ -3,13 +3,12 @@
 #include <cstdio>
 #include <utility>
 
+#include "mlic_core/common/angles.h"
 #include "mlic_core/common/join.h"
 #include "mlic_core/evaluation/movements.h"
 
 namespace mlic {
 namespace {
-
-constexpr double kDegreesPerRadian = 180.0 / M_PI;
 
 // Value, sigmas and what would have been told, or dashes.
 std::string Columns(const Movement& movement, double factor, int decimals) {

@@ -5,13 +5,13 @@
 #include <cstdio>
 #include <map>
 
+#include "mlic_core/common/angles.h"
 #include "mlic_core/common/error.h"
 #include "mlic_core/geometry/so3.h"
 
 namespace mlic {
 namespace {
 
-constexpr double kDegreesPerRadian = 180.0 / M_PI;
 // sigmas; from: derivation, of 500 numbers with sigmas known to a sixth (Student's t, 20 degrees of freedom)
 // one is beyond in 30 calibrations
 constexpr double kMostSigmas = 5.0;

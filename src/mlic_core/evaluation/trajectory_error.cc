@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "mlic_core/common/angles.h"
 #include "mlic_core/common/error.h"
 #include "mlic_core/evaluation/pose_interpolation.h"
 #include "mlic_core/geometry/so3.h"
@@ -13,7 +14,6 @@
 namespace mlic {
 namespace {
 
-constexpr double kDegrees = 180.0 / M_PI;
 constexpr TimeNs kShortestStep = 80000000;  // ns; lets sensors of 10 Hz through, jitter and all; from: guard
 constexpr std::size_t kFewestPoses = 10;    // from: guard
 constexpr std::size_t kFewestParts = 3;     // from: guard
@@ -104,7 +104,7 @@ void MeasureAbsolute(const std::vector<PosePair>& pairs, TrajectoryError* error)
     const RigidTransform estimate = pair.T_map_imu * error->T_imu_body;
     const RigidTransform truth = error->T_map_world * pair.T_world_body;
     const double distance = (estimate.translation - truth.translation).norm();
-    const double angle = kDegrees * AngleBetween(estimate.rotation, truth.rotation);
+    const double angle = kDegreesPerRadian * AngleBetween(estimate.rotation, truth.rotation);
     translation2 += distance * distance;
     translation += distance;
     rotation2 += angle * angle;
@@ -132,7 +132,7 @@ RelativeTrajectoryError MeasureRelative(const std::vector<PosePair>& pairs, cons
     const RigidTransform truth = pairs[i].T_world_body.Inverse() * pairs[j].T_world_body;
     const RigidTransform difference = truth.Inverse() * estimate;
     error.translation_rms += difference.translation.squaredNorm();
-    error.rotation_rms_deg += std::pow(kDegrees * Log(difference.rotation).norm(), 2);
+    error.rotation_rms_deg += std::pow(kDegreesPerRadian * Log(difference.rotation).norm(), 2);
     ++error.parts;
   }
   if (error.parts == 0) return error;
@@ -168,7 +168,7 @@ TrajectoryError CompareTrajectories(const std::vector<StampedPose>& trajectory,
   for (std::size_t i = 1; i < pairs.size(); ++i) {
     const RigidTransform step = pairs[i - 1].T_world_body.Inverse() * pairs[i].T_world_body;
     metres.push_back(metres.back() + step.translation.norm());
-    degrees.push_back(degrees.back() + kDegrees * Log(step.rotation).norm());
+    degrees.push_back(degrees.back() + kDegreesPerRadian * Log(step.rotation).norm());
   }
   error.length = metres.back();
   error.turned_deg = degrees.back();
@@ -189,7 +189,7 @@ std::string TableOf(const TrajectoryError& error) {
                 error.turned_deg);
   std::string table = line;
   const Eigen::Vector3d lever = error.T_imu_body.translation;
-  const Eigen::Vector3d turn = kDegrees * ToRollPitchYaw(error.T_imu_body.rotation);
+  const Eigen::Vector3d turn = kDegreesPerRadian * ToRollPitchYaw(error.T_imu_body.rotation);
   std::snprintf(line, sizeof(line),
                 "reference body in the IMU frame: xyz %.3f %.3f %.3f m, rpy %.2f %.2f %.2f deg (fitted)\n",
                 lever.x(), lever.y(), lever.z(), turn.x(), turn.y(), turn.z());

@@ -4,13 +4,12 @@
 #include <cstdio>
 #include <limits>
 
+#include "mlic_core/common/angles.h"
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/sensors/imu_matrices.h"
 
 namespace mlic {
 namespace {
-
-constexpr double kDegreesPerRadian = 180.0 / M_PI;
 
 double Normalised(double error, double sigma) {
   return sigma > 0.0 ? error / sigma : std::numeric_limits<double>::quiet_NaN();

@@ -14,22 +14,23 @@
 #include "mlic_core/imu/pose_segments.h"
 #include "mlic_core/imu/robust.h"
 #include "mlic_core/imu/rotation_fit.h"
+#include "mlic_core/sensors/observability_limits.h"
 
 namespace mlic {
 namespace {
 
 constexpr double kLargestOffset = 1.05;  // s; from: definition, offsets up to 1 s and a little
-constexpr double kSmallestSigma = 2e-6;  // rad: below it robust weights would follow rounding; from: guard
+constexpr double kSmallestAngleSigma =
+    2e-6;  // rad: below it robust weights would follow rounding; from: guard
 // from: guard, of the Jacobian alone.
 constexpr double kRateHalfWidth = 0.05;  // s: the offset's Jacobian takes mean rates, which are less noisy
 constexpr double kBiasPriorSigma = 0.2;  // rad/s; from: guard, beyond any IMU's (bias_prior.h)
-constexpr double kShownSigma = 0.5 * M_PI / 180.0;  // from: definition, the limit of observable rotation
 
 using Vector7d = Eigen::Matrix<double, 7, 1>;
 using Matrix7d = Eigen::Matrix<double, 7, 7>;
 using Matrix37d = Eigen::Matrix<double, 3, 7>;
 
-struct State {
+struct RateState {
   double time_offset = 0.0;
   Eigen::Quaterniond R_imu_lidar = Eigen::Quaterniond::Identity();
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();
@@ -53,7 +54,7 @@ struct SegmentOffset {
 
 // The system of one Gauss-Newton step, whitened: minimise |step|' H |step| / 2 - b . step, order rotation,
 // offset, bias.
-struct System {
+struct RateSystem {
   Matrix7d H = Matrix7d::Zero();
   Vector7d b = Vector7d::Zero();
   double sigma = 0.0;  // of a component of an orientation
@@ -69,7 +70,7 @@ struct System {
 // Noise of the gyroscope turns the IMU about all axes, so that in the Jacobian even motion about one axis
 // seems to show the rotation about it, and rest the offset. Directions that show hardly more than that are
 // taken out of the data: only a prior may decide there.
-void DropWhatNoiseShows(System* system) {
+void DropWhatNoiseShows(RateSystem* system) {
   const Matrix7d H = system->H + Matrix7d::Identity() * 1e-9;
   const Eigen::Matrix3d marginal =
       H.topLeftCorner<3, 3>() -
@@ -95,7 +96,7 @@ class Problem {
   Problem(const std::vector<ImuSample>& imu, const std::vector<TimedPose>& poses)
       : imu_(imu), poses_(poses), gyroscope_noise_(EstimateImuNoise(imu).gyroscope) {}
 
-  System Linearize(const State& state, bool redescending) const {
+  RateSystem Linearize(const RateState& state, bool redescending) const {
     const GyroIntegration gyro(imu_, state.bias);
     const std::vector<PoseSegment> segments = CutSegments(poses_, gyro, state.time_offset);
     std::vector<PoseResidual> residuals;
@@ -103,12 +104,12 @@ class Problem {
     std::vector<double> norms;
     for (const PoseResidual& residual : residuals) norms.push_back(residual.value.norm());
 
-    System system;
+    RateSystem system;
     system.poses = static_cast<int>(residuals.size());
     if (residuals.empty()) return system;
     // Each segment's orientation takes three of its residuals' degrees of freedom.
     const double freedom = 1.0 - static_cast<double>(segments.size()) / static_cast<double>(residuals.size());
-    system.sigma = std::max(kSmallestSigma, SigmaFromNorms(norms) / std::sqrt(freedom));
+    system.sigma = std::max(kSmallestAngleSigma, SigmaFromNorms(norms) / std::sqrt(freedom));
     double correlated = 0.0, squares = 0.0, inliers = 0.0, weights = 0.0;
     std::size_t next = 0;
     for (const PoseSegment& segment : segments) {
@@ -159,7 +160,7 @@ class Problem {
   }
 
  private:
-  void AddResiduals(const GyroIntegration& gyro, const State& state, const PoseSegment& segment,
+  void AddResiduals(const GyroIntegration& gyro, const RateState& state, const PoseSegment& segment,
                     std::vector<PoseResidual>* residuals) const {
     const double center = poses_[segment.Center()].time + state.time_offset;
     const Eigen::Matrix3d R_lidar_imu = state.R_imu_lidar.conjugate().toRotationMatrix();
@@ -171,7 +172,7 @@ class Problem {
       const Eigen::Quaterniond lidar_turn = state.R_imu_lidar.conjugate() * turns.back() * state.R_imu_lidar;
       centers.push_back(poses_[k].pose.rotation * lidar_turn.conjugate());
     }
-    const Eigen::Quaterniond mean = RobustMean(centers, kSmallestSigma);
+    const Eigen::Quaterniond mean = RobustMean(centers, kSmallestAngleSigma);
     for (int k = segment.begin; k < segment.end; ++k) {
       const double time = poses_[k].time + state.time_offset;
       const Eigen::Quaterniond& turn = turns[k - segment.begin];
@@ -195,12 +196,12 @@ class Problem {
 };
 
 struct Refined {
-  State state;
-  System system;
+  RateState state;
+  RateSystem system;
 };
 
 // The prior's information and gradient are added to the copy of the system that is solved.
-void AddPriors(const State& state, const std::optional<RotationGuess>& guess, System* system) {
+void AddPriors(const RateState& state, const std::optional<RotationGuess>& guess, RateSystem* system) {
   system->H.diagonal() += Vector7d::Constant(1e-2);  // keeps steps finite where nothing is shown
   system->H.bottomRightCorner<3, 3>().diagonal().array() += 1.0 / (kBiasPriorSigma * kBiasPriorSigma);
   system->b.tail<3>() -= state.bias / (kBiasPriorSigma * kBiasPriorSigma);
@@ -213,19 +214,19 @@ void AddPriors(const State& state, const std::optional<RotationGuess>& guess, Sy
   system->b.head<3>() -= jacobian.transpose() * information.asDiagonal() * from_guess;
 }
 
-Refined Refine(const Problem& problem, const State& start, const std::optional<RotationGuess>& guess) {
+Refined Refine(const Problem& problem, const RateState& start, const std::optional<RotationGuess>& guess) {
   constexpr int kIterations = 25;       // from: guard, ends by convergence
   constexpr int kConvexIterations = 5;  // from: guard, ends by convergence
   Refined refined;
   refined.state = start;
   for (int iteration = 0; iteration < kIterations; ++iteration) {
-    System system = problem.Linearize(refined.state, iteration >= kConvexIterations);
+    RateSystem system = problem.Linearize(refined.state, iteration >= kConvexIterations);
     if (system.poses == 0) break;
     AddPriors(refined.state, guess, &system);
     Vector7d step = system.H.ldlt().solve(system.b);
     // The linearisation holds for a part of a peak's width and of a radian.
     step *= std::min(1.0, 0.05 / std::max(std::abs(step[3]), step.head<3>().norm() / 6.0 + 1e-300));
-    State& state = refined.state;
+    RateState& state = refined.state;
     state.R_imu_lidar = (ExpQuaternion(step.head<3>()) * state.R_imu_lidar).normalized();
     state.time_offset += step[3];
     state.bias += step.tail<3>();
@@ -279,7 +280,7 @@ void FitDrift(const std::vector<SegmentOffset>& segments, double middle, Angular
 
 void FillInformation(const Refined& refined, const std::optional<RotationGuess>& guess,
                      AngularRateAlignment* result) {
-  System system = refined.system;
+  RateSystem system = refined.system;
   Matrix7d data = system.H;
   data.diagonal().tail<4>().array() += 1e-6;
   result->rotation_information =
@@ -289,7 +290,7 @@ void FillInformation(const Refined& refined, const std::optional<RotationGuess>&
   result->information_values = eigen.eigenvalues().cwiseMax(0.0);
   result->information_directions = eigen.eigenvectors();
   for (int i = 0; i < 3; ++i) {
-    if (result->information_values[i] > 1.0 / (kShownSigma * kShownSigma))
+    if (result->information_values[i] > 1.0 / (kRotationLimit * kRotationLimit))
       ++result->rotation_directions_shown;
   }
   AddPriors(refined.state, guess, &system);
@@ -331,7 +332,7 @@ AngularRateAlignment AlignAngularRates(const std::vector<ImuSample>& imu, const 
   std::optional<Refined> best;
   for (std::size_t i = 0; i < std::min<std::size_t>(3, peaks.size()); ++i) {
     if (peaks[i].correlation < 0.9 * peaks[0].correlation) break;
-    State start{peaks[i].time_offset, peaks[i].R_imu_lidar, Eigen::Vector3d::Zero()};
+    RateState start{peaks[i].time_offset, peaks[i].R_imu_lidar, Eigen::Vector3d::Zero()};
     if (guess && !R_guess) start.R_imu_lidar = guess->R_imu_lidar;
     const Refined refined = Refine(problem, start, guess);
     // What runs away from all peaks has found nothing.

@@ -18,9 +18,9 @@ namespace {
 
 constexpr double kGravity = 9.81;  // m/s^2; from: definition
 // from: guard, far below noise.
-constexpr double kSmallestSigma = 1e-6;  // m: below it robust weights would follow rounding
-constexpr double kSmallestTilt = 1e-7;   // rad; from: guard, far below noise
-constexpr double kNoGuessSigma = 10.0;   // m; from: guard, longer than a vehicle's lever arms
+constexpr double kSmallestPositionSigma = 1e-6;  // m: below it robust weights would follow rounding
+constexpr double kSmallestTilt = 1e-7;           // rad; from: guard, far below noise
+constexpr double kNoLeverArmSigma = 10.0;        // m; from: guard, longer than a vehicle's lever arms
 
 using Vector9d = Eigen::Matrix<double, 9, 1>;
 using Matrix9d = Eigen::Matrix<double, 9, 9>;
@@ -28,7 +28,7 @@ using Matrix39d = Eigen::Matrix<double, 3, 9>;
 using Vector12d = Eigen::Matrix<double, 12, 1>;
 using Matrix12d = Eigen::Matrix<double, 12, 12>;
 
-struct State {
+struct LeverArmState {
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();
   Eigen::Vector3d lever_arm = Eigen::Vector3d::Zero();
@@ -58,7 +58,7 @@ struct Row {
   Matrix39d local;
 };
 
-Row RowOf(const Segment& segment, const Observation& o, const State& x) {
+Row RowOf(const Segment& segment, const Observation& o, const LeverArmState& x) {
   const Eigen::Matrix3d& R = segment.orientation;
   const Eigen::Vector3d q = o.turn * x.lever_arm + o.moved - o.bias_jacobian * x.bias;
   const double half_square = 0.5 * o.elapsed * o.elapsed;
@@ -71,10 +71,10 @@ Row RowOf(const Segment& segment, const Observation& o, const State& x) {
 }
 
 // Whitened normal equations of a step: H * step = b.
-struct System {
+struct LeverArmSystem {
   Matrix12d H = Matrix12d::Zero();  // order: gravity, bias, lever arm, rotation
   Vector12d b = Vector12d::Zero();
-  double sigma = kSmallestSigma;
+  double sigma = kSmallestPositionSigma;
   double rms = 0.0;
   double inlier_share = 0.0;
 };
@@ -131,8 +131,8 @@ class Solver {
   }
 
   // Re-weights by the residuals at x, then linearises there.
-  System Linearize(const State& x, bool redescending) {
-    System system;
+  LeverArmSystem Linearize(const LeverArmState& x, bool redescending) {
+    LeverArmSystem system;
     std::vector<std::vector<Row>> rows(segments_.size());
     std::vector<double> norms;
     for (std::size_t s = 0; s < segments_.size(); ++s) {
@@ -143,7 +143,7 @@ class Solver {
     // Position and velocity take six of each segment's degrees of freedom.
     const double count = static_cast<double>(norms.size());
     const double freedom = std::max(0.2, 1.0 - 2.0 * static_cast<double>(segments_.size()) / count);
-    sigma_ = system.sigma = std::max(kSmallestSigma, SigmaFromNorms(norms) / std::sqrt(freedom));
+    sigma_ = system.sigma = std::max(kSmallestPositionSigma, SigmaFromNorms(norms) / std::sqrt(freedom));
     double squares = 0.0, inliers = 0.0, correlated = 0.0;
     std::size_t next = 0;
     for (std::size_t s = 0; s < segments_.size(); ++s) {
@@ -185,7 +185,7 @@ class Solver {
  private:
   Eigen::LDLT<Matrix9d> LocalSystem(const std::vector<Row>& rows, std::size_t s) const {
     Matrix9d H = Matrix9d::Identity() * 1e-9;
-    const double tilt = std::max(sigma_, kSmallestSigma) / segments_[s].tilt_sigma;
+    const double tilt = std::max(sigma_, kSmallestPositionSigma) / segments_[s].tilt_sigma;
     H.diagonal().tail<3>().array() += tilt * tilt;
     for (std::size_t k = 0; k < rows.size(); ++k)
       H += weights_[s][k] * rows[k].local.transpose() * rows[k].local;
@@ -218,7 +218,7 @@ struct Priors {
   Eigen::Matrix3d rotation_information;
 
   // The lever arm's own prior is left out where what the data alone show is asked for.
-  void AddTo(const State& x, bool with_lever_arm, System* system) const {
+  void AddTo(const LeverArmState& x, bool with_lever_arm, LeverArmSystem* system) const {
     const double bias_information = 1.0 / (kAccelerometerBiasSigma * kAccelerometerBiasSigma);
     system->H.diagonal().segment<3>(3).array() += bias_information;
     system->b.segment<3>(3) -= bias_information * x.bias;
@@ -232,14 +232,15 @@ struct Priors {
   }
 };
 
-void Step(const Vector12d& step, State* x) {
+void Step(const Vector12d& step, LeverArmState* x) {
   x->gravity += step.head<3>();
   x->bias += step.segment<3>(3);
   x->lever_arm += step.segment<3>(6);
   x->R_imu_lidar = (ExpQuaternion(step.tail<3>()) * x->R_imu_lidar).normalized();
 }
 
-void FillResult(const State& x, const System& data, const Priors& priors, GravityLeverArm* result) {
+void FillResult(const LeverArmState& x, const LeverArmSystem& data, const Priors& priors,
+                GravityLeverArm* result) {
   result->valid = true;
   result->gravity = x.gravity;
   result->accelerometer_bias = x.bias;
@@ -248,7 +249,7 @@ void FillResult(const State& x, const System& data, const Priors& priors, Gravit
   result->residual_rms = data.rms;
   result->inlier_share = data.inlier_share;
   const Eigen::Matrix<double, 12, 11> basis = KeepingGravityLength(x.gravity);
-  System system = data;
+  LeverArmSystem system = data;
   priors.AddTo(x, false, &system);
   // All but the lever arm is eliminated.
   const Eigen::Matrix<double, 11, 11> H = basis.transpose() * system.H * basis;
@@ -292,16 +293,16 @@ GravityLeverArm SolveGravityLeverArm(const std::vector<ImuSample>& imu, const st
   }
   Priors priors;
   priors.lever_arm =
-      guess ? *guess : LeverArmGuess{Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(kNoGuessSigma)};
+      guess ? *guess : LeverArmGuess{Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(kNoLeverArmSigma)};
   priors.R_imu_lidar = R_imu_lidar;
   priors.rotation_information = (rotation_covariance + Eigen::Matrix3d::Identity() * 1e-14).inverse();
-  State x;
+  LeverArmState x;
   x.lever_arm = priors.lever_arm.p_imu_lidar;
   x.R_imu_lidar = R_imu_lidar;
   Solver solver;
   solver.SetSegments(std::move(segments));
   for (int iteration = 0; iteration < kIterations; ++iteration) {
-    System system = solver.Linearize(x, iteration >= kFreeGravityIterations);
+    LeverArmSystem system = solver.Linearize(x, iteration >= kFreeGravityIterations);
     priors.AddTo(x, true, &system);
     // The rotation waits until gravity is there: its Jacobian stands on it.
     const int size = iteration < kFixedRotationIterations ? 9 : 12;

@@ -11,6 +11,7 @@
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/imu/hand_eye_rotation.h"
 #include "mlic_core/imu/robust.h"
+#include "mlic_core/sensors/observability_limits.h"
 #include "mlic_core/solver/small_fit.h"
 
 namespace mlic {
@@ -18,14 +19,12 @@ namespace {
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-constexpr double kShownSigma = 0.5 * M_PI / 180.0;  // from: definition, the limit of observable rotation
-constexpr double kSmallestScale = 1e-6;             // from: guard, far below noise
-constexpr double kNoGuessSigma = 10.0;              // rad, m; from: guard, wider than any answer
-constexpr int kConvexRounds = 5;                    // of weights, before the redescending ones; from: guard
-constexpr int kRoundsOfAStart = 8;  // from: guard, enough to tell a wrong start from a right one
-constexpr int kMostRounds = 40;     // from: guard, ends by kSettled
-constexpr int kStepsInARound = 3;   // from: guard, weights change by more than further steps would
-constexpr double kSettled = 1e-12;  // rad + m; from: guard, rounding
+constexpr double kNoGuessSigma = 10.0;  // rad, m; from: guard, wider than any answer
+constexpr int kConvexRounds = 5;        // of weights, before the redescending ones; from: guard
+constexpr int kRoundsOfAStart = 8;      // from: guard, enough to tell a wrong start from a right one
+constexpr int kMostRounds = 40;         // from: guard, ends by kSettled
+constexpr int kStepsInARound = 3;       // from: guard, weights change by more than further steps would
+constexpr double kSettled = 1e-12;      // rad + m; from: guard, rounding
 
 // Log of a unit quaternion, for doubles and for Ceres' dual numbers.
 template <typename T>
@@ -218,7 +217,7 @@ void Fit::FillResult(const RigidTransform& T, HandEyeResult* result) {
   const Eigen::Matrix3d of_rotations = weights_.information_factor * rotations.Information({Rotation()});
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(of_rotations);
   for (int i = 0; i < 3; ++i) {
-    if (eigen.eigenvalues()[i] > 1.0 / (kShownSigma * kShownSigma)) ++result->rotation_directions_shown;
+    if (eigen.eigenvalues()[i] > 1.0 / (kRotationLimit * kRotationLimit)) ++result->rotation_directions_shown;
   }
   const Matrix6d posterior = result->information + prior.Information({Rotation(), Translation()});
   result->covariance = posterior.ldlt().solve(Matrix6d::Identity());

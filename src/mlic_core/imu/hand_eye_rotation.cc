@@ -7,13 +7,12 @@
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/imu/robust.h"
+#include "mlic_core/sensors/observability_limits.h"
 
 namespace mlic {
 namespace {
 
-constexpr double kShownSigma = 0.5 * M_PI / 180.0;  // from: definition, the limit of observable rotation
-constexpr double kSmallestScale = 1e-6;             // from: guard, far below noise
-constexpr int kRounds = 6;                          // of weights; from: guard
+constexpr int kRounds = 6;  // of weights; from: guard
 
 Eigen::Quaterniond Positive(const Eigen::Quaterniond& q) {
   return q.w() < 0.0 ? Eigen::Quaterniond(-q.coeffs()) : q;
@@ -77,7 +76,7 @@ HandEyeRotation SolveHandEyeRotation(const std::vector<RelativeMotion>& motions,
     for (std::size_t i = 0; i < motions.size(); ++i) weights[i] = TukeyWeight(norms[i], sigma);
   }
   // spectrum[1] - spectrum[0] is the information, 1/rad^2 times 4, about the open axis.
-  start.open = !guess && spectrum[1] - spectrum[0] < 4.0 * 25.0 / (kShownSigma * kShownSigma);
+  start.open = !guess && spectrum[1] - spectrum[0] < 4.0 * 25.0 / (kRotationLimit * kRotationLimit);
   return start;
 }
 

@@ -9,6 +9,9 @@
 
 namespace mlic {
 
+// rad, m, of the scales of robust weights; from: guard, far below noise
+constexpr double kSmallestScale = 1e-6;
+
 struct HandEyeRotation {
   Eigen::Quaterniond R_imu_lidar = Eigen::Quaterniond::Identity();
   Eigen::Vector3d open_axis = Eigen::Vector3d::Zero();  // IMU frame, unit: what the rotations show least

@@ -9,7 +9,7 @@
 namespace mlic {
 namespace {
 
-constexpr double kWindow = 2.0;            // s; from: guard, bursts of late messages are shorter
+constexpr double kClockWindow = 2.0;       // s; from: guard, bursts of late messages are shorter
 constexpr double kSmallestJump = 5e-3;     // s; from: definition, the limit of an observable time offset
 constexpr double kWanders = 4.0;           // of the usual wander; from: guard, sigmas of what is no accident
 constexpr std::size_t kFewestWindows = 5;  // for a drift with a scatter; from: guard
@@ -27,7 +27,7 @@ struct WindowDelay {
 
 // The least delay of each window of so many seconds.
 std::vector<WindowDelay> LeastDelays(const std::vector<MessageTimes>& messages,
-                                     const std::vector<double>& delays, double length = kWindow) {
+                                     const std::vector<double>& delays, double length = kClockWindow) {
   std::vector<WindowDelay> windows;
   double last = -1.0;
   for (std::size_t i = 0; i < messages.size(); ++i) {
@@ -47,7 +47,7 @@ double Wander(const std::vector<MessageTimes>& messages, const std::vector<doubl
   constexpr double kFewestWindows = 10.0;  // so that jumps are few among them; from: guard
   const double length = SecondsSince(messages.front().record, messages.back().record);
   const std::vector<WindowDelay> windows =
-      LeastDelays(messages, delays, std::clamp(length / kFewestWindows, 1e-3, kWindow));
+      LeastDelays(messages, delays, std::clamp(length / kFewestWindows, 1e-3, kClockWindow));
   std::vector<double> differences;
   for (std::size_t i = 1; i < windows.size(); ++i) {
     differences.push_back(std::abs(windows[i].delay - windows[i - 1].delay));
@@ -67,19 +67,20 @@ DelayRange RangeOf(std::vector<double> delays) {
   return {delays[left_out], *std::max_element(delays.begin(), delays.end())};
 }
 
-// How far the least delay after message `at` lies from the one before it, each over kWindow. Near the ends,
-// where the least delay is that of few messages, zero unless all of them lie apart from those on the other
-// side.
+// How far the least delay after message `at` lies from the one before it, each over kClockWindow. Near the
+// ends, where the least delay is that of few messages, zero unless all of them lie apart from those on the
+// other side.
 double StepOfLeastDelay(const std::vector<MessageTimes>& messages, const std::vector<double>& delays,
                         std::size_t at) {
   std::size_t begin = at, end = at;
-  while (begin > 0 && SecondsSince(messages[begin - 1].record, messages[at].record) < kWindow) --begin;
-  while (end < messages.size() && SecondsSince(messages[at].record, messages[end].record) < kWindow) ++end;
+  while (begin > 0 && SecondsSince(messages[begin - 1].record, messages[at].record) < kClockWindow) --begin;
+  while (end < messages.size() && SecondsSince(messages[at].record, messages[end].record) < kClockWindow)
+    ++end;
   if (begin == at) return 0.0;
   const DelayRange before = RangeOf({delays.begin() + begin, delays.begin() + at});
   const DelayRange after = RangeOf({delays.begin() + at, delays.begin() + end});
-  const bool near_end = SecondsSince(messages.front().record, messages[at].record) < 0.5 * kWindow ||
-                        SecondsSince(messages[at].record, messages.back().record) < 0.5 * kWindow;
+  const bool near_end = SecondsSince(messages.front().record, messages[at].record) < 0.5 * kClockWindow ||
+                        SecondsSince(messages[at].record, messages.back().record) < 0.5 * kClockWindow;
   if (near_end && before.most > after.least && after.most > before.least) return 0.0;
   return after.least - before.least;
 }
@@ -94,8 +95,8 @@ std::vector<ClockJump> FindJumps(const std::vector<MessageTimes>& messages, cons
     if (std::abs(single) < 0.5 * limit) continue;
     const double step = -StepOfLeastDelay(messages, delays, i);
     if (std::abs(step) < limit || std::abs(single - step) > 0.5 * std::abs(step)) continue;
-    const bool same =
-        !jumps.empty() && SecondsSince(messages[jumps.back().index].record, messages[i].record) < kWindow;
+    const bool same = !jumps.empty() &&
+                      SecondsSince(messages[jumps.back().index].record, messages[i].record) < kClockWindow;
     if (!same) {
       jumps.push_back({i, step});
     } else if (std::abs(step) > std::abs(jumps.back().step)) {

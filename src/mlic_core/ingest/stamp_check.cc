@@ -11,7 +11,7 @@ namespace mlic {
 namespace {
 
 // from: guard, their median scatters by far less than kPeriodTolerance.
-constexpr std::size_t kWindow = 20;  // differences over which a period is measured
+constexpr std::size_t kPeriodWindow = 20;  // differences over which a period is measured
 // from: guard, medians scatter by far less, settings of drivers differ by far more.
 constexpr double kPeriodTolerance = 0.1;  // share by which it may differ from the whole recording's
 
@@ -23,8 +23,8 @@ std::string Format(const char* format, double a, double b, double c = 0.0) {
 
 // The first place where the period stays different for a whole window.
 void FindPeriodChange(const std::vector<TimeNs>& sorted, StampReport& report) {
-  for (std::size_t i = 0; i + kWindow < sorted.size(); i += kWindow / 2) {
-    const std::vector<TimeNs> window(sorted.begin() + i, sorted.begin() + i + kWindow + 1);
+  for (std::size_t i = 0; i + kPeriodWindow < sorted.size(); i += kPeriodWindow / 2) {
+    const std::vector<TimeNs> window(sorted.begin() + i, sorted.begin() + i + kPeriodWindow + 1);
     const double period = MedianPeriod(window);
     if (std::abs(period - report.period) <= kPeriodTolerance * report.period) continue;
     report.warnings.push_back(Format("the period changes: %.4g s at %.2f s after the start, %.4g s otherwise",

@@ -20,7 +20,7 @@ constexpr std::size_t kFewestObservations = 200;  // from: definition, docs/meth
 
 // Of visual rotations that agree with the trajectory's. By chance a few per cent do; with a rough focal
 // length and unknown distortion not many more than this.
-constexpr double kLeastShare = 0.15;
+constexpr double kLeastRotationShare = 0.15;
 
 // px, of a match that agrees with a lens of the unified model, or with a given one. from: measured, halved
 // and doubled (camera_rotation.cc).
@@ -136,7 +136,7 @@ bool AlignCamera(const CameraConfig& config, const CameraStart& start, const std
       VisualMotions(pairs, camera->intrinsics, start.from_field_of_view ? kRoughLensError : kLensError);
   CameraRotation& rotation = alignment->rotation;
   rotation = AlignCameraRotation(motions, T_map_imu, config.guess, config.time_offset);
-  if (!rotation.valid || rotation.inlier_share < kLeastShare) return false;
+  if (!rotation.valid || rotation.inlier_share < kLeastRotationShare) return false;
   camera->sensor.T_imu_sensor.rotation = rotation.R_imu_camera;
   camera->sensor.time_offset = rotation.time_offset;
   // Where the motion turns about one axis, the directions of motion say the rest, which FitLens does not use.

@@ -18,8 +18,8 @@ namespace {
 // (lens from the field of view, every fifth observation wrong) of up to 0.023 deg and 0.29 px become at most
 // 0.027 deg and 0.34 px.
 constexpr double kAgreement = 0.05;  // rad, residual beyond which a motion has no more say; from: measured
-constexpr double kRotationSigma = 0.01;  // rad, of a visual rotation; from: measured
-constexpr double kDirectionSigma = 0.3;  // rad, of a direction of motion: the lever arm is not known
+constexpr double kVisualRotationSigma = 0.01;  // rad, of a visual rotation; from: measured
+constexpr double kDirectionSigma = 0.3;        // rad, of a direction of motion: the lever arm is not known
 
 // Rotation vectors of IMU and camera over the same intervals, and their directions of motion in the frame at
 // the interval's end.
@@ -71,7 +71,7 @@ Fit FitRotation(const Correspondences& c, const std::optional<ExtrinsicGuess>& g
   for (int iteration = 0; iteration < 6; ++iteration) {
     Eigen::Matrix3d profile = prior;
     for (std::size_t k = 0; k < c.imu.size(); ++k) {
-      profile += weights[k] / (kRotationSigma * kRotationSigma) * c.imu[k] *
+      profile += weights[k] / (kVisualRotationSigma * kVisualRotationSigma) * c.imu[k] *
                  c.camera[k].cwiseProduct(stretch).transpose();
     }
     for (std::size_t k = 0; k < c.imu_direction.size() && use_directions; ++k) {
@@ -84,7 +84,8 @@ Fit FitRotation(const Correspondences& c, const std::optional<ExtrinsicGuess>& g
       const double error = (c.imu[k] - fit.rotation * c.camera[k].cwiseProduct(stretch)).norm();
       fit.cost += std::min(error * error, kAgreement * kAgreement);
       // Lets all speak at first, then those that agree.
-      weights[k] = iteration < 2 ? AbsoluteWeight(error, kRotationSigma) : TukeyWeight(error, kRotationSigma);
+      weights[k] = iteration < 2 ? AbsoluteWeight(error, kVisualRotationSigma)
+                                 : TukeyWeight(error, kVisualRotationSigma);
     }
     for (std::size_t k = 0; k < c.imu_direction.size(); ++k) {
       const double error = (c.imu_direction[k] - fit.rotation * c.camera_direction[k]).norm();
@@ -104,7 +105,7 @@ double FocalRatio(const Correspondences& c, const Eigen::Quaterniond& R_imu_came
     for (std::size_t k = 0; k < c.imu.size(); ++k) {
       const Eigen::Vector3d truth = R_imu_camera.conjugate() * c.imu[k];
       const double error = (c.camera[k].head<2>() - ratio * truth.head<2>()).norm();
-      const double weight = AbsoluteWeight(error, kRotationSigma);
+      const double weight = AbsoluteWeight(error, kVisualRotationSigma);
       numerator += weight * truth.head<2>().dot(c.camera[k].head<2>());
       denominator += weight * truth.head<2>().squaredNorm();
     }
@@ -183,7 +184,7 @@ CameraRotation AlignCameraRotation(const std::vector<VisualMotion>& motions,
     Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
     for (const Eigen::Vector3d& v : c.imu) information += v * v.transpose();
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(information);
-    result.weakest_axis = std::sqrt(std::max(0.0, eigen.eigenvalues()[1])) / kRotationSigma;
+    result.weakest_axis = std::sqrt(std::max(0.0, eigen.eigenvalues()[1])) / kVisualRotationSigma;
     use_directions = result.weakest_axis < kWeakAxis;
     result.focal_ratio = FocalRatio(c, best.rotation);
     scale = 1.0 / result.focal_ratio;

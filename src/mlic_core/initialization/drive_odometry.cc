@@ -12,7 +12,7 @@
 namespace mlic {
 namespace {
 
-constexpr double kLeastShare = 0.1;  // of inliers; from: guard, division by it
+constexpr double kLeastInlierShare = 0.1;  // of inliers; from: guard, division by it
 
 std::optional<RotationGuess> GuessOfRotation(const LidarConfig& lidar) {
   if (!lidar.guess) return std::nullopt;
@@ -88,7 +88,7 @@ bool PredictsTurning(const AngularRateAlignment& alignment) {
 // The positions' part of Disagreement, m.
 double PositionDisagreement(const GravityLeverArm& arm) {
   constexpr double kUnknown = 1.0;  // m; from: guard, residuals are some centimetres
-  return arm.valid ? arm.residual_rms / std::max(kLeastShare, arm.inlier_share) : kUnknown;
+  return arm.valid ? arm.residual_rms / std::max(kLeastInlierShare, arm.inlier_share) : kUnknown;
 }
 
 // One LiDAR's odometry in one drive, again and again with what the alignment with the IMU told.
@@ -188,7 +188,8 @@ std::optional<LeverArmGuess> LeverArmGuessOf(const LidarConfig& lidar) {
 }
 
 double Disagreement(const AngularRateAlignment& alignment, const GravityLeverArm& arm) {
-  return PositionDisagreement(arm) * alignment.residual_rms / std::max(kLeastShare, alignment.inlier_share);
+  return PositionDisagreement(arm) * alignment.residual_rms /
+         std::max(kLeastInlierShare, alignment.inlier_share);
 }
 
 }  // namespace mlic

@@ -32,8 +32,8 @@ constexpr double kFieldOfViewSigma = 0.15, kAlpha = 0.35, kAlphaSigma = 0.35;
 constexpr double kCentreSigma = 0.03;  // image widths; from: definition
 // How far rotation and time offset may go from where a scale of the robust function begins; keeps them where
 // the motion does not show them (a vehicle that only yaws). Judgement, not measured.
-constexpr double kRotationSigma = 0.1;  // rad
-constexpr double kTimeSigma = 0.05;     // s
+constexpr double kLensRotationSigma = 0.1;  // rad
+constexpr double kLensTimeSigma = 0.05;     // s
 
 LensHypothesis Moved(const LensHypothesis& from, const Parameters& step) {
   LensHypothesis to = from;
@@ -228,7 +228,7 @@ class PairRows {
   double scale_ = 1.0;                                   // px
 };
 
-double HalfFieldOfView(const CameraIntrinsics& lens) {
+double CentredHalfFieldOfView(const CameraIntrinsics& lens) {
   Ray edge;
   std::vector<double> centred = lens.parameters;
   centred[2] = centred[3] = 0.0;
@@ -245,10 +245,10 @@ bool PriorRows(const LensHypothesis& start, double half_field_of_view, double sc
     const CameraIntrinsics lens = Moved(start, x).lens;
     const std::vector<double>& p = lens.parameters;
     Eigen::Matrix<double, kPriorRows, 1> of_x;
-    of_x << std::log(HalfFieldOfView(lens) / half_field_of_view) / kFieldOfViewSigma,
+    of_x << std::log(CentredHalfFieldOfView(lens) / half_field_of_view) / kFieldOfViewSigma,
         (p[5] - kAlpha) / kAlphaSigma, (p[2] - 0.5 * (lens.width - 1)) / (kCentreSigma * lens.width),
-        (p[3] - 0.5 * (lens.height - 1)) / (kCentreSigma * lens.width), x.segment<3>(4) / kRotationSigma,
-        x[7] / kTimeSigma;
+        (p[3] - 0.5 * (lens.height - 1)) / (kCentreSigma * lens.width), x.segment<3>(4) / kLensRotationSigma,
+        x[7] / kLensTimeSigma;
     return (of_x / scale).eval();
   };
   const Parameters x = Eigen::Map<const Parameters>(blocks[0]);

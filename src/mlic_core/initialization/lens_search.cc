@@ -16,7 +16,7 @@ constexpr double kBends[] = {0.2, 0.5};
 constexpr double kLargestError = 8.0;  // px, of a match that agrees with a lens of the wrong bend
 // With the wrong rotation or time offset a sixth of the matches agrees, as each pair's direction is free;
 // with the right ones two thirds do even under a rough lens. from: guard, between the two.
-constexpr double kLeastShare = 0.33;
+constexpr double kLeastMatchShare = 0.33;
 
 double HalfFieldOfView(const CameraIntrinsics& lens) {
   Eigen::Vector3d left, right;
@@ -50,7 +50,7 @@ std::optional<LensFit> SearchLens(const std::vector<PixelMatches>& all,
   }
   std::optional<LensFit> best;
   for (const auto& fit : fits) {
-    if (fit && fit->inlier_share >= kLeastShare && (!best || fit->cost < best->cost)) best = fit;
+    if (fit && fit->inlier_share >= kLeastMatchShare && (!best || fit->cost < best->cost)) best = fit;
   }
   return best;
 }

@@ -5,18 +5,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mlic_core/common/angles.h"
 #include "mlic_core/geometry/so3.h"
 
 namespace mlic {
 namespace {
 
-constexpr double kDegree = M_PI / 180.0;
-constexpr double kLoose = 0.3 * kDegree;  // from: guard, the joint calibration bears it and tells
+constexpr double kLoose = 0.3 * kRadiansPerDegree;  // from: guard, the joint calibration bears it and tells
 constexpr double kSigmas = 10.0;  // from: guard, odometry errs over seconds alike, sigmas take it as white
 // Of a difference of halves along a direction that counts. from: guard, what counts as firm
 constexpr double kShown = 0.5 * kLoose;
 // Of the whole's rotation, where a half shows nothing. from: guard, far beyond what is looked for
-constexpr double kWithin = 10.0 * kDegree;
+constexpr double kWithin = 10.0 * kRadiansPerDegree;
 
 // Half of the integral of the squared angular rate lies before it.
 double MiddleOfTurning(const std::vector<ImuSample>& imu, double start, double end) {

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kLeastSweep = 300.0 * M_PI / 180.0;  // rad; from: guard, a revolution less what sees nothing
 constexpr double kLargestResidual = 0.02;             // rad, rms; from: guard, a motor's rate is steady
-constexpr std::size_t kFewestPoints = 50;             // from: guard
+constexpr std::size_t kFewestPointsOfRate = 50;       // from: guard
 
 std::vector<LidarPoint> FullestRing(const std::vector<LidarPoint>& points) {
   std::map<std::uint16_t, std::size_t> counts;
@@ -40,7 +40,7 @@ std::vector<double> Unwrapped(const std::vector<LidarPoint>& ring) {
 
 std::optional<AzimuthRate> MeasureAzimuthRate(const std::vector<LidarPoint>& points) {
   const std::vector<LidarPoint> ring = FullestRing(points);
-  if (ring.size() < kFewestPoints || !(ring.back().time > ring.front().time)) return std::nullopt;
+  if (ring.size() < kFewestPointsOfRate || !(ring.back().time > ring.front().time)) return std::nullopt;
   const std::vector<double> azimuths = Unwrapped(ring);
   const double count = static_cast<double>(ring.size());
   double mean_time = 0.0, mean_azimuth = 0.0, moment = 0.0, product = 0.0, squares = 0.0;

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <limits>
 
+#include "mlic_core/common/angles.h"
 #include "mlic_core/imu/excitation.h"
 #include "mlic_core/ingest/drive_notes.h"
 
@@ -18,8 +19,6 @@ constexpr double kMostRest = 0.5;        // of the drive
 constexpr double kShortDrive = 20.0;     // s
 constexpr double kTooShortDrive = 5.0;   // s: the calibration refuses it
 
-constexpr double kDegrees = 180.0 / M_PI;
-
 double OverlapOf(const TimeInterval& interval, double begin, double end) {
   return std::max(0.0, std::min(interval.end, end) - std::max(interval.start, begin));
 }
@@ -31,11 +30,11 @@ std::string DirectionText(const Eigen::Vector3d& axis) {
 
 Finding RotationFinding(const Excitation& excitation) {
   const Eigen::Vector3d rms = excitation.principal_rms;
-  const std::string measured = Number(rms[2] * kDegrees, "%.1f") + ", " + Number(rms[1] * kDegrees, "%.1f") +
-                               ", " + Number(rms[0] * kDegrees, "%.1f") +
-                               " deg/s rms about its principal axes, the most about " +
-                               DirectionText(excitation.principal_axes.col(2));
-  const std::string limit = "two of at least " + Number(kTurning * kDegrees, "%.1f") + " deg/s";
+  const std::string measured =
+      Number(rms[2] * kDegreesPerRadian, "%.1f") + ", " + Number(rms[1] * kDegreesPerRadian, "%.1f") + ", " +
+      Number(rms[0] * kDegreesPerRadian, "%.1f") + " deg/s rms about its principal axes, the most about " +
+      DirectionText(excitation.principal_axes.col(2));
+  const std::string limit = "two of at least " + Number(kTurning * kDegreesPerRadian, "%.1f") + " deg/s";
   if (rms[2] < kHardlyTurning) {
     return {Grade::kFail, "drive",
             "rotation",   measured + ": it hardly turns, or evenly",
@@ -125,7 +124,7 @@ std::vector<std::string> MotionTable(const std::vector<MotionPart>& parts) {
       "  from s   to s   turning about x, y, z, deg/s rms   accelerating along x, y, z, m/s^2 rms   at rest, "
       "s"};
   for (const MotionPart& part : parts) {
-    const Eigen::Vector3d w = part.angular_velocity_rms * kDegrees, a = part.specific_force_rms;
+    const Eigen::Vector3d w = part.angular_velocity_rms * kDegreesPerRadian, a = part.specific_force_rms;
     char text[160];
     std::snprintf(text, sizeof(text), "  %6.1f %6.1f   %8.1f %8.1f %8.1f %20.2f %8.2f %8.2f %18.1f",
                   part.begin, part.end, w.x(), w.y(), w.z(), a.x(), a.y(), a.z(), part.rest);

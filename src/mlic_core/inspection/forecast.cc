@@ -4,19 +4,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mlic_core/common/angles.h"
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/imu/excitation.h"
 #include "mlic_core/ingest/drive_notes.h"
 #include "mlic_core/inspection/excitation_findings.h"
 #include "mlic_core/inspection/low_pass.h"
+#include "mlic_core/sensors/observability_limits.h"
 
 namespace mlic {
 namespace {
 
-constexpr double kObservableAngle = 0.5 * M_PI / 180.0;  // rad; from: definition, docs/conventions.md
-constexpr double kObservableShift = 0.05;                // m; from: definition, docs/conventions.md
-constexpr double kObservableOffset = 5e-3;               // s; from: definition, docs/conventions.md
-constexpr double kShortest = 2.0;                        // s; from: guard
+constexpr double kShortest = 2.0;  // s; from: guard
 constexpr double kUnknown =
     10.0;  // rad, m, s: sigma of what nothing shows; from: guard, far above the limits
 
@@ -24,7 +23,6 @@ constexpr double kGravitySigma = 0.03;  // m/s^2 about kStandardGravity; from: d
 constexpr double kHeld =
     1e-6;  // rad, m/s^2: sigma of what is not estimated; from: guard, far below all others
 
-constexpr double kDegrees = 180.0 / M_PI;
 constexpr double kUsualRate = 10.0;  // Hz, of poses in texts; from: structural
 
 // Columns: phi, p, tau, b_w, b_a, gamma (about gravity it does nothing), g, alpha.
@@ -273,7 +271,7 @@ std::string UnseenText(const UnseenDirection& direction) {
 // What the forecast rests on, and where it is from.
 Finding NoiseFinding(const ObservabilityForecast& forecast) {
   const PoseNoise& poses = forecast.pose_noise;
-  const Eigen::Vector3d angles = (kUsualRate * poses.rotation.diagonal()).cwiseSqrt() * kDegrees;
+  const Eigen::Vector3d angles = (kUsualRate * poses.rotation.diagonal()).cwiseSqrt() * kDegreesPerRadian;
   const Eigen::Vector3d shifts = (kUsualRate * poses.position.diagonal()).cwiseSqrt() * 1e3;
   return {Grade::kPass,
           "forecast",
@@ -343,15 +341,15 @@ std::optional<ObservabilityForecast> ForecastObservability(const std::vector<Imu
   ObservabilityForecast forecast;
   forecast.imu_noise = {sigma.gyroscope.maxCoeff(), sigma.accelerometer.maxCoeff()};
   forecast.pose_noise = poses;
-  FindUnseen(from_data, {"rotation", kPhi, kObservableAngle, guess.sigma_rotation.x()}, &known,
+  FindUnseen(from_data, {"rotation", kPhi, kRotationLimit, guess.sigma_rotation.x()}, &known,
              &forecast.unseen);
-  FindUnseen(from_data, {"translation", kLever, kObservableShift, guess.sigma_translation.x()}, &known,
+  FindUnseen(from_data, {"translation", kLever, kTranslationLimit, guess.sigma_translation.x()}, &known,
              &forecast.unseen);
   const Information covariance = InverseOf(known);
   forecast.rotation_sigma = covariance.diagonal().segment<3>(kPhi).cwiseSqrt();
   forecast.translation_sigma = covariance.diagonal().segment<3>(kLever).cwiseSqrt();
   forecast.time_offset_sigma = std::sqrt(covariance(kOffset, kOffset));
-  if (forecast.time_offset_sigma > kObservableOffset) {
+  if (forecast.time_offset_sigma > kTimeLimit) {
     forecast.unseen.push_back({"time_offset", Eigen::Vector3d::Zero(), forecast.time_offset_sigma});
   }
   return forecast;
@@ -359,10 +357,10 @@ std::optional<ObservabilityForecast> ForecastObservability(const std::vector<Imu
 
 Findings ForecastFindings(const ObservabilityForecast& forecast, const Rig& rig) {
   Findings findings{NoiseFinding(forecast)};
-  findings.push_back(ShownFinding(
-      forecast, "rotation",
-      "sigma " + TripleText(forecast.rotation_sigma * kDegrees, "%.2g") + " deg about the IMU's axes",
-      "0.5 deg"));
+  findings.push_back(ShownFinding(forecast, "rotation",
+                                  "sigma " + TripleText(forecast.rotation_sigma * kDegreesPerRadian, "%.2g") +
+                                      " deg about the IMU's axes",
+                                  "0.5 deg"));
   findings.push_back(ShownFinding(
       forecast, "translation",
       "sigma " + TripleText(forecast.translation_sigma * 1e3, "%.2g") + " mm along the IMU's axes", "50 mm"));

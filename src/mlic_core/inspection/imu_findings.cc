@@ -15,12 +15,12 @@ namespace mlic {
 namespace {
 
 // Constants of this file, from: definition, the limits of docs/inspection.md.
-constexpr double kGravityTolerance = 0.3;  // m/s^2: bias and scale of a consumer accelerometer
-constexpr double kMovingTolerance = 1.0;   // m/s^2: where it never rests the median holds motion as well
-constexpr double kMostFaultyShare = 0.2;   // of the samples
-constexpr double kNotFiniteShare = 0.001;  // of the samples
-constexpr double kSpikeSigmas = 30.0;      // of the usual difference to the neighbours' mean
-constexpr double kSmallestSpike = 0.5;     // rad/s: no vehicle does this for a single sample
+constexpr double kGravityTolerance = 0.3;   // m/s^2: bias and scale of a consumer accelerometer
+constexpr double kMovingTolerance = 1.0;    // m/s^2: where it never rests the median holds motion as well
+constexpr double kMostFaultySamples = 0.2;  // of the samples
+constexpr double kNotFiniteShare = 0.001;   // of the samples
+constexpr double kSpikeSigmas = 30.0;       // of the usual difference to the neighbours' mean
+constexpr double kSmallestSpike = 0.5;      // rad/s: no vehicle does this for a single sample
 
 std::string Percent(std::size_t count, std::size_t all) {
   return Number(100.0 * static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(1, all)),
@@ -30,7 +30,7 @@ std::string Percent(std::size_t count, std::size_t all) {
 
 Grade GradeOfShare(std::size_t count, std::size_t all, double pass) {
   const double share = static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(1, all));
-  return share > kMostFaultyShare ? Grade::kFail : share > pass ? Grade::kWarn : Grade::kPass;
+  return share > kMostFaultySamples ? Grade::kFail : share > pass ? Grade::kWarn : Grade::kPass;
 }
 
 // Where flagged stretches begin, seconds after `begin`.

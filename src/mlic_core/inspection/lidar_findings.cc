@@ -14,16 +14,16 @@ namespace mlic {
 namespace {
 
 // Constants of this file, from: definition, the limits of docs/inspection.md.
-constexpr double kFewestReturns = 0.1;      // of a scan's points
-constexpr std::size_t kFewestPoints = 500;  // returns of a scan, for odometry
-constexpr double kShortSight = 2.0;         // m: 95 % of the returns are nearer
-constexpr double kFarthest = 1000.0;        // m: no LiDAR's; millimetres look like it
-constexpr double kMostBody = 0.3;           // of the returns
-constexpr double kFaultyShare = 0.01;       // of the messages
-constexpr double kMostFaultyShare = 0.5;    // of the messages
-constexpr std::size_t kFewestSamples = 10;  // scans, to tell de-skewed ones
-constexpr double kLeastTurning = 0.05;      // rad/s, standard deviation over the samples
-constexpr double kExplained = 0.5;          // share of the variance
+constexpr double kFewestReturns = 0.1;       // of a scan's points
+constexpr std::size_t kFewestPoints = 500;   // returns of a scan, for odometry
+constexpr double kShortSight = 2.0;          // m: 95 % of the returns are nearer
+constexpr double kFarthest = 1000.0;         // m: no LiDAR's; millimetres look like it
+constexpr double kMostBody = 0.3;            // of the returns
+constexpr double kFaultyShare = 0.01;        // of the messages
+constexpr double kMostFaultyMessages = 0.5;  // of the messages
+constexpr std::size_t kFewestSamples = 10;   // scans, to tell de-skewed ones
+constexpr double kLeastTurning = 0.05;       // rad/s, standard deviation over the samples
+constexpr double kExplained = 0.5;           // share of the variance
 
 std::string Percent(double share) { return Number(100.0 * share, "%.1f") + " %"; }
 
@@ -58,9 +58,9 @@ Finding FaultFinding(const LidarSurvey& lidar) {
                          " messages malformed, " + std::to_string(bad_times) + " of " +
                          std::to_string(lidar.samples.size()) + " sampled with other point times";
   if (!lidar.first_fault.empty()) measured += "; the first: " + lidar.first_fault;
-  return {share > kMostFaultyShare ? Grade::kFail
-          : share > kFaultyShare   ? Grade::kWarn
-                                   : Grade::kPass,
+  return {share > kMostFaultyMessages ? Grade::kFail
+          : share > kFaultyShare      ? Grade::kWarn
+                                      : Grade::kPass,
           lidar.name,
           "messages",
           measured,

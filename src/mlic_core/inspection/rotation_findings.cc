@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mlic_core/common/angles.h"
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/imu/excitation.h"
 #include "mlic_core/ingest/drive_notes.h"
@@ -12,11 +13,11 @@
 namespace mlic {
 namespace {
 
-constexpr double kDegrees = 180.0 / M_PI;
 // from: definition, docs/inspection.md
-constexpr double kFarFromGuess = 4.0;              // sigmas of the guess, beside those of the measurement
-constexpr double kShortOdometry = 0.5 / kDegrees;  // rad; from: guard, odometry of a few seconds errs by less
-constexpr double kUnshown = 10.0;                  // rad; from: guard, sigma of what the motion does not show
+constexpr double kFarFromGuess = 4.0;  // sigmas of the guess, beside those of the measurement
+constexpr double kShortOdometry =
+    0.5 / kDegreesPerRadian;       // rad; from: guard, odometry of a few seconds errs by less
+constexpr double kUnshown = 10.0;  // rad; from: guard, sigma of what the motion does not show
 // A rotation that fits must leave this much less of the distance in sigmas, squared. from: guard
 constexpr double kMuchBetter = 4.0;
 

@@ -15,8 +15,8 @@ constexpr double kFarReach = 30.0;  // m; from: guard, memory
 // from: guard, nearly all of the own body, few of what is passed.
 constexpr double kMostScans = 0.7;  // share of the scans that see what never moves
 // from: guard, nearly all at rest, few in motion.
-constexpr double kStandingShare = 0.9;    // of the far points where nothing moves at all
-constexpr std::size_t kFewestScans = 30;  // from: guard
+constexpr double kStandingShare = 0.9;          // of the far points where nothing moves at all
+constexpr std::size_t kFewestScansOfBody = 30;  // from: guard
 
 // Cells of a cube about the sensor, each with the number of scans that have a point in it.
 class ScanCounts {
@@ -116,7 +116,7 @@ std::vector<bool> BodyCells(const ScanCounts& near, std::size_t scans) {
 
 std::size_t RemoveOwnBody(LidarRecording* recording) {
   std::vector<LidarScan>& scans = recording->scans;
-  if (scans.size() < kFewestScans) return 0;
+  if (scans.size() < kFewestScansOfBody) return 0;
   ScanCounts near(kNearCell, kReach), far(kFarCell, kFarReach);
   for (std::size_t s = 0; s < scans.size(); ++s) {
     for (const LidarPoint& point : scans[s].points) {

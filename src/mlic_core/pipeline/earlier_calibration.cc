@@ -74,7 +74,7 @@ bool Has(const Rig& rig, const std::string& name) {
   return has(rig.lidars) || has(rig.cameras);
 }
 
-struct TakeOver {
+struct TakeFromEarlier {
   void operator()(const SensorResult& sensor, LidarConfig* config) const {
     TakePlace(sensor, SensorResult::Type::kLidar, config);
   }
@@ -173,7 +173,7 @@ Rig WithPrior(const Rig& rig, const CalibrationResult& earlier, std::vector<std:
   std::vector<std::string> lacking;
   std::vector<ExtrinsicGuess*> guesses;
   ForEachKnown(earlier, &start, &lacking, [&](const SensorResult& sensor, auto* config) {
-    TakeOver()(sensor, config);
+    TakeFromEarlier()(sensor, config);
     guesses.push_back(&*config->guess);
   });
   if (guesses.empty()) throw InputError("the prior has no sensor of the rig file: their names are compared");
@@ -203,7 +203,7 @@ Rig WithAddedSensors(const Rig& rig, const CalibrationResult& earlier, const std
   bool any = false;
   ForEachKnown(earlier, &start, &lacking, [&](const SensorResult& sensor, auto* config) {
     if (is_added(config->name)) return;
-    TakeOver()(sensor, config);
+    TakeFromEarlier()(sensor, config);
     config->fixed = any = true;
     if (!sensor.calibration.clock_drift) return;
     notes->push_back(config->name +

@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "mlic_core/camera/features/image_quality.h"
+#include "mlic_core/common/angles.h"
 #include "mlic_core/common/error.h"
 #include "mlic_core/crossmodal/still_alignment.h"
 #include "mlic_core/crossmodal/view_selection.h"
@@ -18,11 +19,11 @@ namespace {
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-constexpr double kDegree = M_PI / 180.0;
 // from: definition, limits of observability.
-constexpr double kLargestSigmaRotation = 0.5 * kDegree, kLargestSigmaTranslation = 0.05;  // as a drive
+constexpr double kLargestSigmaRotation = 0.5 * kRadiansPerDegree,
+                 kLargestSigmaTranslation = 0.05;  // as a drive
 // from: structural, how a picture looks.
-constexpr std::size_t kMostPoints = 400000;  // of a scan, in an overlay
+constexpr std::size_t kMostDrawnPoints = 400000;  // of a scan, in an overlay
 // from: structural, how a picture looks.
 constexpr double kPictureScale = 0.3;  // of the rendering, as one scan is sparse
 
@@ -161,8 +162,8 @@ CameraProjection MakeProjection(const std::string& name, const ScanPhoto& pair, 
   CameraProjection out;
   out.camera = name;
   out.images = std::make_shared<OnePhoto>(pair.photo);
-  out.before = ProjectScan(pair.returns, intrinsics, T_before.Inverse(), kMostPoints);
-  out.after = ProjectScan(pair.returns, intrinsics, T_after.Inverse(), kMostPoints);
+  out.before = ProjectScan(pair.returns, intrinsics, T_before.Inverse(), kMostDrawnPoints);
+  out.after = ProjectScan(pair.returns, intrinsics, T_after.Inverse(), kMostDrawnPoints);
   out.guess = out.before;
   const CameraIntrinsics small = ScaledIntrinsics(intrinsics, kPictureScale);
   out.rendering = ViewRenderer(map, small, RenderOptions()).Render(FixedPose(T_after)).intensity;

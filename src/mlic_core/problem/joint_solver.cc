@@ -89,7 +89,7 @@ class HeldProbes {
     return free_calibration;
   }
   // What is left of parameters (columns) without the probes.
-  Eigen::MatrixXd RowsWithout(const Eigen::MatrixXd& given) const { return Rows(given, kept_); }
+  Eigen::MatrixXd RowsWithout(const Eigen::MatrixXd& given) const { return SelectRows(given, kept_); }
   // Of a symmetric matrix of them.
   Eigen::MatrixXd Without(const Eigen::MatrixXd& matrix) const { return Submatrix(matrix, kept_); }
   // free_calibration: of the solve.
@@ -98,7 +98,8 @@ class HeldProbes {
     if (!clocks_.empty()) summary->drifts = LookAtClocks(solution, priors, layout, free_calibration);
     if (!matrices_) return;
     summary->imu_matrices = {Submatrix(solution.information, with_matrices_),
-                             Rows(solution.gradient, with_matrices_), Rows(priors.gradient, with_matrices_)};
+                             SelectRows(solution.gradient, with_matrices_),
+                             SelectRows(priors.gradient, with_matrices_)};
   }
   void End(CalibrationState* state) const { SetDrifts(std::nullopt, state); }
 
@@ -110,9 +111,9 @@ class HeldProbes {
     for (const int i : with_clocks_) of_them.push_back(is_free[i]);
     const Eigen::MatrixXd information = Submatrix(solution.information, with_clocks_);
     return {clocks_, information,
-            SolveCalibration(information, Rows(solution.gradient, with_clocks_),
-                             Submatrix(priors.information, with_clocks_), Rows(priors.gradient, with_clocks_),
-                             of_them, 0.0)};
+            SolveCalibration(information, SelectRows(solution.gradient, with_clocks_),
+                             Submatrix(priors.information, with_clocks_),
+                             SelectRows(priors.gradient, with_clocks_), of_them, 0.0)};
   }
   void SetDrifts(const std::optional<double>& drift, CalibrationState* state) const {
     for (const SensorId id : clocks_) {

@@ -10,6 +10,9 @@
 
 namespace mlic {
 
+// Observations of a point: one says nothing about anything else. from: derivation
+constexpr std::size_t kFewestOfPoint = 2;
+
 // A point tied to a plane.
 struct PlaneObservation {
   Eigen::Vector3f position;  // LiDAR frame, its ring's correction applied

@@ -8,7 +8,6 @@ namespace mlic {
 namespace {
 
 constexpr std::size_t kFewestOfPlane = 4;  // from: derivation, a plane has three parameters
-constexpr std::size_t kFewestOfPoint = 2;  // from: derivation, one says nothing about anything else
 
 template <typename Spline>
 Spline CutSpline(const Spline& spline, const TimeInterval& stretch) {

@@ -8,9 +8,6 @@
 namespace mlic {
 namespace {
 
-// One observation of a point says nothing about anything else.
-constexpr std::size_t kFewestOfPoint = 2;  // from: derivation
-
 // Images come at regular times: what is just so long apart must not change sides with the rounding of a clock
 // offset, or the landmarks would be others in every round.
 constexpr double kRounding = 1e-4;  // s; from: guard

@@ -7,8 +7,9 @@
 #include <optional>
 
 #include "mlic_core/association/landmark_noise.h"
+#include "mlic_core/common/angles.h"
 #include "mlic_core/initialization/guess_check.h"
-#include "mlic_core/problem/observability_limits.h"
+#include "mlic_core/sensors/observability_limits.h"
 #include "mlic_core/sensors/sensor_frames.h"
 #include "mlic_core/summary/imu_verdict.h"
 #include "mlic_core/uncertainty/split_halves.h"
@@ -17,7 +18,6 @@ namespace mlic {
 namespace {
 
 using Bound = QualityCheck::Bound;
-constexpr double kDegreesPerRadian = 180.0 / M_PI;
 
 // What all checks are made from.
 struct Judged {

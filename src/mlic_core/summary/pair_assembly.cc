@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "mlic_core/geometry/so3.h"
-#include "mlic_core/problem/observability_limits.h"
+#include "mlic_core/sensors/observability_limits.h"
 #include "mlic_core/summary/result_assembly.h"
 #include "mlic_core/summary/sigmas_in_use.h"
 #include "mlic_core/summary/snapshot.h"
@@ -46,7 +46,7 @@ double Worst(const Eigen::Matrix3d& covariance) {
 }
 
 // With its names and what it does not show; nothing where it is hardly known.
-std::optional<PairResult> Given(PairResult pair, const Matrix7d& claimed, const Matrix7d& shown) {
+std::optional<PairResult> IfKnown(PairResult pair, const Matrix7d& claimed, const Matrix7d& shown) {
   // False also where a number is none.
   const bool known = Worst(claimed.block<3, 3>(0, 0)) < kWorstRotation &&
                      Worst(claimed.block<3, 3>(3, 3)) < kWorstTranslation;
@@ -82,8 +82,8 @@ std::optional<PairResult> PairOf(const LidarsAlone& alone, const CalibrationStat
   if (alone.parked) {
     pair.sigma.time_offset = std::hypot(alone.time_offset_sigmas[a], alone.time_offset_sigmas[b]);
   }
-  return Given(std::move(pair), PairCovariance(of_a, of_b, joint),
-               PairCovariance(of_a, of_b, JointCovariance(analysis.data_covariance, a, b)));
+  return IfKnown(std::move(pair), PairCovariance(of_a, of_b, joint),
+                 PairCovariance(of_a, of_b, JointCovariance(analysis.data_covariance, a, b)));
 }
 
 // Frees the offset of a camera that was solved with it held: it is known to sigma, and where the camera then
@@ -217,8 +217,8 @@ std::optional<PairResult> MakeStillPair(const LidarsAlone& alone, std::size_t ca
     covariance(6, 6) = time_variance;
     return covariance;
   };
-  return Given(pair, with_time(place.claimed, sigma * sigma),
-               with_time(place.shown, std::numeric_limits<double>::infinity()));
+  return IfKnown(pair, with_time(place.claimed, sigma * sigma),
+                 with_time(place.shown, std::numeric_limits<double>::infinity()));
 }
 
 void AssemblePairs(const Rig& rig, const LidarsAlone& alone, const Adjustment& adjustment,

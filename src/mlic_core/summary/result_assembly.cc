@@ -10,7 +10,7 @@
 #include "mlic_core/initialization/guess_check.h"
 #include "mlic_core/initialization/loose_lidars.h"
 #include "mlic_core/problem/layout.h"
-#include "mlic_core/problem/observability_limits.h"
+#include "mlic_core/sensors/observability_limits.h"
 #include "mlic_core/summary/camera_views.h"
 #include "mlic_core/summary/checks.h"
 #include "mlic_core/summary/ground.h"

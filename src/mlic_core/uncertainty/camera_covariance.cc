@@ -216,8 +216,8 @@ void AddLandmark(const Ground& ground, std::size_t drive, const std::vector<std:
 
 // The variance of each parameter by the scatter of groups; that of single observations where they are too
 // few.
-Eigen::VectorXd Scatter(const Grouping& grouping, const Eigen::MatrixXd& covariance,
-                        const Eigen::VectorXd& of_observations) {
+Eigen::VectorXd ScatterOfGroups(const Grouping& grouping, const Eigen::MatrixXd& covariance,
+                                const Eigen::VectorXd& of_observations) {
   Eigen::VectorXd result = of_observations;
   for (Eigen::Index i = 0; i < result.size(); ++i) {
     std::vector<double> moves;
@@ -285,7 +285,7 @@ CameraInflation MeasureCameraInflation(const LinearizedProblem& linearized, cons
   const Sums& all = sums[0];
   const Eigen::VectorXd claimed = (covariance * all.information * covariance).diagonal();
   const auto beyond = [&](const Grouping& grouping) -> Eigen::VectorXd {
-    return Scatter(grouping, covariance, all.of_observations) - all.of_observations;
+    return ScatterOfGroups(grouping, covariance, all.of_observations) - all.of_observations;
   };
   const Eigen::VectorXd of_stretches = 0.5 * (beyond(all.stretches) + beyond(all.later_stretches));
   const Eigen::VectorXd of_cells = beyond(all.cells);

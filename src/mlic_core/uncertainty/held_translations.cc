@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "mlic_core/problem/layout.h"
-#include "mlic_core/problem/observability_limits.h"
+#include "mlic_core/sensors/observability_limits.h"
 
 namespace mlic {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "mlic_core/problem/observability_limits.h"
+#include "mlic_core/problem/inverse_in_limits.h"
 #include "mlic_core/problem/priors.h"
 #include "mlic_core/solver/submatrix.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
@@ -37,9 +37,9 @@ MarginalEquations MarginalOfMatrices(JointProblem problem, const CalibrationStat
   const Eigen::VectorXd gradient = probe.gradient / scale;
   const Eigen::MatrixXd cross = Submatrix(data, matrices, others);
   const Eigen::MatrixXd followed =
-      cross * InverseInLimits(Submatrix(data + prior, others), Rows(limits, others));
+      cross * InverseInLimits(Submatrix(data + prior, others), SelectRows(limits, others));
   return {Submatrix(data, matrices) - followed * cross.transpose(),
-          Rows(gradient, matrices) - followed * Rows(gradient + probe.prior_gradient, others)};
+          SelectRows(gradient, matrices) - followed * SelectRows(gradient + probe.prior_gradient, others)};
 }
 
 }  // namespace

@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mlic_core/problem/observability_limits.h"
+#include "mlic_core/problem/inverse_in_limits.h"
 #include "mlic_core/problem/priors.h"
+#include "mlic_core/sensors/observability_limits.h"
 
 namespace mlic {
 namespace {

@@ -8,9 +8,10 @@
 #include <vector>
 
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/problem/inverse_in_limits.h"
 #include "mlic_core/problem/layout.h"
-#include "mlic_core/problem/observability_limits.h"
 #include "mlic_core/problem/priors.h"
+#include "mlic_core/sensors/observability_limits.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
 
 namespace mlic {

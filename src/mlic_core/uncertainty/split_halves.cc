@@ -8,8 +8,8 @@
 #include <optional>
 
 #include "mlic_core/common/significance.h"
+#include "mlic_core/problem/inverse_in_limits.h"
 #include "mlic_core/problem/noise_information.h"
-#include "mlic_core/problem/observability_limits.h"
 #include "mlic_core/uncertainty/half_calibration.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
 #include "mlic_core/uncertainty/stamp_errors.h"

@@ -37,7 +37,7 @@ MessageTimes TimesOf(const SerializedMessage& message, std::string* frame) {
 }
 
 // What one message says, worked out in parallel.
-struct Reading {
+struct MessageReading {
   MessageTimes times;
   std::string frame;
   std::optional<StampedImu> imu;
@@ -79,7 +79,7 @@ class Surveyor {
   }
 
   void Add(const std::vector<RawMessage>& batch) {
-    std::vector<Reading> readings(batch.size());
+    std::vector<MessageReading> readings(batch.size());
     std::vector<bool> sampled(batch.size());
     for (std::size_t i = 0; i < batch.size(); ++i) sampled[i] = IsSample(batch[i]);
     ParallelFor(batch.size(), [&](std::size_t i) { readings[i] = Read(batch[i], sampled[i]); });
@@ -98,8 +98,8 @@ class Surveyor {
 
   bool IsLidar(std::size_t topic) const { return topic >= 1 && topic <= rig_.lidars.size(); }
 
-  Reading Read(const RawMessage& raw, bool sampled) const {
-    Reading reading;
+  MessageReading Read(const RawMessage& raw, bool sampled) const {
+    MessageReading reading;
     reading.times = TimesOf(raw.content, &reading.frame);
     try {
       if (raw.topic == 0) {
@@ -115,7 +115,7 @@ class Surveyor {
     return reading;
   }
 
-  void ReadScan(const RawMessage& raw, bool sampled, Reading* reading) const {
+  void ReadScan(const RawMessage& raw, bool sampled, MessageReading* reading) const {
     const std::string& topic = rig_.lidars[raw.topic - 1].topic;
     reading->fault = FaultOfCloud(raw.content, topic);
     const auto& format = survey_.lidars[raw.topic - 1].format;
@@ -125,7 +125,7 @@ class Surveyor {
     reading->scan = MeasureScan(DecodeCloud(raw.content, topic, fields), *format);
   }
 
-  void ReadImage(const RawMessage& raw, Reading* reading) const {
+  void ReadImage(const RawMessage& raw, MessageReading* reading) const {
     const std::string& topic = rig_.cameras[raw.topic - 1 - rig_.lidars.size()].topic;
     const ImageHeader header = ReadImageHeader(raw.content);
     const cv::Mat image = DecodeImage(raw.content, "topic " + topic);
@@ -135,7 +135,7 @@ class Surveyor {
     reading->image->encoding = header.encoding;
   }
 
-  void Keep(std::size_t topic, Reading reading) {
+  void Keep(std::size_t topic, MessageReading reading) {
     if (topic == 0) {
       survey_.imu_times.messages.push_back(reading.times);
       if (reading.imu) survey_.imu.push_back(*reading.imu);

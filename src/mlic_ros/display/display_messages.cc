@@ -29,14 +29,6 @@ namespace {
 constexpr std::size_t kMostPoints = 400000;  // from: guard, what RViz draws fluently
 constexpr const char* kMapFrame = "map";
 
-geometry_msgs::Point ToPoint(const Eigen::Vector3d& p) {
-  geometry_msgs::Point point;
-  point.x = p.x();
-  point.y = p.y();
-  point.z = p.z();
-  return point;
-}
-
 std_msgs::ColorRGBA ColourOf(const Eigen::Vector3d& normal) {
   std_msgs::ColorRGBA colour;
   colour.r = static_cast<float>(0.25 + 0.75 * std::abs(normal.x()));
@@ -73,6 +65,14 @@ SensorStatus MakeStatus(const std::string& name, const std::string& frame,
 }
 
 }  // namespace
+
+geometry_msgs::Point ToPoint(const Eigen::Vector3d& p) {
+  geometry_msgs::Point point;
+  point.x = p.x();
+  point.y = p.y();
+  point.z = p.z();
+  return point;
+}
 
 geometry_msgs::Transform ToMessage(const RigidTransform& transform) {
   geometry_msgs::Transform message;

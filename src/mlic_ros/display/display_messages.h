@@ -1,5 +1,6 @@
 #pragma once
 
+#include <geometry_msgs/Point.h>
 #include <geometry_msgs/TransformStamped.h>
 #include <nav_msgs/Path.h>
 #include <sensor_msgs/PointCloud2.h>
@@ -15,6 +16,8 @@
 namespace mlic {
 
 // Messages for RViz. Everything with a header is in frame map.
+
+geometry_msgs::Point ToPoint(const Eigen::Vector3d& p);
 
 geometry_msgs::Transform ToMessage(const RigidTransform& transform);
 

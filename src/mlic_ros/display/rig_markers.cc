@@ -36,12 +36,6 @@ Eigen::Isometry3d ToPose(const geometry_msgs::Transform& transform) {
   return pose;
 }
 
-geometry_msgs::Point ToPoint(const Eigen::Vector3d& p) {
-  geometry_msgs::Point point;
-  point.x = p.x(), point.y = p.y(), point.z = p.z();
-  return point;
-}
-
 // With stamp zero and locked to its frame it moves along with the frame's latest pose.
 Marker MakeMarker(const std::string& frame, const std::string& space, int type) {
   Marker marker;

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "mlic_core/problem/observability_limits.h"
+#include "mlic_core/problem/inverse_in_limits.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
 #include "support/synthetic_tracks.h"
 #include "support/true_spline.h"

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mlic_core/common/count_true.h"
+
 namespace mlic {
 namespace {
 
@@ -157,10 +159,6 @@ double LargestParallax(const std::vector<BearingObservation>& observations, cons
   return largest;
 }
 
-int Count(const std::vector<bool>& flags) {
-  return static_cast<int>(std::count(flags.begin(), flags.end(), true));
-}
-
 }  // namespace
 
 std::optional<TriangulatedPoint> TriangulatePoint(const std::vector<BearingObservation>& observations,
@@ -178,13 +176,13 @@ std::optional<TriangulatedPoint> TriangulatePoint(const std::vector<BearingObser
   bool all_agree = solve(result.inlier);
   if (all_agree) {
     const std::vector<bool> agrees = Agreeing(observations, result.position, options.largest_error, &cost);
-    all_agree = Count(agrees) == count;
+    all_agree = CountTrue(agrees) == count;
   }
   if (!all_agree) {
     const int fewest = std::max(3, static_cast<int>(std::ceil(options.least_inlier_share * count)));
     result.inlier = BestPair(observations, options.largest_error);
     for (int round = 0; round < 5; ++round) {
-      if (Count(result.inlier) < fewest || !solve(result.inlier)) return std::nullopt;
+      if (CountTrue(result.inlier) < fewest || !solve(result.inlier)) return std::nullopt;
       std::vector<bool> agrees = Agreeing(observations, result.position, options.largest_error, &cost);
       if (agrees == result.inlier || round == 4) break;
       result.inlier = std::move(agrees);
@@ -194,7 +192,7 @@ std::optional<TriangulatedPoint> TriangulatePoint(const std::vector<BearingObser
     if (result.inlier[i] && (result.position - observations[i].centre).norm() > options.farthest)
       return std::nullopt;
   }
-  result.inliers = Count(result.inlier);
+  result.inliers = CountTrue(result.inlier);
   result.parallax = LargestParallax(observations, result.inlier, result.position);
   if (result.parallax < options.least_parallax_deg * M_PI / 180.0) return std::nullopt;
   const Eigen::LLT<Eigen::Matrix3d> factor(system.H);

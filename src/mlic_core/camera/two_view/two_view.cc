@@ -7,6 +7,7 @@
 
 #include "mlic_core/camera/two_view/epipolar_refinement.h"
 #include "mlic_core/camera/two_view/five_point.h"
+#include "mlic_core/common/count_true.h"
 #include "mlic_core/common/error.h"
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/random.h"
@@ -55,10 +56,6 @@ class Matches {
   const TwoViewOptions& options_;
   const double limit_;
 };
-
-int Count(const std::vector<bool>& inlier) {
-  return static_cast<int>(std::count(inlier.begin(), inlier.end(), true));
-}
 
 Eigen::Matrix3d Essential(const RelativePose& pose) { return Hat(pose.t) * pose.R; }
 
@@ -149,7 +146,7 @@ std::optional<Eigen::Matrix3d> Matches::RansacRotation(std::vector<bool>* inlier
       *inlier = inside;
       R = FitRotation(inside);
       cost = RotationCost(R, best_cost, nullptr);
-      needed = IterationsNeeded(Count(*inlier), 2);
+      needed = IterationsNeeded(CountTrue(*inlier), 2);
     }
   }
   if (best_cost >= size()) return std::nullopt;
@@ -237,7 +234,7 @@ std::optional<RelativePose> Matches::RansacPose(std::vector<bool>* inlier) const
         *inlier = inside;
         pose = RefineRelativePose(pose, a_, b_, inside);
       }
-      needed = IterationsNeeded(Count(*inlier), 5);
+      needed = IterationsNeeded(CountTrue(*inlier), 5);
     }
   }
   if (!best) return best;
@@ -268,8 +265,8 @@ std::optional<TwoViewGeometry> EstimateTwoView(const std::vector<Eigen::Vector3d
   by_pose.inlier.assign(matches.size(), false);
   const std::optional<Eigen::Matrix3d> rotation = matches.RansacRotation(&by_rotation.inlier);
   const std::optional<RelativePose> pose = matches.RansacPose(&by_pose.inlier);
-  by_rotation.inliers = Count(by_rotation.inlier);
-  by_pose.inliers = Count(by_pose.inlier);
+  by_rotation.inliers = CountTrue(by_rotation.inlier);
+  by_pose.inliers = CountTrue(by_pose.inlier);
   if (rotation) by_rotation.R_b_a = *rotation;
   if (pose) {
     by_pose.R_b_a = pose->R;

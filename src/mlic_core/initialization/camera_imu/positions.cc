@@ -17,7 +17,7 @@ namespace {
 constexpr double kLongestTrack = 3.0;  // s; longer ones are cut, which keeps the band narrow
 // from: derivation, gravity turned by 2e-3 rad.
 constexpr double kLeastForceSigma = 0.02;  // m/s^2: rotations are not exact
-constexpr int kRounds = 12;                // from: guard
+constexpr int kPositionRounds = 12;        // from: guard
 constexpr int kConvexRounds = 5;           // from: guard
 
 class PositionSolver {
@@ -34,7 +34,7 @@ class PositionSolver {
   }
 
   bool Solve(const CancellationToken& cancellation, VisualPositions* result) {
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < kPositionRounds; ++round) {
       cancellation.ThrowIfCancelled();
       sum_ = Accumulator(unknowns_.knot_scalars, unknowns_.bandwidth, unknowns_.border);
       AddForces();

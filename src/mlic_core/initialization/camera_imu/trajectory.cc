@@ -10,9 +10,10 @@ namespace mlic {
 namespace {
 
 // from: guard, half of the finest knots.
-constexpr double kStep = 0.02;              // s, between the poses that the spline is drawn to
-constexpr double kRotationSigma = 2e-3;     // rad, of these poses; from: measured, with kPart (camera_imu.cc)
-constexpr double kTranslationSigma = 5e-3;  // m; from: measured, with kPart (camera_imu.cc)
+constexpr double kStep = 0.02;  // s, between the poses that the spline is drawn to
+constexpr double kPoseRotationSigma =
+    2e-3;  // rad, of these poses; from: measured, with kPart (camera_imu.cc)
+constexpr double kPoseTranslationSigma = 5e-3;  // m; from: measured, with kPart (camera_imu.cc)
 
 // Turns the gyro frame upright at the time of each gravity, with as little turning between them as can be.
 std::vector<Eigen::Quaterniond> UprightTurns(const std::vector<Eigen::Vector3d>& gravity) {
@@ -77,7 +78,7 @@ DriveState UprightTrajectory(const Drive& drive, const GyroIntegration& gyro,
   for (int j = 0; j < position_knots.count; ++j) {
     translations.push_back(Nearest(poses, position_knots.ControlPointTime(j)).pose.translation);
   }
-  return FitToPoses(drive, imu_sigma, poses, kRotationSigma, kTranslationSigma,
+  return FitToPoses(drive, imu_sigma, poses, kPoseRotationSigma, kPoseTranslationSigma,
                     {{So3Spline(rotation_knots, rotations), PositionSpline(position_knots, translations)},
                      gyroscope_bias,
                      positions.accelerometer_bias});

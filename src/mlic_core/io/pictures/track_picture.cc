@@ -15,9 +15,9 @@ namespace {
 
 // Blue, green, red.
 const cv::Scalar kTrackColour(255, 170, 60), kRingColour(120, 255, 160), kArrowColour(60, 60, 255);
-constexpr double kPhotoBrightness = 0.7;  // what is left of the photo's, for the lines to stand out
+constexpr double kBehindTracks = 0.7;  // what is left of the photo's, for the lines to stand out
 constexpr double kTrackOpacity = 0.55;
-constexpr int kFractionBits = 4;  // OpenCV draws at fractions of a pixel in fixed point
+constexpr int kTrackFractionBits = 4;  // OpenCV draws at fractions of a pixel in fixed point
 
 // Small photos are enlarged until lines and text have room.
 constexpr int kLeastWidth = 800;  // px
@@ -33,14 +33,15 @@ class Canvas {
     } else {
       picture_ = photo.clone();
     }
-    picture_.convertTo(picture_, CV_8UC3, kPhotoBrightness);
+    picture_.convertTo(picture_, CV_8UC3, kBehindTracks);
     if (scale_ > 1) cv::resize(picture_, picture_, {}, scale_, scale_, cv::INTER_LINEAR);
   }
   void Line(const Eigen::Vector2f& a, const Eigen::Vector2f& b, const cv::Scalar& colour) {
-    cv::line(picture_, Fixed(a), Fixed(b), colour, 1, cv::LINE_AA, kFractionBits);
+    cv::line(picture_, Fixed(a), Fixed(b), colour, 1, cv::LINE_AA, kTrackFractionBits);
   }
   void Ring(const Eigen::Vector2f& centre) {
-    cv::circle(picture_, Fixed(centre), 3 << kFractionBits, kRingColour, 1, cv::LINE_AA, kFractionBits);
+    cv::circle(picture_, Fixed(centre), 3 << kTrackFractionBits, kRingColour, 1, cv::LINE_AA,
+               kTrackFractionBits);
   }
   float Scale() const { return static_cast<float>(scale_); }
   cv::Mat& picture() { return picture_; }
@@ -50,7 +51,7 @@ class Canvas {
     // A pixel's centre is a whole number in both pictures.
     const Eigen::Vector2f enlarged =
         static_cast<float>(scale_) * (pixel + Eigen::Vector2f(0.5f, 0.5f)) - Eigen::Vector2f(0.5f, 0.5f);
-    constexpr float kFraction = 1 << kFractionBits;
+    constexpr float kFraction = 1 << kTrackFractionBits;
     return {static_cast<int>(std::lround(kFraction * enlarged.x())),
             static_cast<int>(std::lround(kFraction * enlarged.y()))};
   }

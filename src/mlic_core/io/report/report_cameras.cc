@@ -16,12 +16,10 @@ namespace {
 
 // Constants of this file, from: structural, how the report looks.
 
-constexpr double kWidth = 340.0;         // of a figure, in its own units
+constexpr double kFigureWidth = 340.0;   // of a figure, in its own units
 constexpr int kFewestObservations = 10;  // of a cell whose mean error says something
 constexpr int kPictureWidth = 800;       // px
 constexpr int kPictureQuality = 80;      // of JPEG
-
-std::string N(double value) { return FixedNumber(value, 1); }
 
 // 1, 2 or 5 times a power of ten: nine of ten arrows then stay within their cells.
 double Magnification(const ResidualField& field, double pixels_of_cell) {
@@ -42,9 +40,9 @@ double Magnification(const ResidualField& field, double pixels_of_cell) {
 
 std::string Arrow(double x, double y, const Eigen::Vector2d& arrow, const std::string& color) {
   const Eigen::Vector2d tip = Eigen::Vector2d(x, y) + arrow;
-  return "<line x1=\"" + N(x) + "\" y1=\"" + N(y) + "\" x2=\"" + N(tip.x()) + "\" y2=\"" + N(tip.y()) +
-         "\" stroke=\"" + color + "\" stroke-width=\"1.4\"/><circle cx=\"" + N(x) + "\" cy=\"" + N(y) +
-         "\" r=\"1.2\" fill=\"" + color + "\"/>";
+  return "<line x1=\"" + SvgNumber(x) + "\" y1=\"" + SvgNumber(y) + "\" x2=\"" + SvgNumber(tip.x()) +
+         "\" y2=\"" + SvgNumber(tip.y()) + "\" stroke=\"" + color + "\" stroke-width=\"1.4\"/><circle cx=\"" +
+         SvgNumber(x) + "\" cy=\"" + SvgNumber(y) + "\" r=\"1.2\" fill=\"" + color + "\"/>";
 }
 
 std::string JpegFigure(const CameraView& view) {
@@ -65,10 +63,10 @@ std::string ResidualFieldFigure(const ResidualSummary& residual, int width, int 
   const ResidualField& field = residual.over_image;
   const int most = field.counts.empty() ? 0 : *std::max_element(field.counts.begin(), field.counts.end());
   if (most == 0) return "<p class=\"none\">no residuals over the image</p>";
-  const double scale = kWidth / width, figure_height = scale * height;
+  const double scale = kFigureWidth / width, figure_height = scale * height;
   const double cell = scale * std::max(width, height) / std::max(field.columns, field.rows);
   const double factor = Magnification(field, cell / scale);
-  std::string svg = "<svg viewBox=\"0 0 " + N(kWidth) + " " + N(figure_height) +
+  std::string svg = "<svg viewBox=\"0 0 " + SvgNumber(kFigureWidth) + " " + SvgNumber(figure_height) +
                     "\" role=\"img\" aria-label=\"residuals of " + EscapeXml(residual.sensor) +
                     " over the image\">";
   std::string arrows;
@@ -76,17 +74,17 @@ std::string ResidualFieldFigure(const ResidualSummary& residual, int width, int 
     for (int column = 0; column < field.columns; ++column) {
       const std::size_t i = static_cast<std::size_t>(row) * field.columns + column;
       const double x = column * cell, y = row * cell;
-      svg += "<rect x=\"" + N(x) + "\" y=\"" + N(y) + "\" width=\"" + N(cell) + "\" height=\"" +
-             N(std::max(0.0, std::min(cell, figure_height - y))) + "\" fill=\"#2f6fb5\" fill-opacity=\"" +
-             FixedNumber(0.3 * field.counts[i] / most, 3) + "\"/>";
+      svg += "<rect x=\"" + SvgNumber(x) + "\" y=\"" + SvgNumber(y) + "\" width=\"" + SvgNumber(cell) +
+             "\" height=\"" + SvgNumber(std::max(0.0, std::min(cell, figure_height - y))) +
+             "\" fill=\"#2f6fb5\" fill-opacity=\"" + FixedNumber(0.3 * field.counts[i] / most, 3) + "\"/>";
       if (field.counts[i] < kFewestObservations) continue;
       arrows += Arrow(x + 0.5 * cell, y + 0.5 * cell, scale * factor * field.mean[i].cast<double>(), color);
     }
   }
   const long observations = std::accumulate(field.counts.begin(), field.counts.end(), 0L);
-  return svg + arrows + "<rect width=\"" + N(kWidth) + "\" height=\"" + N(figure_height) +
-         "\" fill=\"none\" stroke=\"#9aa7b4\"/></svg>\n<p class=\"note\">" + std::to_string(observations) +
-         " observations, rms " + FixedNumber(residual.rms, 3) +
+  return svg + arrows + "<rect width=\"" + SvgNumber(kFigureWidth) + "\" height=\"" +
+         SvgNumber(figure_height) + "\" fill=\"none\" stroke=\"#9aa7b4\"/></svg>\n<p class=\"note\">" +
+         std::to_string(observations) + " observations, rms " + FixedNumber(residual.rms, 3) +
          " px of each coordinate; arrows: mean errors &times; " + std::to_string(static_cast<int>(factor)) +
          "</p>\n";
 }

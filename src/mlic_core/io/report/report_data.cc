@@ -3,13 +3,12 @@
 #include <cmath>
 #include <vector>
 
+#include "mlic_core/common/angles.h"
 #include "mlic_core/io/result/result_names.h"
 #include "mlic_core/io/text_file.h"
 
 namespace mlic {
 namespace {
-
-constexpr double kDegreesPerRadian = 180.0 / M_PI;
 
 // A string of JSON; < as an escape, lest it end the script element.
 std::string Quoted(const std::string& text) {
@@ -31,25 +30,25 @@ std::string Quoted(const std::string& text) {
 // JSON has no word for what is not a number.
 std::string Number(double value) { return std::isfinite(value) ? ShortNumber(value, 12) : "null"; }
 
-std::string Vector(const Eigen::Vector3d& v, int decimals) {
+std::string FixedList(const Eigen::Vector3d& v, int decimals) {
   return "[" + FixedNumber(v.x(), decimals) + ", " + FixedNumber(v.y(), decimals) + ", " +
          FixedNumber(v.z(), decimals) + "]";
 }
 
-std::string Short(const Eigen::Vector3d& v) {
+std::string JsonList(const Eigen::Vector3d& v) {
   return "[" + Number(v.x()) + ", " + Number(v.y()) + ", " + Number(v.z()) + "]";
 }
 
 std::string Pose(const RigidTransform& pose) {
   const double sign = pose.rotation.w() < 0.0 ? -1.0 : 1.0;  // one of the two equal quaternions
   const Eigen::Vector4d q = sign * pose.rotation.normalized().coeffs();
-  return "{\"translation\": " + Vector(pose.translation, 9) + ", \"rotation\": [" + FixedNumber(q[0], 12) +
+  return "{\"translation\": " + FixedList(pose.translation, 9) + ", \"rotation\": [" + FixedNumber(q[0], 12) +
          ", " + FixedNumber(q[1], 12) + ", " + FixedNumber(q[2], 12) + ", " + FixedNumber(q[3], 12) + "]}";
 }
 
 std::string Sigma(const PoseSigma& sigma) {
-  return "{\"translation\": " + Short(sigma.translation) +
-         ", \"rotation_deg\": " + Short(kDegreesPerRadian * sigma.rotation) +
+  return "{\"translation\": " + JsonList(sigma.translation) +
+         ", \"rotation_deg\": " + JsonList(kDegreesPerRadian * sigma.rotation) +
          ", \"time_offset\": " + Number(sigma.time_offset) + "}";
 }
 
@@ -62,7 +61,7 @@ std::string Listed(const std::vector<std::string>& items) {
 std::string Sensor(const DrawnSensor& sensor) {
   std::string outline;
   for (const Eigen::Vector3d& bearing : sensor.outline) {
-    outline += (outline.empty() ? "" : ", ") + Vector(bearing, 4);
+    outline += (outline.empty() ? "" : ", ") + FixedList(bearing, 4);
   }
   std::string observable;
   for (const bool flag : sensor.translation_observable) {
@@ -88,8 +87,8 @@ std::string ReportData(const CalibrationResult& result, const RigDrawing& drawin
   }
   return "{\"verdict\": " + Quoted(VerdictName(result.verdict)) + ", \"root\": " + Quoted(drawing.root) +
          ", \"root_name\": " + Quoted(result.root.empty() ? "imu" : result.root) + ", \"view\": " +
-         Listed({Vector(drawing.R_view_root.row(0), 6), Vector(drawing.R_view_root.row(1), 6),
-                 Vector(drawing.R_view_root.row(2), 6)}) +
+         Listed({FixedList(drawing.R_view_root.row(0), 6), FixedList(drawing.R_view_root.row(1), 6),
+                 FixedList(drawing.R_view_root.row(2), 6)}) +
          ", \"extent\": " + Number(drawing.extent) +
          ", \"ellipsoid_scale\": " + Number(drawing.ellipsoid_scale) + ",\n\"sensors\": " + Listed(sensors) +
          ",\n\"pairs\": " + Listed(pairs) + "}";

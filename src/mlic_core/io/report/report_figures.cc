@@ -15,24 +15,22 @@ namespace {
 constexpr double kWidth = 340.0, kHeight = 150.0;
 constexpr double kLeft = 34.0, kRight = 10.0, kTop = 8.0, kBottom = 30.0;
 
-std::string N(double value) { return FixedNumber(value, 1); }
-
 double AcrossAt(double share) { return kLeft + share * (kWidth - kLeft - kRight); }
 double DownAt(double share) { return kHeight - kBottom - share * (kHeight - kTop - kBottom); }
 
 std::string Text(double x, double y, const std::string& anchor, const std::string& text) {
-  return "<text x=\"" + N(x) + "\" y=\"" + N(y) + "\" text-anchor=\"" + anchor + "\">" + EscapeXml(text) +
-         "</text>";
+  return "<text x=\"" + SvgNumber(x) + "\" y=\"" + SvgNumber(y) + "\" text-anchor=\"" + anchor + "\">" +
+         EscapeXml(text) + "</text>";
 }
 
 std::string Line(double x1, double y1, double x2, double y2, const std::string& style) {
-  return "<line x1=\"" + N(x1) + "\" y1=\"" + N(y1) + "\" x2=\"" + N(x2) + "\" y2=\"" + N(y2) +
-         "\" class=\"" + style + "\"/>";
+  return "<line x1=\"" + SvgNumber(x1) + "\" y1=\"" + SvgNumber(y1) + "\" x2=\"" + SvgNumber(x2) +
+         "\" y2=\"" + SvgNumber(y2) + "\" class=\"" + style + "\"/>";
 }
 
 std::string Open(const std::string& label) {
-  return "<svg viewBox=\"0 0 " + N(kWidth) + " " + N(kHeight) + "\" role=\"img\" aria-label=\"" +
-         EscapeXml(label) + "\">";
+  return "<svg viewBox=\"0 0 " + SvgNumber(kWidth) + " " + SvgNumber(kHeight) +
+         "\" role=\"img\" aria-label=\"" + EscapeXml(label) + "\">";
 }
 
 std::string Axis(const std::string& label) {
@@ -51,6 +49,8 @@ double TickStep(double span) {
 }
 
 }  // namespace
+
+std::string SvgNumber(double value) { return FixedNumber(value, 1); }
 
 std::string SensorColor(std::size_t sensor) {
   static const char* const kColors[] = {"#2f6fb5", "#e0812b", "#3a9b57", "#b5446e",
@@ -71,15 +71,15 @@ std::string HistogramFigure(const ResidualSummary& residual, const std::string& 
     const double share = counts[i] / (total * width * highest);
     const double left = AcrossAt(static_cast<double>(i) / counts.size());
     const double right = AcrossAt(static_cast<double>(i + 1) / counts.size());
-    svg += "<rect x=\"" + N(left) + "\" y=\"" + N(DownAt(share)) + "\" width=\"" +
-           N(std::max(0.5, right - left - 0.6)) + "\" height=\"" + N(DownAt(0) - DownAt(share)) +
-           "\" fill=\"" + color + "\" fill-opacity=\"0.75\"/>";
+    svg += "<rect x=\"" + SvgNumber(left) + "\" y=\"" + SvgNumber(DownAt(share)) + "\" width=\"" +
+           SvgNumber(std::max(0.5, right - left - 0.6)) + "\" height=\"" +
+           SvgNumber(DownAt(0) - DownAt(share)) + "\" fill=\"" + color + "\" fill-opacity=\"0.75\"/>";
   }
   std::string points;
   for (int i = 0; i <= 100; ++i) {
     const double x = -5.0 + 0.1 * i;
     const double density = std::exp(-0.5 * x * x) / std::sqrt(2.0 * M_PI);
-    points += N(AcrossAt(0.01 * i)) + "," + N(DownAt(density / highest)) + " ";
+    points += SvgNumber(AcrossAt(0.01 * i)) + "," + SvgNumber(DownAt(density / highest)) + " ";
   }
   svg += "<polyline points=\"" + points + "\" class=\"expected\"/>";
   for (int tick = -4; tick <= 4; tick += 2) {
@@ -99,8 +99,8 @@ std::string OverTimeFigure(const ResidualSummary& residual, const std::string& c
   svg += Line(kLeft, DownAt(1.0 / highest), kWidth - kRight, DownAt(1.0 / highest), "guide");
   std::string points;
   for (std::size_t i = 0; i < count; ++i) {
-    points +=
-        N(AcrossAt((times[i] - begin) / span)) + "," + N(DownAt(rms[i] / residual.sigma / highest)) + " ";
+    points += SvgNumber(AcrossAt((times[i] - begin) / span)) + "," +
+              SvgNumber(DownAt(rms[i] / residual.sigma / highest)) + " ";
   }
   svg += "<polyline points=\"" + points + "\" fill=\"none\" stroke=\"" + color + "\" stroke-width=\"1.6\"/>";
   const double across = TickStep(span), up = TickStep(highest);

@@ -8,6 +8,9 @@ namespace mlic {
 
 // Figures of the report, each a piece of HTML that needs nothing from outside.
 
+// A coordinate in a drawing: to a tenth of a pixel.
+std::string SvgNumber(double value);
+
 // The colour of a sensor, "#rrggbb", by its index in CalibrationResult::sensors.
 std::string SensorColor(std::size_t sensor);
 

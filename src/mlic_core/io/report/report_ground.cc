@@ -2,22 +2,21 @@
 
 #include <cmath>
 
+#include "mlic_core/common/angles.h"
 #include "mlic_core/io/text_file.h"
 
 namespace mlic {
 namespace {
 
-constexpr double kDegreesPerRadian = 180.0 / M_PI;
-
 // In the unit of the row.
-struct Quantity {
+struct GroundRow {
   const char* name;
   const char* unit;
   double mean, sigma, scatter;
   int decimals;
 };
 
-std::string Row(const Quantity& row) {
+std::string Row(const GroundRow& row) {
   const auto cell = [&](double value) {
     return "<td class=\"n\">" + FixedNumber(value, row.decimals) + " " + row.unit + "</td>";
   };

@@ -5,15 +5,14 @@
 #include <map>
 #include <utility>
 
+#include "mlic_core/common/angles.h"
 #include "mlic_core/io/report/report_tables.h"
 #include "mlic_core/io/result/export_frames.h"
 #include "mlic_core/io/text_file.h"
-#include "mlic_core/problem/observability_limits.h"
+#include "mlic_core/sensors/observability_limits.h"
 
 namespace mlic {
 namespace {
-
-constexpr double kDegreesPerRadian = 180.0 / M_PI;
 
 // Shares of the limits, from which a cell takes the next colour. from: structural, how the report looks
 constexpr double kShades[] = {0.02, 0.05, 0.1, 0.2, 0.5};
@@ -43,7 +42,7 @@ std::string Title(const PairResult& pair) {
          (ColourOf(pair) == "marked" ? "; in part unobservable" : "");
 }
 
-std::string Cell(const PairResult* pair) {
+std::string PairCell(const PairResult* pair) {
   if (pair == nullptr) return "<td class=\"blank\">&ndash;</td>";
   const std::string colour = ColourOf(*pair);
   return "<td class=\"" + colour + "\" title=\"" + EscapeXml(Title(*pair)) + "\">" +
@@ -91,7 +90,9 @@ std::string PairMatrix(const CalibrationResult& result) {
       }
       const auto found = pairs.find({names[a], names[b]});
       const auto turned = pairs.find({names[b], names[a]});
-      html += Cell(found != pairs.end() ? found->second : turned != pairs.end() ? turned->second : nullptr);
+      html += PairCell(found != pairs.end()    ? found->second
+                       : turned != pairs.end() ? turned->second
+                                               : nullptr);
     }
     html += "</tr>\n";
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mlic_core/io/report/report_figures.h"
 #include "mlic_core/io/result/export_frames.h"
 #include "mlic_core/io/text_file.h"
 
@@ -14,8 +15,6 @@ namespace {
 constexpr double kSize = 520.0;      // of a view, in its own units
 constexpr double kMargin = 90.0;     // for names and views of cameras
 constexpr double kAxisShare = 0.12;  // of the extent: the length of a sensor's axes
-
-std::string N(double value) { return FixedNumber(value, 1); }
 
 // Onto two of the vehicle's axes.
 struct Projection {
@@ -48,8 +47,8 @@ Projection Fit(const RigDrawing& drawing, const Eigen::Vector3d& across, const E
 }
 
 std::string Stroke(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const std::string& attributes) {
-  return "<line x1=\"" + N(a.x()) + "\" y1=\"" + N(a.y()) + "\" x2=\"" + N(b.x()) + "\" y2=\"" + N(b.y()) +
-         "\" " + attributes + "/>";
+  return "<line x1=\"" + SvgNumber(a.x()) + "\" y1=\"" + SvgNumber(a.y()) + "\" x2=\"" + SvgNumber(b.x()) +
+         "\" y2=\"" + SvgNumber(b.y()) + "\" " + attributes + "/>";
 }
 
 // Red, green, blue: x, y, z.
@@ -70,7 +69,7 @@ std::string Outline(const Projection& view, const DrawnSensor& sensor, double le
   std::string points;
   for (const Eigen::Vector3d& bearing : sensor.outline) {
     const Eigen::Vector2d p = view.At(sensor.T_root_sensor * Eigen::Vector3d(length * bearing));
-    points += N(p.x()) + "," + N(p.y()) + " ";
+    points += SvgNumber(p.x()) + "," + SvgNumber(p.y()) + " ";
   }
   std::string svg = "<polygon points=\"" + points + "\" fill=\"" + sensor.color +
                     "\" fill-opacity=\"0.12\" stroke=\"" + sensor.color + "\"/>";
@@ -88,17 +87,17 @@ std::string Name(const Eigen::Vector2d& at, const std::string& name, double* las
   double row = at.y() - 6.0;
   if (std::abs(row - *last_row) < 13.0) row = *last_row + 13.0;
   *last_row = row;
-  return "<text class=\"name\" x=\"" + N(at.x() + 7.0) + "\" y=\"" + N(row) + "\">" + EscapeXml(name) +
-         "</text>";
+  return "<text class=\"name\" x=\"" + SvgNumber(at.x() + 7.0) + "\" y=\"" + SvgNumber(row) + "\">" +
+         EscapeXml(name) + "</text>";
 }
 
-std::string View(const RigDrawing& drawing, const std::string& title, const Eigen::Vector3d& across,
-                 const Eigen::Vector3d& down) {
+std::string ViewOf(const RigDrawing& drawing, const std::string& title, const Eigen::Vector3d& across,
+                   const Eigen::Vector3d& down) {
   const Projection view = Fit(drawing, across, down);
   const double length = kAxisShare * drawing.extent;
   std::string svg = "<svg class=\"rig\" role=\"img\" aria-label=\"the rig " + title + "\" viewBox=\"0 0 " +
-                    N(kSize) + " " + N(kSize) + "\"><text class=\"big\" x=\"12\" y=\"24\">" + title +
-                    "</text>";
+                    SvgNumber(kSize) + " " + SvgNumber(kSize) + "\"><text class=\"big\" x=\"12\" y=\"24\">" +
+                    title + "</text>";
   svg += Axes(view, RigidTransform(), 1.3 * length, false);
   std::vector<std::pair<Eigen::Vector2d, std::string>> names{
       {view.At(Eigen::Vector3d::Zero()), drawing.root}};
@@ -109,8 +108,8 @@ std::string View(const RigDrawing& drawing, const std::string& title, const Eige
       svg += Axes(view, *sensor.guess, length, true);
       svg += Stroke(view.At(sensor.guess->translation), at, "stroke=\"" + sensor.color + "\"");
     }
-    svg += Axes(view, sensor.T_root_sensor, length, false) + "<circle cx=\"" + N(at.x()) + "\" cy=\"" +
-           N(at.y()) + "\" r=\"4\" fill=\"" + sensor.color + "\"/>";
+    svg += Axes(view, sensor.T_root_sensor, length, false) + "<circle cx=\"" + SvgNumber(at.x()) +
+           "\" cy=\"" + SvgNumber(at.y()) + "\" r=\"4\" fill=\"" + sensor.color + "\"/>";
     names.emplace_back(at, sensor.name);
   }
   std::sort(names.begin(), names.end(),
@@ -119,7 +118,7 @@ std::string View(const RigDrawing& drawing, const std::string& title, const Eige
   for (const auto& [at, name] : names) svg += Name(at, name, &last_row);
   const double metres = std::pow(10.0, std::floor(std::log10(0.5 * kSize / view.scale)));
   return svg + Stroke({16.0, kSize - 16.0}, {16.0 + metres * view.scale, kSize - 16.0}, "class=\"scale\"") +
-         "<text class=\"name\" x=\"16\" y=\"" + N(kSize - 22.0) + "\">" + ShortNumber(metres, 3) +
+         "<text class=\"name\" x=\"16\" y=\"" + SvgNumber(kSize - 22.0) + "\">" + ShortNumber(metres, 3) +
          " m</text></svg>\n";
 }
 
@@ -139,8 +138,8 @@ std::string RigFigure(const RigDrawing& drawing, bool turnable) {
         "<p class=\"note\">Still pictures: MLIC was built without three.js (Debian's libjs-three), which "
         "turns them.</p>\n";
   }
-  html += "<div id=\"rig-still\" class=\"grid\">\n" + View(drawing, "from above", -left, -forward) +
-          View(drawing, "from the left", -forward, -up) + "</div>\n";
+  html += "<div id=\"rig-still\" class=\"grid\">\n" + ViewOf(drawing, "from above", -left, -forward) +
+          ViewOf(drawing, "from the left", -forward, -up) + "</div>\n";
   html += "<p class=\"note\">Is each sensor where it is bolted? Axes: x red, y green, z blue; of " +
           EscapeXml(drawing.root) + " the largest. Cameras with the outline of what they see.";
   if (guessed) html += " Thin or dashed: the guess of the rig file, joined to the result by a line.";

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mlic_core/common/angles.h"
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/io/report/report_figures.h"
 #include "mlic_core/io/result/export_frames.h"
@@ -11,8 +12,6 @@
 
 namespace mlic {
 namespace {
-
-constexpr double kDegreesPerRadian = 180.0 / M_PI;
 
 std::string Cell(const std::string& content, const std::string& style = "") {
   return (style.empty() ? "<td>" : "<td class=\"" + style + "\">") + content + "</td>";

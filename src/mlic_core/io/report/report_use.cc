@@ -16,13 +16,13 @@ constexpr double kSide = 200.0, kRadius = 78.0;  // of the figure, and of its la
 constexpr std::size_t kShownRows = 12;           // of the table, before it is folded
 
 // A sensor against the IMU, or a pair.
-struct Line {
+struct UseLine {
   std::string of, against;
   const std::vector<SigmaInUse>* uses;
 };
 
-std::vector<Line> LinesOf(const CalibrationResult& result, SigmaInUse::Where where) {
-  std::vector<Line> lines;
+std::vector<UseLine> LinesOf(const CalibrationResult& result, SigmaInUse::Where where) {
+  std::vector<UseLine> lines;
   const auto add = [&](const std::string& of, const std::string& against,
                        const std::vector<SigmaInUse>& uses) {
     if (!uses.empty() && uses[0].where == where) lines.push_back({of, against, &uses});
@@ -40,7 +40,7 @@ std::string Amount(double value) {
 std::string Distance(const SigmaInUse& use) { return ShortNumber(use.distance, 3) + " m"; }
 
 // Both distances of a camera; a dash where the two cameras have nothing in common.
-std::string Row(const Line& line, const std::vector<double>& distances) {
+std::string Row(const UseLine& line, const std::vector<double>& distances) {
   std::string html = "<tr><td><b>" + EscapeXml(line.of) + "</b></td><td>" + EscapeXml(line.against) + "</td>";
   for (const double distance : distances) {
     const auto found = std::find_if(line.uses->begin(), line.uses->end(),
@@ -52,9 +52,9 @@ std::string Row(const Line& line, const std::vector<double>& distances) {
   return html + "</tr>\n";
 }
 
-std::string ImageTable(const std::vector<Line>& lines) {
+std::string ImageTable(const std::vector<UseLine>& lines) {
   std::vector<double> distances;
-  for (const Line& line : lines) {
+  for (const UseLine& line : lines) {
     for (const SigmaInUse& use : *line.uses) distances.push_back(use.distance);
   }
   std::sort(distances.begin(), distances.end());
@@ -97,7 +97,7 @@ std::string Sectors(const SigmaInUse& use, double largest, const std::string& op
   return svg;
 }
 
-std::string SectorFigure(const Line& line) {
+std::string SectorFigure(const UseLine& line) {
   double largest = 1e-9;
   for (const SigmaInUse& use : *line.uses) {
     for (const double sigma : use.sectors) largest = std::max(largest, sigma);
@@ -116,9 +116,9 @@ std::string SectorFigure(const Line& line) {
          "\" text-anchor=\"end\">ring: " + Amount(100.0 * largest) + " cm</text></svg>";
 }
 
-std::string SpaceCards(const std::vector<Line>& lines) {
+std::string SpaceCards(const std::vector<UseLine>& lines) {
   std::string html = "<div class=\"grid roses\">\n";
-  for (const Line& line : lines) {
+  for (const UseLine& line : lines) {
     html += "<div class=\"card\"><h3>" + EscapeXml(line.of) + " to " + EscapeXml(line.against) + "</h3>\n" +
             SectorFigure(line);
     for (const SigmaInUse& use : *line.uses) {
@@ -133,8 +133,8 @@ std::string SpaceCards(const std::vector<Line>& lines) {
 }  // namespace
 
 std::string InUseSection(const CalibrationResult& result) {
-  const std::vector<Line> image = LinesOf(result, SigmaInUse::Where::kImage);
-  const std::vector<Line> space = LinesOf(result, SigmaInUse::Where::kSpace);
+  const std::vector<UseLine> image = LinesOf(result, SigmaInUse::Where::kImage);
+  const std::vector<UseLine> space = LinesOf(result, SigmaInUse::Where::kSpace);
   std::string html;
   if (!image.empty()) {
     html +=

@@ -4,14 +4,13 @@
 #include <cctype>
 #include <cmath>
 
+#include "mlic_core/common/angles.h"
 #include "mlic_core/io/result/export_frames.h"
 #include "mlic_core/io/result/result_names.h"
 #include "mlic_core/io/text_file.h"
 
 namespace mlic {
 namespace {
-
-constexpr double kDegreesPerRadian = 180.0 / M_PI;
 
 bool HasUnobservable(const std::vector<UnobservableDirection>& directions,
                      UnobservableDirection::Quantity quantity) {

@@ -2,12 +2,11 @@
 
 #include <cmath>
 
+#include "mlic_core/common/angles.h"
 #include "mlic_core/io/text_file.h"
 
 namespace mlic {
 namespace {
-
-constexpr double kDegreesPerRadian = 180.0 / M_PI;
 
 // Without the brace that closes it.
 std::string AnglesText(const PoseOverGround::Angles& angles) {

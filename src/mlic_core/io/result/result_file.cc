@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mlic_core/common/angles.h"
 #include "mlic_core/io/result/ground_keys.h"
 #include "mlic_core/io/result/in_use_keys.h"
 #include "mlic_core/io/result/result_names.h"
@@ -11,8 +12,6 @@
 
 namespace mlic {
 namespace {
-
-constexpr double kDegreesPerRadian = 180.0 / M_PI;
 
 std::string Fixed(const Eigen::Vector3d& v) {
   return "[" + FixedNumber(v.x(), 9) + ", " + FixedNumber(v.y(), 9) + ", " + FixedNumber(v.z(), 9) + "]";
@@ -26,7 +25,7 @@ std::string Short(const double* values, std::size_t count) {
 
 std::string Short(const Eigen::Vector3d& v) { return Short(v.data(), 3); }
 
-std::string RowByRow(const Eigen::Matrix3d& m) {
+std::string ShortRowByRow(const Eigen::Matrix3d& m) {
   const Eigen::Matrix3d transposed = m.transpose();  // Eigen stores column by column
   return Short(transposed.data(), 9);
 }
@@ -180,9 +179,9 @@ void WriteCalibrationFile(const std::filesystem::path& path, const CalibrationRe
   text += "  gyroscope_bias: " + Short(result.imu.gyroscope_bias) + "\n";
   text += "  accelerometer_bias: " + Short(result.imu.accelerometer_bias) + "\n";
   text += "  gravity: " + Short(result.gravity) + "  # in the map\n";
-  text += "  gyroscope_matrix: " + RowByRow(result.imu.gyroscope_matrix) +
+  text += "  gyroscope_matrix: " + ShortRowByRow(result.imu.gyroscope_matrix) +
           "  # measured = matrix * true + bias\n";
-  text += "  accelerometer_matrix: " + RowByRow(result.imu.accelerometer_matrix) + "\n";
+  text += "  accelerometer_matrix: " + ShortRowByRow(result.imu.accelerometer_matrix) + "\n";
   text += "  accelerometer_lag: " + ShortNumber(result.imu.accelerometer_lag, 6) +
           "  # s, by which it is later than the gyroscope under the same stamp\n";
   text += AlignmentText(result.alignment);

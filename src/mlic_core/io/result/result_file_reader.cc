@@ -2,6 +2,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "mlic_core/common/angles.h"
 #include "mlic_core/io/result/ground_keys.h"
 #include "mlic_core/io/result/in_use_keys.h"
 #include "mlic_core/io/result/result_file.h"
@@ -11,8 +12,6 @@
 
 namespace mlic {
 namespace {
-
-constexpr double kDegreesPerRadian = 180.0 / M_PI;
 
 RigidTransform ReadPose(const YamlReader& pose) {
   const YamlReader translation = pose.Get("translation", "give [x, y, z] in metres");

@@ -2,6 +2,7 @@
 
 #include <map>
 
+#include "mlic_core/common/angles.h"
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/io/rig/rig_parsing.h"
 #include "mlic_core/io/text_file.h"
@@ -9,8 +10,6 @@
 
 namespace mlic {
 namespace {
-
-constexpr double kDegreesPerRadian = 180.0 / M_PI;
 
 // What stands in a drafted rig file for a value that the bag does not tell.
 constexpr const char* kToFillIn = "???";

@@ -2,12 +2,12 @@
 
 #include <cmath>
 
+#include "mlic_core/common/angles.h"
 #include "mlic_core/geometry/so3.h"
 
 namespace mlic {
 namespace {
 
-constexpr double kRadiansPerDegree = M_PI / 180.0;
 // A sensor farther from the IMU than this is a file in millimetres, not a vehicle.
 constexpr double kLargestLeverArm = 100.0;  // from: guard
 

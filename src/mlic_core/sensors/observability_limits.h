@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <cmath>
 
 namespace mlic {
@@ -11,9 +10,5 @@ constexpr double kRotationLimit = 0.5 * M_PI / 180.0;  // rad; from: definition
 constexpr double kTimeLimit = 5e-3;                    // s; from: definition
 // s/s, a drift that counts as large: a time of the limit over a minute's half. from: derivation
 constexpr double kDriftLimit = kTimeLimit / 30.0;
-
-// Inverse of an information matrix whose directions may carry nothing: in units of the limits (one for each
-// parameter), no direction is known worse than a million limits.
-Eigen::MatrixXd InverseInLimits(const Eigen::MatrixXd& information, const Eigen::VectorXd& limits);
 
 }  // namespace mlic

@@ -1,4 +1,4 @@
-#include "mlic_core/problem/observability_limits.h"
+#include "mlic_core/problem/inverse_in_limits.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
