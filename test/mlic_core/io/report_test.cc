@@ -112,8 +112,11 @@ TEST(Report, SaysWhatTheSigmasMeanInUse) {
   CalibrationResult result = SampleResult();
   const std::string html = ReportOf(result);
   EXPECT_TRUE(Contains(html,
-                       "<td><b>cam_front</b></td><td>front_lidar</td><td class=\"n\">0.28</td><td "
-                       "class=\"n\">0.55</td><td class=\"n\">0.38</td><td class=\"n\">0.75</td>"));
+                       "<td><b>cam_front</b></td><td data-label=\"points known to\">front_lidar</td>"
+                       "<td class=\"n\" data-label=\"median at 10 m, px\">0.28</td>"
+                       "<td class=\"n\" data-label=\"worst at 10 m, px\">0.55</td>"
+                       "<td class=\"n\" data-label=\"median at 50 m, px\">0.38</td>"
+                       "<td class=\"n\" data-label=\"worst at 50 m, px\">0.75</td>"));
   EXPECT_TRUE(Contains(html, "<h3>left_lidar to front_lidar</h3>"));
   EXPECT_TRUE(Contains(html, "<h3>left_lidar to the IMU</h3>"));
   EXPECT_TRUE(Contains(html, "at 50 m: 0.23 cm, worst 0.45 cm"));

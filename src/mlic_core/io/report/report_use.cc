@@ -39,15 +39,24 @@ std::string Amount(double value) {
 
 std::string Distance(const SigmaInUse& use) { return ShortNumber(use.distance, 3) + " m"; }
 
+// "median at 10 m, px"
+std::string ColumnName(const std::string& which, double distance) {
+  return which + " at " + ShortNumber(distance, 3) + " m, px";
+}
+
 // Both distances of a camera; a dash where the two cameras have nothing in common.
 std::string Row(const UseLine& line, const std::vector<double>& distances) {
-  std::string html = "<tr><td><b>" + EscapeXml(line.of) + "</b></td><td>" + EscapeXml(line.against) + "</td>";
+  std::string html = "<tr><td><b>" + EscapeXml(line.of) + "</b></td><td data-label=\"points known to\">" +
+                     EscapeXml(line.against) + "</td>";
   for (const double distance : distances) {
     const auto found = std::find_if(line.uses->begin(), line.uses->end(),
                                     [&](const SigmaInUse& use) { return use.distance == distance; });
-    html += found == line.uses->end() ? "<td class=\"n\">&ndash;</td><td class=\"n\">&ndash;</td>"
-                                      : "<td class=\"n\">" + Amount(found->median) + "</td><td class=\"n\">" +
-                                            Amount(found->worst) + "</td>";
+    const auto cell = [&](const std::string& which, double SigmaInUse::*value) {
+      const std::string amount = found == line.uses->end() ? "&ndash;" : Amount((*found).*value);
+      html += "<td class=\"n\" data-label=\"" + ColumnName(which, distance) + "\">" + amount + "</td>";
+    };
+    cell("median", &SigmaInUse::median);
+    cell("worst", &SigmaInUse::worst);
   }
   return html + "</tr>\n";
 }
@@ -59,10 +68,13 @@ std::string ImageTable(const std::vector<UseLine>& lines) {
   }
   std::sort(distances.begin(), distances.end());
   distances.erase(std::unique(distances.begin(), distances.end()), distances.end());
-  std::string head = "<div class=\"wide\"><table><thead><tr><th>in the image of</th><th>points known to</th>";
+  std::string head =
+      "<div class=\"wide\"><table class=\"stack\"><thead><tr><th>in the image of</th><th>points known "
+      "to</th>";
   for (const double distance : distances) {
-    const std::string at = " at " + ShortNumber(distance, 3) + " m, px</th>";
-    head += "<th class=\"n\">median" + at + "<th class=\"n\">worst" + at;
+    for (const std::string which : {"median", "worst"}) {
+      head += "<th class=\"n\">" + ColumnName(which, distance) + "</th>";
+    }
   }
   head += "</tr></thead>\n<tbody>";
   std::string html = head;
