@@ -8,6 +8,8 @@
 #include <opencv2/core.hpp>
 
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/io/result/robot_model.h"
+#include "mlic_core/io/text_file.h"
 #include "support/files.h"
 #include "support/sample_result.h"
 
@@ -208,6 +210,27 @@ TEST(ExportFormats, Autoware) {
                 {number("x"), number("y"), number("z")}},
                sensor.calibration.T_imu_sensor);
   }
+}
+
+TEST(ExportFormats, IsaacHasACamerasOpticalFrameBelowItsBody) {
+  CalibrationResult result = TwoCameras();
+  result.sensors[4].frame_id = "cam_rear_optical_frame";
+  const std::vector<ExportedFile> files = ExportFormatNamed("isaac").write(result, TreeOf(result));
+  ASSERT_EQ(files.size(), 1u);
+  const TemporaryDirectory directory;
+  const std::filesystem::path path = directory.Path() / "isaac_calibration.urdf";
+  WriteFileAtomically(path, files.front().text);
+  const RobotModel model = RobotModel::Open(path);
+  for (const SensorResult& sensor : result.sensors) {
+    ExpectPose(model.Pose("imu_link", sensor.frame_id).value(), sensor.calibration.T_imu_sensor);
+  }
+  EXPECT_EQ(model.ParentOf(result.sensors[0].frame_id), "imu_link");
+  EXPECT_EQ(model.ParentOf("cam_front_link"), "cam_front_link_body");
+  EXPECT_EQ(model.ParentOf("cam_rear_optical_frame"), "cam_rear");
+  // x forward is where the camera looks, z up where its rows come from.
+  const Eigen::Matrix3d R = model.Pose("cam_rear", "cam_rear_optical_frame")->rotation.toRotationMatrix();
+  EXPECT_LT((R.col(2) - Eigen::Vector3d::UnitX()).norm(), kNear);
+  EXPECT_LT((R.col(1) + Eigen::Vector3d::UnitZ()).norm(), kNear);
 }
 
 // What rosparam and Kalibr read with takes 1e-05 for a text.

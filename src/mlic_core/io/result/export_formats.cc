@@ -17,13 +17,22 @@ namespace {
 using Place = ExportFormat::Place;
 
 // A format with one file of poses.
+ExportFormat OfSensorTree(
+    const std::string& name, Place place,
+    const std::function<std::string(const CalibrationResult&, const SensorTree&)>& text) {
+  return {name, place, false, "a sensor beside the parent",
+          [text](const CalibrationResult& result, const SensorTree& tree) {
+            return tree.frames.empty() ? std::vector<ExportedFile>()
+                                       : std::vector<ExportedFile>{{"", text(result, tree)}};
+          }};
+}
+
+// The same, which need not know what the frames are of.
 ExportFormat OfTree(const std::string& name, Place place,
                     const std::function<std::string(const SensorTree&)>& text) {
-  return {name, place, false, "a sensor beside the parent",
-          [text](const CalibrationResult& /*result*/, const SensorTree& tree) {
-            return tree.frames.empty() ? std::vector<ExportedFile>()
-                                       : std::vector<ExportedFile>{{"", text(tree)}};
-          }};
+  return OfSensorTree(name, place, [text](const CalibrationResult& /*result*/, const SensorTree& tree) {
+    return text(tree);
+  });
 }
 
 // A format with one file that is empty where the calibration has nothing for it.
@@ -63,6 +72,7 @@ const std::vector<ExportFormat>& ExportFormats() {
       OfTree("urdf", Place::kRobot, UrdfText),
       OfTree("xacro", Place::kBesideModel, UrdfMacroText),
       OfTree("autoware", Place::kTree, AutowareText),
+      OfSensorTree("isaac", Place::kTree, IsaacUrdfText),
       InDirectory("camera_info", "a camera of a model that CameraInfo has", CameraInfoFiles),
       OfCameras("opencv", OpenCvCamerasText),
       OfCameras("kalibr",
