@@ -1,17 +1,23 @@
 #!/usr/bin/env bash
 # From nothing to a calibration: installs what is needed, builds, calibrates a recorded or a simulated drive, says
 # where the results are.
-#   demo.sh                       simulates a drive of the paper's vehicle (4 LiDARs, 6 cameras, IMU), calibrates it
-#                                 and compares with the truth: some 6 minutes on 4 cores once all is built
+#   demo.sh                       simulates a walk with a LiDAR, a stereo camera and an IMU, calibrates them without a
+#                                 guess and compares with the truth
+#   demo.sh --full                the same of a drive of the paper's vehicle (4 LiDARs, 6 cameras, IMU), with a guess
 #   demo.sh BAG RIG [OUTPUT]      calibrates a recording, described by the rig file RIG
 # Exit status: that of calibrate (0 trusted, 1 bad input, 2 refused, 3 failure inside, 4 partial, 130 interrupted).
-# MLIC_DEMO_DURATION (20): seconds of simulated drive; MLIC_DEMO_SENSORS: another file of config/simulation;
-# MLIC_DEMO_SCENARIO (figure_eight); MLIC_BUILD: build directory; MLIC_RVIZ=false: without RViz.
+# MLIC_DEMO_DURATION (20): seconds of simulated drive; MLIC_BUILD: build directory; MLIC_RVIZ=false: without RViz.
 set -euo pipefail
 . "$(dirname "$0")/environment.sh"
 
-usage() { sed -n '2,7p' "$0" >&2; exit 1; }
+usage() { sed -n '2,8p' "$0" >&2; exit 1; }
 truth=""
+rig_name=handheld_stereo scenario=handheld guess=(--no-guess)
+if [ "${1:-}" = --full ]; then
+  rig_name=paper_rig scenario=figure_eight guess=()
+  shift
+  [ $# -eq 0 ] || usage
+fi
 case $# in
   0) ;;
   2 | 3)
@@ -38,10 +44,8 @@ build_mlic -DMLIC_WITH_ROS=ON "${tests[@]}"
 source_workspace
 
 simulate() {
-  local sensors=${MLIC_DEMO_SENSORS:-$repository/config/simulation/paper_rig.yaml}
-  local scenario=${MLIC_DEMO_SCENARIO:-figure_eight} duration=${MLIC_DEMO_DURATION:-20}
-  local folder
-  folder=$build/demo/$(basename "$sensors" .yaml)_${scenario}_$duration
+  local sensors=$repository/config/simulation/$rig_name.yaml duration=${MLIC_DEMO_DURATION:-20}
+  local folder=$build/demo/${rig_name}_${scenario}_$duration
   bag=$folder/drive.bag; rig=$folder/drive_rig.yaml; truth=$folder/drive_truth.yaml; output=$folder/calibration
   mkdir -p "$folder"
   # The program is part of the name of a drive: a new build simulates anew.
@@ -52,7 +56,8 @@ simulate() {
   fi
   rm -rf "$folder/.done" "$output" "$folder/evaluation"
   echo "== simulating $duration s of $scenario, pictures included: $bag"
-  rosrun mlic simulate --sensors "$sensors" --scenario "$scenario" --duration "$duration" --seed 1 --output "$bag"
+  rosrun mlic simulate --sensors "$sensors" --scenario "$scenario" --duration "$duration" --seed 1 --output "$bag" \
+    ${guess[@]+"${guess[@]}"}
   touch "$folder/.done"
   echo "== simulated after $SECONDS s in all"
 }
@@ -83,4 +88,5 @@ if [ -f "$output/calibration.yaml" ] && [[ $status =~ ^[024]$ ]]; then
   fi
 fi
 tail -n +2 "$status_file"
+if [ -f "$output/report.html" ]; then echo "== read on in $output/report.html"; fi
 exit "$status"
