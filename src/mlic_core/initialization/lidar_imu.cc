@@ -20,17 +20,14 @@ namespace {
 
 // Whether it is the motion or the LiDARs, the gyroscope tells.
 std::string WhyNoneAgrees(const Dataset& dataset) {
-  // from: structural, chooses the words of a message.
-  constexpr double kTurning = 0.1;  // rad/s, root mean square
-  constexpr double kShort = 5.0;    // s; from: structural, chooses the words of a message
-  double turning = 0.0, longest = 0.0;
+  constexpr double kShort = 5.0;  // s; from: structural, chooses the words of a message
+  double longest = 0.0;
   for (const Drive& drive : dataset.drives) {
-    turning = std::max(turning, MeasureExcitation(drive.imu).principal_rms[2]);
     longest = std::max(longest, drive.imu.back().time - drive.imu.front().time);
   }
   const std::string what = "no LiDAR's rotation agrees with the gyroscope's: ";
   if (longest < kShort) return what + "the drive lasts less than 5 s; record 30 s or more";
-  if (turning < kTurning) {
+  if (!TurnsEnough(dataset)) {
     return what +
            "the drive turns too little, or too evenly, to show time offset and rotation; record a drive with "
            "turns "
@@ -173,6 +170,13 @@ BaseLidar ChooseBase(const Rig& rig, const Dataset& dataset, const std::vector<D
 }
 
 }  // namespace
+
+bool TurnsEnough(const Dataset& dataset) {
+  constexpr double kTurning = 0.1;  // rad/s, root mean square; from: guard, far above an odometry's errors
+  return std::any_of(dataset.drives.begin(), dataset.drives.end(), [](const Drive& drive) {
+    return MeasureExcitation(drive.imu).principal_rms[2] >= kTurning;
+  });
+}
 
 Initialization Initialize(const Rig& rig, const Dataset& dataset, const std::vector<DriveOdometry>& odometry,
                           const CancellationToken& cancellation) {

@@ -23,6 +23,10 @@ struct Initialization {
   std::vector<std::string> notes;
 };
 
+// Whether a drive turns enough, by the gyroscope, for a sensor that can be followed to be found by its
+// rotation.
+bool TurnsEnough(const Dataset& dataset);
+
 // docs/method.md, sections 7.2 to 7.4: base LiDAR by the smallest disagreement with the gyroscope, gravity,
 // biases and lever arm, the IMU spline, hand-eye for the other LiDARs.
 Initialization Initialize(const Rig& rig, const Dataset& dataset, const std::vector<DriveOdometry>& odometry,

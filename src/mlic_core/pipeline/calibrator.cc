@@ -6,20 +6,18 @@
 
 #include "mlic_core/initialization/camera_imu/camera_imu.h"
 #include "mlic_core/initialization/lidar_imu.h"
-#include "mlic_core/initialization/lidars_alone.h"
 #include "mlic_core/pipeline/adjustment_context.h"
 #include "mlic_core/pipeline/camera_stages.h"
 #include "mlic_core/pipeline/earlier_calibration.h"
 #include "mlic_core/pipeline/joint_adjustment.h"
+#include "mlic_core/pipeline/kept_adjustment.h"
 #include "mlic_core/pipeline/lidar_adjustment.h"
 #include "mlic_core/pipeline/odometry_stage.h"
-#include "mlic_core/pipeline/pair_adjustment.h"
-#include "mlic_core/pipeline/pair_cameras.h"
+#include "mlic_core/pipeline/pair_stage.h"
 #include "mlic_core/pipeline/stage_clock.h"
 #include "mlic_core/pipeline/stage_names.h"
 #include "mlic_core/problem/state.h"
 #include "mlic_core/summary/checks.h"
-#include "mlic_core/summary/pair_assembly.h"
 #include "mlic_core/summary/result_assembly.h"
 #include "mlic_core/uncertainty/split_halves.h"
 
@@ -44,20 +42,6 @@ Initialization InitializationStage(const StageContext& context, const std::strin
   for (const std::string& note : start.notes) stage.Line(note);
   for (const std::string& problem : start.problems) stage.Line(problem);
   return start;
-}
-
-// What an earlier run kept of the stage, or the adjustment as it is.
-Adjustment TakeOver(const StageContext& context, const std::string& name, const Adjustment& adjustment,
-                    bool* found) {
-  Adjustment kept = adjustment;
-  *found = context.Load(name, &kept);
-  return *found ? kept : adjustment;
-}
-
-void Keep(const StageContext& context, const StageClock& stage, const std::string& name,
-          Adjustment adjustment) {
-  adjustment.lines = stage.lines();
-  context.Save(name, adjustment);
 }
 
 Adjustment LidarAdjustmentStage(const StageContext& context, Adjustment adjustment) {
@@ -235,66 +219,6 @@ void ResultStage(const StageContext& context, const Adjustment& adjustment) {
   }
 }
 
-// Whether it is only that the motion does not tie the sensors to the IMU: what else speaks against the
-// recording speaks against its maps as well.
-bool OnlyNotTied(const CalibrationResult& result) {
-  return std::all_of(result.checks.begin(), result.checks.end(), [](const QualityCheck& check) {
-    return check.Passed() || !check.refuses || check.name == "convergence" ||
-           check.name.rfind("excitation_", 0) == 0;
-  });
-}
-
-// A check looks for its sensors where they were: it says of cameras what the IMU shows of them.
-bool WithCameras(const StageContext& context) {
-  return !context.rig.cameras.empty() && !context.options.check_of;
-}
-
-// The cameras' pairs; why others are in none joins the reasons.
-std::vector<PairResult> CameraPairs(const StageContext& context, const Adjustment* whole,
-                                    const Adjustment& lidars, LidarsAlone* alone) {
-  if (!WithCameras(context)) return {};
-  PairedCameras paired = PairCameras(context, whole, lidars, alone);
-  CalibrationResult* result = context.result;
-  for (const SensorProblem& problem : paired.problems) {
-    result->reasons.push_back(problem.reason);
-    std::vector<RejectedSensor>& rejected = result->rejected;
-    const bool known = std::any_of(rejected.begin(), rejected.end(), [&](const RejectedSensor& sensor) {
-      return sensor.name == problem.sensor;
-    });
-    if (!known) rejected.push_back({problem.sensor, SensorResult::Type::kCamera, problem.reason});
-  }
-  return std::move(paired.pairs);
-}
-
-// What the LiDARs' maps show of each other and of cameras where the whole is refused: without the IMU.
-// whole: the refused calibration; null: it has not come that far.
-void PairStage(const StageContext& context, const DriveOdometry& odometry, const Adjustment* whole) {
-  CalibrationResult* result = context.result;
-  if (result->verdict != Verdict::kRefused) return;
-  result->pairs.clear();
-  const bool any = context.rig.lidars.size() > 1 || WithCameras(context);
-  if (!any || !OnlyNotTied(*result)) return;
-  constexpr const char* kFile = "pair_adjustment";
-  LidarsAlone alone = InitializeLidarsAlone(context.rig, context.dataset, odometry, context.cancellation);
-  Adjustment adjustment;
-  {
-    StageClock stage("pairs without the IMU", context);
-    for (const std::string& note : alone.start.notes) stage.Line(note);
-    const std::vector<std::string>& problems = alone.start.problems;
-    result->reasons.insert(result->reasons.end(), problems.begin(), problems.end());
-    if (alone.start.state.drives.empty()) return stage.Line("no sensor is found in a LiDAR's map");
-    const AdjustmentContext of_stage{alone.rig, alone.dataset, context.observer,
-                                     ContextOf(context, &stage).monitor};
-    bool found;
-    adjustment = TakeOver(context, kFile, StartPairAdjustment(alone), &found);
-    if (found) stage.TakeOver(adjustment.lines, " up to round " + std::to_string(adjustment.rounds.done));
-    adjustment = AdjustPairs(std::move(adjustment), of_stage,
-                             [&](const Adjustment& now) { Keep(context, stage, kFile, now); });
-  }
-  const std::vector<PairResult> of_cameras = CameraPairs(context, whole, adjustment, &alone);
-  AssemblePairs(context.rig, alone, adjustment, of_cameras, result);
-}
-
 bool ColmapWanted(const StageContext& context) {
   return context.options.intrinsics == IntrinsicsStart::kColmap;
 }
@@ -315,6 +239,54 @@ bool StartLostFromColmap(const StageContext& context, const std::vector<bool>& f
   return ColmapStage(context, lost, tracks, intrinsics);
 }
 
+// The trajectory comes from the cameras themselves and the IMU. suffix: of the names of its first stages.
+void CalibrateFromCameras(const StageContext& context, const std::string& suffix) {
+  std::vector<CameraStart> intrinsics = StartOfCameras(context);
+  const auto features = FeatureStage(context, intrinsics, {});
+  const auto tracks = TrackStage(context, intrinsics, features);
+  if (ColmapWanted(context)) ColmapStage(context, AllOf(intrinsics), tracks, &intrinsics);
+  CameraInitialization cameras;
+  const auto initialize = [&] {
+    return InitializeFromCameras(context.rig, context.dataset, intrinsics, tracks, context.cancellation,
+                                 &cameras);
+  };
+  Initialization start = InitializationStage(context, suffix, &cameras, initialize);
+  if (StartLostFromColmap(context, cameras.found, tracks, &intrinsics)) {
+    start = InitializationStage(context, suffix + "_from_colmap", &cameras, initialize);
+  }
+  CalibrationResult* result = context.result;
+  result->reasons = start.problems;
+  RejectCameras(cameras, result);
+  if (start.state.drives.size() < context.dataset.drives.size()) return FinishRefused(result);
+  Adjustment adjustment = StartAt(context, std::move(start));
+  adjustment = CameraStages(context, intrinsics, std::move(cameras), features, std::move(adjustment));
+  HalvesStage(context, &adjustment);
+  ResultStage(context, adjustment);
+}
+
+// The cameras by themselves, where no LiDAR can be followed although the vehicle turns: those then stand with
+// `reason` among the rejected sensors. False where that gives nothing either; the result then is as it was.
+bool CalibrateWithoutLidars(const StageContext& context, const std::string& reason) {
+  if (!WithCameras(context) || !TurnsEnough(context.dataset)) return false;
+  Rig rig = context.rig;
+  rig.lidars.clear();
+  Dataset dataset;
+  for (const Drive& drive : context.dataset.drives) {
+    dataset.drives.push_back({drive.epoch, drive.imu, {}, drive.cameras});
+  }
+  CalibrationResult result = *context.result;
+  for (const LidarConfig& lidar : context.rig.lidars) {
+    result.rejected.push_back({lidar.name, SensorResult::Type::kLidar, lidar.name + ": " + reason});
+  }
+  CalibrateFromCameras(
+      {rig, dataset, context.options, context.cancellation, context.observer, context.store, &result},
+      "_without_lidars");
+  context.result->stages = result.stages;
+  if (!result.Usable()) return false;
+  *context.result = std::move(result);
+  return true;
+}
+
 // The LiDARs first, then the cameras on their trajectory, then all.
 void CalibrateFromLidars(const StageContext& context) {
   const auto odometry = OdometryStage(context);
@@ -323,6 +295,7 @@ void CalibrateFromLidars(const StageContext& context) {
   });
   CalibrationResult* result = context.result;
   if (start.state.drives.size() < context.dataset.drives.size()) {
+    if (CalibrateWithoutLidars(context, start.problems.back())) return;
     result->reasons = start.problems;
     FinishRefused(result);
     return PairStage(context, odometry[0], nullptr);
@@ -352,31 +325,6 @@ void CalibrateFromLidars(const StageContext& context) {
   PairStage(context, odometry[0], &adjustment);
 }
 
-// The trajectory comes from the cameras themselves and the IMU.
-void CalibrateFromCameras(const StageContext& context) {
-  std::vector<CameraStart> intrinsics = StartOfCameras(context);
-  const auto features = FeatureStage(context, intrinsics, {});
-  const auto tracks = TrackStage(context, intrinsics, features);
-  if (ColmapWanted(context)) ColmapStage(context, AllOf(intrinsics), tracks, &intrinsics);
-  CameraInitialization cameras;
-  const auto initialize = [&] {
-    return InitializeFromCameras(context.rig, context.dataset, intrinsics, tracks, context.cancellation,
-                                 &cameras);
-  };
-  Initialization start = InitializationStage(context, "", &cameras, initialize);
-  if (StartLostFromColmap(context, cameras.found, tracks, &intrinsics)) {
-    start = InitializationStage(context, "_from_colmap", &cameras, initialize);
-  }
-  CalibrationResult* result = context.result;
-  result->reasons = start.problems;
-  RejectCameras(cameras, result);
-  if (start.state.drives.size() < context.dataset.drives.size()) return FinishRefused(result);
-  Adjustment adjustment = StartAt(context, std::move(start));
-  adjustment = CameraStages(context, intrinsics, std::move(cameras), features, std::move(adjustment));
-  HalvesStage(context, &adjustment);
-  ResultStage(context, adjustment);
-}
-
 }  // namespace
 
 CalibrationResult Calibrate(const Rig& rig, const Dataset& dataset, const CancellationToken& cancellation,
@@ -390,7 +338,7 @@ CalibrationResult Calibrate(const Rig& rig, const Dataset& dataset, const Cancel
         "the rig file has no enabled sensor under 'lidars' or 'cameras'; at least one is needed");
   }
   const StageContext context{rig, dataset, options, cancellation, observer, store, &result};
-  rig.lidars.empty() ? CalibrateFromCameras(context) : CalibrateFromLidars(context);
+  rig.lidars.empty() ? CalibrateFromCameras(context, "") : CalibrateFromLidars(context);
   if (options.held_from) AddSigmasOfHeld(*options.held_from, &result);
   return result;
 }

@@ -198,6 +198,28 @@ TEST(CameraEndToEnd, ADarkCameraIsRejectedAndAFixedLensStays) {
   EXPECT_EQ(result.sensors[1].intrinsics_fixed, std::vector<bool>(lens.size(), true));
 }
 
+TEST(CameraEndToEnd, CamerasDoWithoutALidarThatCannotBeFollowed) {
+  Dataset dataset = Drive().dataset;
+  // The driver sends its first scan again and again.
+  std::vector<LidarScan>& scans = dataset.drives[0].lidars[0].scans;
+  for (LidarScan& scan : scans) scan.points = scans.front().points;
+  CalibrationObserver observer;
+  const CalibrationResult result = Calibrate(Drive().rig, dataset, CancellationToken(), observer);
+  EXPECT_EQ(result.verdict, Verdict::kPartial);
+  ASSERT_EQ(result.rejected.size(), 1u);
+  EXPECT_EQ(result.rejected[0].name, "lidar");
+  EXPECT_NE(result.rejected[0].reason.find("cannot be followed"), std::string::npos);
+  ASSERT_EQ(result.sensors.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const SensorResult& sensor = result.sensors[i];
+    const PoseError error = Compare(sensor.calibration.T_imu_sensor,
+                                    Drive().truth.sensors[i + 1].calibration.T_imu_sensor, sensor.sigma);
+    EXPECT_LT(error.degrees, 0.1) << sensor.name;
+    EXPECT_LT(error.metres, 0.02) << sensor.name;
+    EXPECT_LT(error.square, 36.0) << sensor.name;
+  }
+}
+
 TEST(CameraEndToEnd, ARunThatWasKilledGoesOnToTheSameBytes) {
   const TemporaryDirectory directory;
   std::vector<std::string> lines;

@@ -1,0 +1,77 @@
+#include "mlic_core/pipeline/pair_stage.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "mlic_core/initialization/lidars_alone.h"
+#include "mlic_core/pipeline/adjustment_context.h"
+#include "mlic_core/pipeline/kept_adjustment.h"
+#include "mlic_core/pipeline/pair_adjustment.h"
+#include "mlic_core/pipeline/pair_cameras.h"
+#include "mlic_core/summary/pair_assembly.h"
+
+namespace mlic {
+namespace {
+
+// Whether it is only that the motion does not tie the sensors to the IMU: what else speaks against the
+// recording speaks against its maps as well.
+bool OnlyNotTied(const CalibrationResult& result) {
+  return std::all_of(result.checks.begin(), result.checks.end(), [](const QualityCheck& check) {
+    return check.Passed() || !check.refuses || check.name == "convergence" ||
+           check.name.rfind("excitation_", 0) == 0;
+  });
+}
+
+// The cameras' pairs; why others are in none joins the reasons.
+std::vector<PairResult> CameraPairs(const StageContext& context, const Adjustment* whole,
+                                    const Adjustment& lidars, LidarsAlone* alone) {
+  if (!WithCameras(context)) return {};
+  PairedCameras paired = PairCameras(context, whole, lidars, alone);
+  CalibrationResult* result = context.result;
+  for (const SensorProblem& problem : paired.problems) {
+    result->reasons.push_back(problem.reason);
+    std::vector<RejectedSensor>& rejected = result->rejected;
+    const bool known = std::any_of(rejected.begin(), rejected.end(), [&](const RejectedSensor& sensor) {
+      return sensor.name == problem.sensor;
+    });
+    if (!known) rejected.push_back({problem.sensor, SensorResult::Type::kCamera, problem.reason});
+  }
+  return std::move(paired.pairs);
+}
+
+}  // namespace
+
+bool WithCameras(const StageContext& context) {
+  return !context.rig.cameras.empty() && !context.options.check_of;
+}
+
+void PairStage(const StageContext& context, const DriveOdometry& odometry, const Adjustment* whole) {
+  CalibrationResult* result = context.result;
+  if (result->verdict != Verdict::kRefused) return;
+  result->pairs.clear();
+  const bool any = context.rig.lidars.size() > 1 || WithCameras(context);
+  if (!any || !OnlyNotTied(*result)) return;
+  constexpr const char* kFile = "pair_adjustment";
+  LidarsAlone alone = InitializeLidarsAlone(context.rig, context.dataset, odometry, context.cancellation);
+  Adjustment adjustment;
+  {
+    StageClock stage("pairs without the IMU", context);
+    for (const std::string& note : alone.start.notes) stage.Line(note);
+    const std::vector<std::string>& problems = alone.start.problems;
+    result->reasons.insert(result->reasons.end(), problems.begin(), problems.end());
+    if (alone.start.state.drives.empty()) return stage.Line("no sensor is found in a LiDAR's map");
+    const AdjustmentContext of_stage{alone.rig, alone.dataset, context.observer,
+                                     ContextOf(context, &stage).monitor};
+    bool found;
+    adjustment = TakeOver(context, kFile, StartPairAdjustment(alone), &found);
+    if (found) stage.TakeOver(adjustment.lines, " up to round " + std::to_string(adjustment.rounds.done));
+    adjustment = AdjustPairs(std::move(adjustment), of_stage,
+                             [&](const Adjustment& now) { Keep(context, stage, kFile, now); });
+  }
+  const std::vector<PairResult> of_cameras = CameraPairs(context, whole, adjustment, &alone);
+  AssemblePairs(context.rig, alone, adjustment, of_cameras, result);
+}
+
+}  // namespace mlic
