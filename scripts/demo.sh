@@ -12,9 +12,9 @@ set -euo pipefail
 
 usage() { sed -n '2,8p' "$0" >&2; exit 1; }
 truth=""
-rig_name=handheld_stereo scenario=handheld guess=(--no-guess)
+rig_name=handheld_stereo scenario=handheld guess=(--no-guess) work="a simulated drive and its calibration (4 minutes)"
 if [ "${1:-}" = --full ]; then
-  rig_name=paper_rig scenario=figure_eight guess=()
+  rig_name=paper_rig scenario=figure_eight guess=() work="a simulated drive and its calibration"
   shift
   [ $# -eq 0 ] || usage
 fi
@@ -25,18 +25,19 @@ case $# in
     for file in "$bag" "$rig"; do
       [ -f "$file" ] || { echo "demo.sh: no file $file" >&2; exit 1; }
     done
+    work="the calibration"
     output=$(realpath -m -- "${3:-$(basename "$bag" .bag)_calibration}")
     ;;
   *) usage ;;
 esac
 
-# A first build leaves the tests out: they take a third of the time. test.sh asks for them. Times: packages measured on a
-# fresh machine, the build as 2900 s of a core with an empty cache of the compiler.
+# A first build leaves the tests out: they take half of the time. test.sh asks for them. Times: measured on a bare Debian 12
+# with 2 cores.
 tests=()
 if [ ! -f "$build/CMakeCache.txt" ]; then
   tests=(-DBUILD_TESTING=OFF)
-  echo "== to come: packages from apt (some 4 minutes), a build (once, some 24 minutes on 2 cores)," \
-    "$([ $# -gt 0 ] || echo "a simulated drive, ")the calibration, and where the results lie"
+  echo "== to come: packages from apt (some 4 minutes), a build (once, some 11 minutes on 2 cores)," \
+    "$work, and where the results lie"
 fi
 "$repository/scripts/install_dependencies.sh"
 require_host_name
