@@ -22,16 +22,14 @@ compile_jobs() {
   if [ "$by_memory" -lt "$cores" ]; then echo "$by_memory"; else echo "$cores"; fi
 }
 
-# A new build directory compiles several source files of a library in one call: the whole takes half the time, as headers
-# and the templates of Eigen are compiled once for all of them. An existing one stays as it was configured.
-unity_if_new() { [ -f "$1/CMakeCache.txt" ] || echo -DCMAKE_UNITY_BUILD=ON; }
-
-# Configures and builds (Release, Ninja) in $build; arguments go to cmake.
+# Configures and builds (Release, Ninja) in $build; arguments go to cmake. A new build directory compiles several source
+# files of a library in one call: the whole takes half the time, as headers and the templates of Eigen are compiled once
+# for all of them. An existing one stays as it was configured.
 build_mlic() {
-  local jobs=${MLIC_JOBS:-$(compile_jobs)}
+  local jobs=${MLIC_JOBS:-$(compile_jobs)} unity=()
+  if [ ! -f "$build/CMakeCache.txt" ]; then unity=(-DCMAKE_UNITY_BUILD=ON); fi
   echo "== building in $build with $jobs jobs"
-  # shellcheck disable=SC2046
-  cmake -S "$repository" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release $(unity_if_new "$build") "$@" || return
+  cmake -S "$repository" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release "${unity[@]}" "$@" || return
   cmake --build "$build" -- -j "$jobs" || return
   if ninja -C "$build" -t targets all 2>/dev/null | grep -q '^tests: phony'; then
     cmake --build "$build" --target tests -- -j "$jobs" || return

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <string>
-#include <utility>
 
 #include "mlic_core/pipeline/stage_clock.h"
 #include "mlic_core/uncertainty/adjustment.h"
@@ -16,6 +15,7 @@ inline Adjustment TakeOver(const StageContext& context, const std::string& name,
   return *found ? kept : adjustment;
 }
 
+// For the run that takes it over, with what the stage has said so far.
 inline void Keep(const StageContext& context, const StageClock& stage, const std::string& name,
                  Adjustment adjustment) {
   adjustment.lines = stage.lines();
