@@ -5,6 +5,7 @@
 
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 
 namespace mlic {
 namespace {
@@ -64,7 +65,7 @@ double MoveInSigmas(const RigidTransform& a, const PnpResult& b) {
   Vector6d move;
   move.head<3>() = Log(a.rotation * b.T_camera_body.rotation.conjugate());
   move.tail<3>() = a.translation - b.T_camera_body.translation;
-  return std::sqrt(move.dot(b.covariance.ldlt().solve(move)));
+  return std::sqrt(SquaredMahalanobis(b.covariance, move));
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 
 #include <tbb/parallel_sort.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -10,6 +9,7 @@
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/geometry/octree_key.h"
 #include "mlic_core/geometry/plane.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 
 namespace mlic {
 namespace {
@@ -128,7 +128,7 @@ class RootVoxel {
     const Eigen::Vector3d anchor = At(begin).position.cast<double>();
     PointCluster cluster;
     for (std::size_t k = begin; k < end; ++k) cluster.Add(At(k).position.cast<double>() - anchor);
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(cluster.Covariance());
+    const SymmetricEigen<3> eigen(cluster.Covariance());
     const Eigen::Vector3d deviations = eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt();
     PatchFit fit;
     fit.count = cluster.count;

@@ -1,11 +1,11 @@
 #include "mlic_core/crossmodal/sensitivity_model.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/parallel.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 
 namespace mlic {
 namespace {
@@ -132,7 +132,7 @@ void SensitivityModel::Fit(const std::vector<PatchLook>& looks, const std::vecto
       gradient += g[c];
     }
     AddPrior(scale, &sum);
-    parameters_ = sum.ldlt().solve(gradient);
+    parameters_ = SolveSymmetric(sum, gradient);
 
     ParallelChunks(patches, kChunks, [&](std::size_t, std::size_t first, std::size_t last) {
       for (std::size_t p = first; p < last; ++p) {

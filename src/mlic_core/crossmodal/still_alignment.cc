@@ -5,6 +5,7 @@
 
 #include "mlic_core/crossmodal/view_selection.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 
 namespace mlic {
 namespace {
@@ -41,7 +42,7 @@ bool IsBetter(const CameraToMapResult& refined, const StructureAlignment& found)
   const RigidTransform a = found.T_body_camera.Inverse(), b = refined.T_body_camera.Inverse();
   Vector6d move;
   move << Log(b.rotation * a.rotation.conjugate()), b.translation - a.translation;
-  return move.dot(found.covariance.ldlt().solve(move)) < 9.0 * 6.0;
+  return SquaredMahalanobis(found.covariance, move) < 9.0 * 6.0;
 }
 
 }  // namespace

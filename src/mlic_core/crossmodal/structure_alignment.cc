@@ -11,6 +11,7 @@
 #include "mlic_core/crossmodal/cross_modal_matches.h"
 #include "mlic_core/crossmodal/view_selection.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 
 namespace mlic {
 namespace {
@@ -103,7 +104,7 @@ class Posterior {
       Vector6d gradient;
       Matrix6d hessian;
       Differentiate(pose, &gradient, &hessian);
-      const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(-hessian);
+      const SymmetricEigen<Eigen::Dynamic> eigen(-hessian);
       const double largest = std::max(1e-12, eigen.eigenvalues().cwiseAbs().maxCoeff());
       const Vector6d curvature = eigen.eigenvalues().cwiseAbs().cwiseMax(kLeastCurvature * largest);
       Vector6d step =
@@ -124,8 +125,8 @@ class Posterior {
     Differentiate(pose, &gradient, &hessian);
     const Vector6d per_unit = units_.cwiseInverse();
     const Matrix6d data = per_unit.asDiagonal() * (-hessian) * per_unit.asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(units_.asDiagonal() * (data - prior_information_) *
-                                                        units_.asDiagonal());
+    const SymmetricEigen<Eigen::Dynamic> eigen(units_.asDiagonal() * (data - prior_information_) *
+                                               units_.asDiagonal());
     const Matrix6d concave = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() *
                              eigen.eigenvectors().transpose();
     return per_unit.asDiagonal() * concave * per_unit.asDiagonal();

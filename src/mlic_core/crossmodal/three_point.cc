@@ -1,10 +1,11 @@
 #include "mlic_core/crossmodal/three_point.h"
 
 #include <Eigen/Dense>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+
+#include "mlic_core/geometry/symmetric_matrix.h"
 
 namespace mlic {
 namespace {
@@ -90,7 +91,7 @@ int SolveThreePoint(const Vector3d (&bearings)[3], const Vector3d (&points)[3],
   if (std::abs(c3) < 1e-14) return 0;
   const double gamma =
       RealRoot(D1.determinant() / c3, (Adjugate(D1) * D2).trace() / c3, (Adjugate(D2) * D1).trace() / c3);
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> singular(D1 + gamma * D2);
+  const SymmetricEigen<3> singular(D1 + gamma * D2);
   // Eigenvalues ascend: the singular one is in the middle where the others' signs differ.
   const Vector3d& sigma = singular.eigenvalues();
   if (!(sigma[0] < 0.0) || !(sigma[2] > 0.0)) return 0;

@@ -1,10 +1,10 @@
 #include "mlic_core/evaluation/intrinsics_error.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cstdio>
 
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/sensors/camera_model.h"
 
 namespace mlic {
@@ -38,7 +38,7 @@ IntrinsicsError Compare(const std::string& name, const CameraIntrinsics& estimat
   }
   error.covered = static_cast<double>(displacements.size()) / (kColumns * kRows);
   if (displacements.size() < 10) return error;
-  const Eigen::Vector3d rotation = -information.ldlt().solve(gradient);
+  const Eigen::Vector3d rotation = -SolveSymmetric3(information, gradient);
   const double count = static_cast<double>(displacements.size());
   for (std::size_t i = 0; i < displacements.size(); ++i) {
     const double size = displacements[i].norm();

@@ -1,6 +1,5 @@
 #include "mlic_core/evaluation/map_quality.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -8,6 +7,7 @@
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/evaluation/voxel_index.h"
 #include "mlic_core/geometry/plane.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 
 namespace mlic {
 namespace {
@@ -32,7 +32,7 @@ double EntropyAt(const std::vector<MapPoint>& points, const VoxelIndex& index, c
 }
 
 // Spread of a cluster along its thinnest direction.
-double ThicknessOf(const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>& solver) {
+double ThicknessOf(const SymmetricEigen<3>& solver) {
   return std::sqrt(std::max(0.0, solver.eigenvalues()[0]));
 }
 
@@ -78,7 +78,7 @@ std::vector<OverlapThickness> OverlapThicknesses(const std::vector<MapPoint>& po
         if (std::min(a->second.count, b->second.count) < static_cast<double>(fewest_points)) continue;
         PointCluster both = a->second;
         both.Add(b->second);
-        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(both.Covariance());
+        const SymmetricEigen<3> solver(both.Covariance());
         const double thickness = ThicknessOf(solver);
         const double separation = solver.eigenvectors().col(0).dot(a->second.Mean() - b->second.Mean());
         OverlapThickness& pair = pairs[{a->first, b->first}];
@@ -112,7 +112,7 @@ void AssignVoxelPlanes(double voxel, double largest_thickness, std::vector<MapPo
     PointCluster cluster;
     const Eigen::Vector3f anchor = (*points)[cell->front()].position;
     for (const std::uint32_t i : *cell) cluster.Add(((*points)[i].position - anchor).cast<double>().eval());
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(cluster.Covariance());
+    const SymmetricEigen<3> solver(cluster.Covariance());
     const double thickness = ThicknessOf(solver);
     const bool flat = cell->size() >= 10 && thickness < largest_thickness &&
                       thickness < 0.2 * std::sqrt(std::max(0.0, solver.eigenvalues()[1]));

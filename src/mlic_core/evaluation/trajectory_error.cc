@@ -1,7 +1,5 @@
 #include "mlic_core/evaluation/trajectory_error.h"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -10,6 +8,8 @@
 #include "mlic_core/common/error.h"
 #include "mlic_core/evaluation/pose_interpolation.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
+#include "mlic_core/geometry/wahba.h"
 
 namespace mlic {
 namespace {
@@ -39,13 +39,6 @@ std::vector<PosePair> MatchedPoses(const std::vector<StampedPose>& trajectory,
   return pairs;
 }
 
-Eigen::Matrix3d NearestRotation(const Eigen::Matrix3d& m) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Vector3d sign(1.0, 1.0,
-                       (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0);
-  return svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
-}
-
 // Rotation and translation that bring the reference's positions to the IMU's (Umeyama, PAMI 1991).
 RigidTransform AlignPositions(const std::vector<PosePair>& pairs) {
   Eigen::Vector3d map = Eigen::Vector3d::Zero(), world = Eigen::Vector3d::Zero();
@@ -58,7 +51,7 @@ RigidTransform AlignPositions(const std::vector<PosePair>& pairs) {
     covariance += (pair.T_map_imu.translation - map) * (pair.T_world_body.translation - world).transpose();
   }
   RigidTransform aligned;
-  aligned.rotation = Eigen::Quaterniond(NearestRotation(covariance)).normalized();
+  aligned.rotation = Eigen::Quaterniond(WahbaRotation(covariance)).normalized();
   aligned.translation = map - aligned.rotation * world;
   return aligned;
 }
@@ -82,7 +75,7 @@ void AlignWithLeverArm(const std::vector<PosePair>& pairs, RigidTransform* T_map
       information += J.transpose() * J;
       gradient += J.transpose() * residual;
     }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> eigen(information);
+    const SymmetricEigen<Eigen::Dynamic> eigen(information);
     Eigen::Matrix<double, 9, 1> step = Eigen::Matrix<double, 9, 1>::Zero();
     for (int i = 0; i < 9; ++i) {
       // A hundredth of a metre or radian for each pose: less is not motion but noise.
@@ -161,7 +154,7 @@ TrajectoryError CompareTrajectories(const std::vector<StampedPose>& trajectory,
     sum += (pair.T_map_imu.rotation.conjugate() * error.T_map_world.rotation * pair.T_world_body.rotation)
                .toRotationMatrix();
   }
-  error.T_imu_body.rotation = Eigen::Quaterniond(NearestRotation(sum)).normalized();
+  error.T_imu_body.rotation = Eigen::Quaterniond(WahbaRotation(sum)).normalized();
   MeasureAbsolute(pairs, &error);
 
   std::vector<double> metres{0.0}, degrees{0.0};

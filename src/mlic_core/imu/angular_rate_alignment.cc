@@ -1,13 +1,12 @@
 #include "mlic_core/imu/angular_rate_alignment.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/imu/angular_rate_correlation.h"
 #include "mlic_core/imu/excitation.h"
 #include "mlic_core/imu/gyro_integration.h"
@@ -74,8 +73,8 @@ void DropWhatNoiseShows(RateSystem* system) {
   const Matrix7d H = system->H + Matrix7d::Identity() * 1e-9;
   const Eigen::Matrix3d marginal =
       H.topLeftCorner<3, 3>() -
-      H.topRightCorner<3, 4>() * H.bottomRightCorner<4, 4>().ldlt().solve(H.bottomLeftCorner<4, 3>());
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(marginal);
+      H.topRightCorner<3, 4>() * SolveSymmetric(H.bottomRightCorner<4, 4>(), H.bottomLeftCorner<4, 3>());
+  const SymmetricEigen<3> eigen(marginal);
   Matrix7d kept = Matrix7d::Identity();
   for (int i = 0; i < 3; ++i) {
     if (eigen.eigenvalues()[i] > 4.0 * system->noise_information) continue;
@@ -135,7 +134,7 @@ class Problem {
         inliers += 1.0;
         if (i > next && norms[i - 1] < 6.0 * system.sigma) correlated += r.value.dot(residuals[i - 1].value);
       }
-      const Matrix37d eliminated = H_ss.ldlt().solve(H_sg);
+      const Matrix37d eliminated = SolveSymmetric(H_ss, H_sg);
       system.H -= H_sg.transpose() * eliminated;
       system.b -= eliminated.transpose() * b_s;
       offset.gradient -= eliminated.col(3).dot(b_s);
@@ -223,7 +222,7 @@ Refined Refine(const Problem& problem, const RateState& start, const std::option
     RateSystem system = problem.Linearize(refined.state, iteration >= kConvexIterations);
     if (system.poses == 0) break;
     AddPriors(refined.state, guess, &system);
-    Vector7d step = system.H.ldlt().solve(system.b);
+    Vector7d step = SolveSymmetric(system.H, system.b);
     // The linearisation holds for a part of a peak's width and of a radian.
     step *= std::min(1.0, 0.05 / std::max(std::abs(step[3]), step.head<3>().norm() / 6.0 + 1e-300));
     RateState& state = refined.state;
@@ -260,14 +259,14 @@ void FitDrift(const std::vector<SegmentOffset>& segments, double middle, Angular
       count += weight;
       sizes.push_back(size);
     }
-    const Eigen::LDLT<Eigen::Matrix2d> solver(H);
-    const double variance = solver.solve(Eigen::Vector2d::UnitY()).y();
+    const Eigen::Matrix2d covariance = H.inverse();
+    const double variance = covariance(1, 1);
     if (count < kFewestLeft || !(variance > 0.0)) return;
     if (iteration > 0) {
       result->clock_drift = line.y();
       result->clock_drift_sigma = std::sqrt(squares / (count - 2.0) * variance);
     }
-    line = solver.solve(b);
+    line = covariance * b;
     for (std::size_t i = 0; i < segments.size(); ++i) {
       const double off = segments[i].gradient / segments[i].information;
       sizes[i] = std::sqrt(segments[i].information) *
@@ -283,10 +282,10 @@ void FillInformation(const Refined& refined, const std::optional<RotationGuess>&
   RateSystem system = refined.system;
   Matrix7d data = system.H;
   data.diagonal().tail<4>().array() += 1e-6;
-  result->rotation_information =
-      data.topLeftCorner<3, 3>() - data.topRightCorner<3, 4>() * data.bottomRightCorner<4, 4>().ldlt().solve(
-                                                                     data.bottomLeftCorner<4, 3>());
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(result->rotation_information);
+  result->rotation_information = data.topLeftCorner<3, 3>() -
+                                 data.topRightCorner<3, 4>() * SolveSymmetric(data.bottomRightCorner<4, 4>(),
+                                                                              data.bottomLeftCorner<4, 3>());
+  const SymmetricEigen<3> eigen(result->rotation_information);
   result->information_values = eigen.eigenvalues().cwiseMax(0.0);
   result->information_directions = eigen.eigenvectors();
   for (int i = 0; i < 3; ++i) {
@@ -294,7 +293,7 @@ void FillInformation(const Refined& refined, const std::optional<RotationGuess>&
       ++result->rotation_directions_shown;
   }
   AddPriors(refined.state, guess, &system);
-  const Matrix7d covariance = system.H.ldlt().solve(Matrix7d::Identity());
+  const Matrix7d covariance = SolveSymmetric(system.H, Matrix7d::Identity());
   result->rotation_covariance = covariance.topLeftCorner<3, 3>();
   result->time_offset_sigma = std::sqrt(std::max(0.0, covariance(3, 3)));
 }

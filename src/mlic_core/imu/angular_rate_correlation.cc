@@ -6,6 +6,7 @@
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/geometry/wahba.h"
 #include "mlic_core/imu/robust.h"
 #include "mlic_core/imu/rotation_fit.h"
 
@@ -81,7 +82,7 @@ Pairing Pair(const GyroIntegration& gyro, const std::vector<RateInterval>& inter
   square_imu -= weights * pairing.mean_imu.squaredNorm();
   square_lidar -= weights * pairing.mean_lidar.squaredNorm();
   double fit = 0.0;
-  pairing.R_imu_lidar = WahbaRotation(cross, &fit);
+  pairing.R_imu_lidar = Eigen::Quaterniond(WahbaRotation(cross, &fit));
   if (R_guess) {
     fit = (R_guess->toRotationMatrix().transpose() * cross).trace();
     pairing.R_imu_lidar = *R_guess;

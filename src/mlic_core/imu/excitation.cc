@@ -1,10 +1,10 @@
 #include "mlic_core/imu/excitation.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "mlic_core/common/order_statistics.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/imu/imu_samples.h"
 
 namespace mlic {
@@ -125,7 +125,7 @@ Excitation MeasureExcitation(const std::vector<ImuSample>& samples) {
   const std::vector<ImuSample> ordered = OrderedFiniteSamples(samples);
   const Moments rate = MomentsOf(ordered, 0, ordered.size(), &ImuSample::angular_velocity);
   const Moments force = MomentsOf(ordered, 0, ordered.size(), &ImuSample::specific_force);
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(rate.covariance);
+  const SymmetricEigen<3> eigen(rate.covariance);
   Excitation excitation;
   excitation.angular_velocity_rms = rate.covariance.diagonal().cwiseSqrt();
   excitation.specific_force_rms = force.covariance.diagonal().cwiseSqrt();

@@ -1,12 +1,11 @@
 #include "mlic_core/imu/gravity_lever_arm.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/imu/pose_segments.h"
 #include "mlic_core/imu/robust.h"
 #include "mlic_core/imu/rotation_fit.h"
@@ -137,7 +136,7 @@ class Solver {
     std::vector<double> norms;
     for (std::size_t s = 0; s < segments_.size(); ++s) {
       for (const Observation& o : segments_[s].observations) rows[s].push_back(RowOf(segments_[s], o, x));
-      const Vector9d local = LocalSystem(rows[s], s).solve(LocalGradient(rows[s], s));
+      const Vector9d local = SolveSymmetric(LocalSystem(rows[s], s), LocalGradient(rows[s], s));
       for (Row& row : rows[s]) norms.push_back((row.value - row.local * local).norm());
     }
     // Position and velocity take six of each segment's degrees of freedom.
@@ -151,10 +150,10 @@ class Solver {
         weights_[s][k] =
             redescending ? TukeyWeight(norms[next], sigma_) : AbsoluteWeight(norms[next], sigma_);
       }
-      const auto local_system = LocalSystem(rows[s], s);
+      const Matrix9d local_system = LocalSystem(rows[s], s);
       const Vector9d local_gradient = LocalGradient(rows[s], s);
-      const Vector9d local = local_system.solve(local_gradient);
-      Eigen::Matrix<double, 9, 12> mixed = Eigen::Matrix<double, 9, 12>::Zero();
+      const Vector9d local = SolveSymmetric(local_system, local_gradient);
+      Eigen::MatrixXd mixed = Eigen::MatrixXd::Zero(9, 12);
       for (std::size_t k = 0; k < rows[s].size(); ++k) {
         const Row& row = rows[s][k];
         const double weight = weights_[s][k];
@@ -169,7 +168,7 @@ class Solver {
           correlated +=
               residual.dot(rows[s][k - 1].value - rows[s][k - 1].local * local) * weights_[s][k - 1];
       }
-      system.H -= mixed.transpose() * local_system.solve(mixed);
+      system.H -= mixed.transpose() * SolveSymmetric(local_system, mixed);
       system.b -= mixed.transpose() * local;
     }
     system.inlier_share = inliers / count;
@@ -183,13 +182,13 @@ class Solver {
   }
 
  private:
-  Eigen::LDLT<Matrix9d> LocalSystem(const std::vector<Row>& rows, std::size_t s) const {
+  Matrix9d LocalSystem(const std::vector<Row>& rows, std::size_t s) const {
     Matrix9d H = Matrix9d::Identity() * 1e-9;
     const double tilt = std::max(sigma_, kSmallestPositionSigma) / segments_[s].tilt_sigma;
     H.diagonal().tail<3>().array() += tilt * tilt;
     for (std::size_t k = 0; k < rows.size(); ++k)
       H += weights_[s][k] * rows[k].local.transpose() * rows[k].local;
-    return H.ldlt();
+    return H;
   }
   Vector9d LocalGradient(const std::vector<Row>& rows, std::size_t s) const {
     Vector9d b = Vector9d::Zero();
@@ -204,8 +203,8 @@ class Solver {
 };
 
 // Columns: the steps that keep the length of gravity to first order, then bias, lever arm and rotation.
-Eigen::Matrix<double, 12, 11> KeepingGravityLength(const Eigen::Vector3d& gravity) {
-  Eigen::Matrix<double, 12, 11> basis = Eigen::Matrix<double, 12, 11>::Zero();
+Eigen::MatrixXd KeepingGravityLength(const Eigen::Vector3d& gravity) {
+  Eigen::MatrixXd basis = Eigen::MatrixXd::Zero(12, 11);
   basis.block<3, 1>(0, 0) = gravity.unitOrthogonal();
   basis.block<3, 1>(0, 1) = gravity.normalized().cross(gravity.unitOrthogonal());
   basis.bottomRightCorner<9, 9>().setIdentity();
@@ -248,28 +247,25 @@ void FillResult(const LeverArmState& x, const LeverArmSystem& data, const Priors
   result->R_imu_lidar = x.R_imu_lidar;
   result->residual_rms = data.rms;
   result->inlier_share = data.inlier_share;
-  const Eigen::Matrix<double, 12, 11> basis = KeepingGravityLength(x.gravity);
+  const Eigen::MatrixXd basis = KeepingGravityLength(x.gravity);
   LeverArmSystem system = data;
   priors.AddTo(x, false, &system);
   // All but the lever arm is eliminated.
-  const Eigen::Matrix<double, 11, 11> H = basis.transpose() * system.H * basis;
-  Eigen::Matrix<double, 8, 8> rest;
+  const Eigen::MatrixXd H = basis.transpose() * system.H * basis;
+  Eigen::MatrixXd rest(8, 8), mixed(8, 3);
   rest << H.topLeftCorner<5, 5>(), H.topRightCorner<5, 3>(), H.bottomLeftCorner<3, 5>(),
       H.bottomRightCorner<3, 3>();
-  Eigen::Matrix<double, 8, 3> mixed;
   mixed << H.block<5, 3>(0, 5), H.block<3, 3>(8, 5);
-  result->lever_arm_information = H.block<3, 3>(5, 5) - mixed.transpose() * rest.ldlt().solve(mixed);
+  result->lever_arm_information = H.block<3, 3>(5, 5) - mixed.transpose() * SolveSymmetric(rest, mixed);
 
   system = data;
   priors.AddTo(x, true, &system);
-  const Eigen::Matrix<double, 11, 11> posterior = basis.transpose() * system.H * basis;
-  const Eigen::Matrix<double, 11, 11> covariance =
-      posterior.ldlt().solve(Eigen::Matrix<double, 11, 11>::Identity());
+  const Eigen::MatrixXd posterior = basis.transpose() * system.H * basis;
+  const Eigen::MatrixXd covariance = SolveSymmetric(posterior, Eigen::MatrixXd::Identity(11, 11));
   result->accelerometer_bias_covariance = covariance.block<3, 3>(2, 2);
   result->lever_arm_covariance = covariance.block<3, 3>(5, 5);
   result->rotation_covariance = covariance.block<3, 3>(8, 8);
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> gravity(
-      Eigen::Matrix2d(covariance.topLeftCorner<2, 2>()));
+  const SymmetricEigen<Eigen::Dynamic> gravity(Eigen::Matrix2d(covariance.topLeftCorner<2, 2>()));
   result->gravity_direction_sigma = std::sqrt(std::max(0.0, gravity.eigenvalues()[1])) / kGravity;
 }
 
@@ -308,11 +304,10 @@ GravityLeverArm SolveGravityLeverArm(const std::vector<ImuSample>& imu, const st
     const int size = iteration < kFixedRotationIterations ? 9 : 12;
     Vector12d step = Vector12d::Zero();
     if (iteration < kFreeGravityIterations) {
-      step.head(size) = system.H.topLeftCorner(size, size).ldlt().solve(system.b.head(size));
+      step.head(size) = SolveSymmetric(system.H.topLeftCorner(size, size), system.b.head(size));
     } else {
-      const Eigen::Matrix<double, 12, 11> basis = KeepingGravityLength(x.gravity);
-      const Eigen::Matrix<double, 11, 11> H = basis.transpose() * system.H * basis;
-      step = basis * H.ldlt().solve(basis.transpose() * system.b);
+      const Eigen::MatrixXd basis = KeepingGravityLength(x.gravity);
+      step = basis * SolveSymmetric(basis.transpose() * system.H * basis, basis.transpose() * system.b);
     }
     step.tail<3>() *= std::min(1.0, 0.3 / (step.tail<3>().norm() + 1e-300));
     Step(step, &x);

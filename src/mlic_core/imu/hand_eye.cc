@@ -3,12 +3,11 @@
 #include <ceres/autodiff_cost_function.h>
 #include <ceres/rotation.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/imu/hand_eye_rotation.h"
 #include "mlic_core/imu/robust.h"
 #include "mlic_core/sensors/observability_limits.h"
@@ -215,12 +214,12 @@ void Fit::FillResult(const RigidTransform& T, HandEyeResult* result) {
   for (SmallFit* fit : {&rotations, &data, &prior}) fit->SetRotation(&T_.rotation);
   result->information = weights_.information_factor * data.Information({Rotation(), Translation()});
   const Eigen::Matrix3d of_rotations = weights_.information_factor * rotations.Information({Rotation()});
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(of_rotations);
+  const SymmetricEigen<3> eigen(of_rotations);
   for (int i = 0; i < 3; ++i) {
     if (eigen.eigenvalues()[i] > 1.0 / (kRotationLimit * kRotationLimit)) ++result->rotation_directions_shown;
   }
   const Matrix6d posterior = result->information + prior.Information({Rotation(), Translation()});
-  result->covariance = posterior.ldlt().solve(Matrix6d::Identity());
+  result->covariance = SolveSymmetric(posterior, Matrix6d::Identity());
 }
 
 }  // namespace

@@ -1,11 +1,11 @@
 #include "mlic_core/imu/hand_eye_rotation.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/imu/robust.h"
 #include "mlic_core/sensors/observability_limits.h"
 
@@ -57,13 +57,13 @@ HandEyeRotation SolveHandEyeRotation(const std::vector<RelativeMotion>& motions,
       const double sigma = motions[i].sigma_rotation * scale;
       M += 4.0 * weights[i] / (sigma * sigma) * A.transpose() * A;
     }
-    spectrum = Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d>(M).eigenvalues();
+    spectrum = SymmetricEigen<Eigen::Dynamic>(M).eigenvalues();
     if (guess) {
       const Eigen::Vector4d q = guess->T_imu_sensor.rotation.coeffs();
       M +=
           4.0 / guess->sigma_rotation.squaredNorm() * 3.0 * (Eigen::Matrix4d::Identity() - q * q.transpose());
     }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> eigen(M);
+    const SymmetricEigen<Eigen::Dynamic> eigen(M);
     start.R_imu_lidar = Eigen::Quaterniond(Eigen::Vector4d(eigen.eigenvectors().col(0)));
     // The neighbouring null direction, as a left rotation: q2 = (axis / 2) * q to first order.
     const Eigen::Quaterniond second(Eigen::Vector4d(eigen.eigenvectors().col(1)));

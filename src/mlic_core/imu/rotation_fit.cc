@@ -1,6 +1,5 @@
 #include "mlic_core/imu/rotation_fit.h"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <limits>
 
@@ -9,14 +8,6 @@
 #include "mlic_core/imu/robust.h"
 
 namespace mlic {
-
-Eigen::Quaterniond WahbaRotation(const Eigen::Matrix3d& profile, double* fit) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(profile, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0;
-  const Eigen::Vector3d signs(1.0, 1.0, sign);
-  if (fit != nullptr) *fit = signs.dot(svd.singularValues());
-  return Eigen::Quaterniond(Eigen::Matrix3d(svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose()));
-}
 
 Eigen::Quaterniond RobustMean(const std::vector<Eigen::Quaterniond>& rotations, double sigma) {
   Eigen::Quaterniond mean = rotations.front();

@@ -8,6 +8,7 @@
 #include "mlic_core/camera/colmap/colmap_camera.h"
 #include "mlic_core/common/error.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/initialization/camera_rotation.h"
 #include "mlic_core/problem/joint_solver.h"
 #include "mlic_core/problem/priors.h"
@@ -65,11 +66,11 @@ double ChangeInSigmas(const CalibrationState& before, const CalibrationState& af
   known.diagonal() += 1e-6 * limits.cwiseAbs2().cwiseInverse();
   const int cameras = layout.poses;
   const Eigen::MatrixXd scaled = limits.asDiagonal() * known * limits.asDiagonal();
-  const Eigen::VectorXd sigmas = scaled.ldlt()
-                                     .solve(Eigen::MatrixXd::Identity(scaled.rows(), scaled.cols()))
-                                     .diagonal()
-                                     .cwiseAbs()
-                                     .cwiseSqrt();
+  const Eigen::VectorXd sigmas =
+      SolveSymmetric(scaled, Eigen::MatrixXd::Identity(scaled.rows(), scaled.cols()))
+          .diagonal()
+          .cwiseAbs()
+          .cwiseSqrt();
   double largest = 0.0;
   for (std::size_t c = 0; c < after.cameras.size(); ++c) {
     const SensorCalibration &a = before.cameras[c].sensor, &b = after.cameras[c].sensor;

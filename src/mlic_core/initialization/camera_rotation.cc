@@ -1,6 +1,5 @@
 #include "mlic_core/initialization/camera_rotation.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -8,6 +7,8 @@
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
+#include "mlic_core/geometry/wahba.h"
 #include "mlic_core/imu/robust.h"
 #include "mlic_core/imu/rotation_fit.h"
 
@@ -78,7 +79,7 @@ Fit FitRotation(const Correspondences& c, const std::optional<ExtrinsicGuess>& g
       profile += direction_weights[k] / (kDirectionSigma * kDirectionSigma) * c.imu_direction[k] *
                  c.camera_direction[k].transpose();
     }
-    fit.rotation = WahbaRotation(profile);
+    fit.rotation = Eigen::Quaterniond(WahbaRotation(profile));
     fit.cost = 0.0;
     for (std::size_t k = 0; k < c.imu.size(); ++k) {
       const double error = (c.imu[k] - fit.rotation * c.camera[k].cwiseProduct(stretch)).norm();
@@ -183,7 +184,7 @@ CameraRotation AlignCameraRotation(const std::vector<VisualMotion>& motions,
     const Correspondences c = At(motions, T_map_imu, best_offset, lever, false);
     Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
     for (const Eigen::Vector3d& v : c.imu) information += v * v.transpose();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(information);
+    const SymmetricEigen<3> eigen(information);
     result.weakest_axis = std::sqrt(std::max(0.0, eigen.eigenvalues()[1])) / kVisualRotationSigma;
     use_directions = result.weakest_axis < kWeakAxis;
     result.focal_ratio = FocalRatio(c, best.rotation);

@@ -1,12 +1,12 @@
 #include "mlic_core/initialization/drive_odometry.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <utility>
 
 #include "mlic_core/common/parallel.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/initialization/inertial_motion.h"
 
 namespace mlic {
@@ -80,8 +80,7 @@ AngularRateAlignment AlignWithDrift(const Drive& drive, std::vector<TimedPose>* 
 bool PredictsTurning(const AngularRateAlignment& alignment) {
   constexpr double kSigma = 5.0 * M_PI / 180.0;  // from: guard, errs by a tenth of the turning
   if (alignment.rotation_directions_shown >= 2) return true;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(alignment.rotation_covariance,
-                                                              Eigen::EigenvaluesOnly);
+  const SymmetricEigen<3> solver(alignment.rotation_covariance);
   return solver.eigenvalues()[2] < kSigma * kSigma;
 }
 

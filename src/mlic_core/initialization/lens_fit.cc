@@ -1,12 +1,12 @@
 #include "mlic_core/initialization/lens_fit.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/random.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/solver/small_fit.h"
 
 namespace mlic {
@@ -191,7 +191,7 @@ class PairRows {
         sum += whitening * whitening / (above * above) * match.normal * match.normal.transpose();
       }
       const double before = best;
-      Try(matches, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(sum).eigenvectors().col(0), &best);
+      Try(matches, SymmetricEigen<3>(sum).eigenvectors().col(0), &best);
       if (!(best < 0.9999 * before)) break;
     }
   }

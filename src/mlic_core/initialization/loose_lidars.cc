@@ -1,12 +1,12 @@
 #include "mlic_core/initialization/loose_lidars.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
 #include "mlic_core/common/angles.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 
 namespace mlic {
 namespace {
@@ -51,7 +51,7 @@ std::optional<MountTurn> MeasureMountTurn(const std::vector<ImuSample>& imu,
   // Of the difference: the inverse of the sum of both covariances, which need not exist.
   const Eigen::Matrix3d &a = first.rotation_information, &b = second.rotation_information;
   const Eigen::Matrix3d information = a * (a + b + 1e-6 * Eigen::Matrix3d::Identity()).inverse() * b;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(0.5 * (information + information.transpose()));
+  const SymmetricEigen<3> eigen(0.5 * (information + information.transpose()));
   MountTurn result;
   for (int i = 0; i < 3; ++i) {
     const double value = eigen.eigenvalues()[i];

@@ -6,6 +6,7 @@
 
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 
 namespace mlic {
 namespace {
@@ -130,7 +131,7 @@ RigidTransform Draw(const Targets& a, const Patches& b, RigidTransform T, int ro
       H.topLeftCorner<3, 3>() += weight * of_turn.transpose() * of_turn;
       g.head<3>() += weight * of_turn.transpose() * turned;
     }
-    const Eigen::Matrix<double, 6, 1> step = -H.ldlt().solve(g);
+    const Eigen::Matrix<double, 6, 1> step = -SolveSymmetric(H, g);
     if (!step.allFinite()) return T;
     const Eigen::Quaterniond turn = ExpQuaternion(step.head<3>());
     T = {(turn * T.rotation).normalized(), turn * T.translation + step.tail<3>()};

@@ -6,6 +6,7 @@
 
 #include "mlic_core/common/angles.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/imu/excitation.h"
 #include "mlic_core/ingest/drive_notes.h"
 #include "mlic_core/inspection/excitation_findings.h"
@@ -63,7 +64,7 @@ struct AxisNoise {
   Eigen::Vector3d imu, pose;
 
   AxisNoise(const Eigen::Vector3d& imu_sigma, const Eigen::Matrix3d& pose_covariance) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(pose_covariance);
+    const SymmetricEigen<3> eigen(pose_covariance);
     axes = eigen.eigenvectors();
     pose = eigen.eigenvalues().cwiseMax(1e-30).cwiseSqrt();
     imu = (axes.cwiseAbs2().transpose() * imu_sigma.cwiseAbs2()).cwiseSqrt();
@@ -165,14 +166,14 @@ Information WithoutNoise(const Information& shared, const Information& own, doub
   constexpr double kFloor = 1e-8;    // of the information; from: guard, rounding
   const Eigen::Matrix<double, kColumns, 1> scale = own.diagonal().cwiseMax(1e-30).cwiseSqrt();
   const auto inverse = scale.cwiseInverse().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Information> spectrum(Information(inverse * (own - shared) * inverse));
+  const SymmetricEigen<Eigen::Dynamic> spectrum(Information(inverse * (own - shared) * inverse));
   const Information noise = spectrum.eigenvectors() *
                             (spectrum.eigenvalues().cwiseMax(0.0).array() + kFloor).matrix().asDiagonal() *
                             spectrum.eigenvectors().transpose();
   const Information root = noise.llt().matrixL();
   const Information half = root.triangularView<Eigen::Lower>().solve(Information(inverse * own * inverse));
   const Information whitened = root.triangularView<Eigen::Lower>().solve(Information(half.transpose()));
-  const Eigen::SelfAdjointEigenSolver<Information> eigen(whitened);
+  const SymmetricEigen<Eigen::Dynamic> eigen(whitened);
   const double least = 1.0 + kScatters / std::sqrt(independent);
   Eigen::Matrix<double, kColumns, 1> values = eigen.eigenvalues();
   for (int i = 0; i < kColumns; ++i) values[i] = values[i] < least ? 0.0 : values[i] - 1.0;
@@ -198,11 +199,11 @@ Information InformationOf(JacobianStream first, JacobianStream second, double ra
 }
 
 Information InverseOf(const Information& information) {
-  const Eigen::SelfAdjointEigenSolver<Information> eigen(information);
+  const SymmetricEigen<Eigen::Dynamic> eigen(information);
   Information known = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() *
                       eigen.eigenvectors().transpose();
   known.diagonal().array() += 1.0 / (kUnknown * kUnknown);
-  return known.ldlt().solve(Information::Identity());
+  return SolveSymmetric(known, Information::Identity());
 }
 
 // What holds alpha where the calibration will hold it: see ReviewAlignment in uncertainty/imu_alignment.h.
@@ -211,7 +212,7 @@ Eigen::Matrix3d HeldAlignment(const Information& covariance, double prior_sigma)
   constexpr double kMuchLost = 2.0;         // of the sensor's sigma; from: definition, as there
   Eigen::Matrix3d held = Eigen::Matrix3d::Zero();
   const Eigen::Matrix3d alignment = covariance.block<3, 3>(kAlignment, kAlignment);
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(alignment);
+  const SymmetricEigen<3> eigen(alignment);
   for (int i = 0; i < 3; ++i) {
     const Eigen::Vector3d axis = eigen.eigenvectors().col(i);
     const double variance = std::max(1e-18, eigen.eigenvalues()[i]);
@@ -244,8 +245,7 @@ struct Quantity {
 // Directions that the data do not show, worst first. Along them a guess of guess_sigma is added.
 void FindUnseen(const Information& covariance, const Quantity& quantity, Information* information,
                 std::vector<UnseenDirection>* unseen) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(
-      Eigen::Matrix3d(covariance.block<3, 3>(quantity.column, quantity.column)));
+  const SymmetricEigen<3> eigen(Eigen::Matrix3d(covariance.block<3, 3>(quantity.column, quantity.column)));
   for (int i = 2; i >= 0; --i) {
     const double sigma = std::sqrt(std::max(0.0, eigen.eigenvalues()[i]));
     if (sigma <= quantity.limit) continue;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "mlic_core/common/order_statistics.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/ingest/drive_notes.h"
 #include "mlic_core/ingest/scan_reader.h"
 #include "mlic_core/inspection/azimuth_rate.h"
@@ -209,7 +210,7 @@ Findings DeskewFindings(const LidarSurvey& lidar, const std::vector<ImuSample>& 
   // About axes that do not turn nothing can be told: they must not blow up the fit.
   Eigen::Matrix3d normal = turning.transpose() * turning;
   normal.diagonal().array() += 1e-4 * kLeastTurning * kLeastTurning * static_cast<double>(count);
-  const Eigen::Vector3d share = normal.ldlt().solve(turning.transpose() * advance);
+  const Eigen::Vector3d share = SolveSymmetric(normal, turning.transpose() * advance);
   const double explained = 1.0 - (advance - turning * share).squaredNorm() / advance.squaredNorm();
   const bool deskewed = share.norm() > 0.5 && explained > kExplained;
   return {

@@ -1,10 +1,10 @@
 #include "mlic_core/inspection/pose_information.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "mlic_core/common/order_statistics.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/lidar/plane_map.h"
 
 namespace mlic {
@@ -118,7 +118,7 @@ PoseNoise NoiseOfPoses(const PoseInformation& information) {
   PoseInformation known = information;
   known.diagonal().head<3>().array() += 1.0 / (kUnseenAngle * kUnseenAngle);
   known.diagonal().tail<3>().array() += 1.0 / (kUnseenShift * kUnseenShift);
-  const PoseInformation covariance = known.ldlt().solve(PoseInformation::Identity());
+  const PoseInformation covariance = SolveSymmetric(known, PoseInformation::Identity());
   return {covariance.topLeftCorner<3, 3>(), covariance.bottomRightCorner<3, 3>(), true};
 }
 

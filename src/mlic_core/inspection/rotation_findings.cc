@@ -6,6 +6,7 @@
 
 #include "mlic_core/common/angles.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/imu/excitation.h"
 #include "mlic_core/ingest/drive_notes.h"
 #include "mlic_core/lidar/odometry.h"
@@ -32,7 +33,7 @@ double SquaredDistance(const AngularRateAlignment& alignment, const Eigen::Quate
     covariance += shown * shown * axis * axis.transpose();
   }
   const Eigen::Vector3d distance = Log(alignment.R_imu_lidar * guess.conjugate());
-  return distance.dot(covariance.ldlt().solve(distance));
+  return SquaredMahalanobis(covariance, distance);
 }
 
 double SquaredDistance(const LidarRotation& lidar, const ExtrinsicGuess& guess) {

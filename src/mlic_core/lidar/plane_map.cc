@@ -7,6 +7,7 @@
 
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/geometry/octree_key.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 
 namespace mlic {
 namespace {
@@ -73,7 +74,7 @@ class RootVoxel {
   };
 
   static Fit FitPlane(const PointCluster& cluster, const Eigen::Vector3d& anchor) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(cluster.Covariance());
+    const SymmetricEigen<3> eigen(cluster.Covariance());
     Fit fit;
     fit.center = anchor + cluster.Mean();
     fit.plane.normal = eigen.eigenvectors().col(0);

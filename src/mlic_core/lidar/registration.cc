@@ -1,10 +1,10 @@
 #include "mlic_core/lidar/registration.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 
 namespace mlic {
 namespace {
@@ -200,7 +200,7 @@ RegistrationResult RegisterScan(const std::vector<TimedPoint>& points, double ha
     Vector12d right_side;
     equations.Expand(&hessian, &right_side);
     AddMotionPrior(prior, result.state, &hessian, &right_side);
-    const Vector12d step = hessian.ldlt().solve(right_side);
+    const Vector12d step = SolveSymmetric(hessian, right_side);
     if (!step.allFinite()) break;
     Update(step, &result.state);
     result.residual_rms =

@@ -12,6 +12,7 @@
 #include "mlic_core/crossmodal/still_alignment.h"
 #include "mlic_core/crossmodal/view_selection.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 
 namespace mlic {
 namespace {
@@ -101,7 +102,7 @@ double MeanNid(const std::vector<StillPair>& pairs, const CameraIntrinsics& intr
 void FindUnobservable(const Eigen::Matrix3d& of_data, const Eigen::Matrix3d& of_guess,
                       const Eigen::Matrix3d& claimed, UnobservableDirection::Quantity quantity, double limit,
                       SensorResult* camera, std::array<bool, 3>* axes) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(of_data);
+  const SymmetricEigen<3> eigen(of_data);
   for (int k = 0; k < 3; ++k) {
     const Eigen::Vector3d direction = eigen.eigenvectors().col(k);
     const double sigma = std::sqrt(std::max(0.0, eigen.eigenvalues()[k]));

@@ -1,12 +1,12 @@
 #include "mlic_core/problem/linearizer.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 
 #include "mlic_core/common/parallel.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/problem/imu_terms.h"
 #include "mlic_core/problem/landmark_terms.h"
 #include "mlic_core/problem/plane_terms.h"
@@ -21,7 +21,7 @@ Eigen::Vector3d LandmarkStep(const LandmarkCoupling& tie, const Eigen::VectorXd&
   }
   Eigen::Matrix3d own = tie.own;
   own.diagonal().array() += 1e-9;
-  return -own.ldlt().solve(right);
+  return -SolveSymmetric3(own, right);
 }
 
 // The times of measurements, IMU clock.

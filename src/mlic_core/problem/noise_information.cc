@@ -1,11 +1,11 @@
 #include "mlic_core/problem/noise_information.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <vector>
 
+#include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/problem/linearizer.h"
 
 namespace mlic {
@@ -29,7 +29,7 @@ std::optional<Eigen::MatrixXd> InformationAt(const LinearizedProblem& linearized
 }
 
 Eigen::MatrixXd PositivePart(const Eigen::MatrixXd& matrix) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 * (matrix + matrix.transpose()));
+  const SymmetricEigen<Eigen::Dynamic> eigen(0.5 * (matrix + matrix.transpose()));
   return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() *
          eigen.eigenvectors().transpose();
 }
@@ -61,12 +61,11 @@ Eigen::MatrixXd WithoutNoise(const Eigen::MatrixXd& information, const Eigen::Ma
     return limits.asDiagonal() * matrix * limits.asDiagonal();
   };
   const Eigen::MatrixXd S = in_limits(0.5 * (information + information.transpose()));
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(S);
+  const SymmetricEigen<Eigen::Dynamic> eigen(S);
   const double least = std::max(1e-12, 1e-15 * eigen.eigenvalues().maxCoeff());
   const Eigen::VectorXd root = eigen.eigenvalues().cwiseMax(least).cwiseSqrt();
   const Eigen::MatrixXd whiten = eigen.eigenvectors() * root.cwiseInverse().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> shares(whiten.transpose() *
-                                                              PositivePart(in_limits(noise)) * whiten);
+  const SymmetricEigen<Eigen::Dynamic> shares(whiten.transpose() * PositivePart(in_limits(noise)) * whiten);
   const Eigen::VectorXd left =
       shares.eigenvalues().unaryExpr([](double share) { return std::clamp(1.0 - share, 0.0, 1.0); });
   const Eigen::MatrixXd back =

@@ -1,9 +1,9 @@
 #include "mlic_core/problem/settle_points.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 
 #include "mlic_core/common/parallel.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/problem/landmark_rows.h"
 #include "mlic_core/problem/landmark_terms.h"
 
@@ -61,7 +61,7 @@ void SettlePoint(const LinearizationPoint& at, std::size_t d, std::size_t p, con
   for (int i = 0; i < kMost; ++i) {
     Eigen::Matrix3d H = equations.information;
     H.diagonal() *= 1.0 + damping;
-    const Eigen::Vector3d step = -H.ldlt().solve(equations.gradient);
+    const Eigen::Vector3d step = -SolveSymmetric3(H, equations.gradient);
     const PointLandmark last = *point;
     if (step.allFinite()) MovePoint(step, point);
     const PointEquations moved = EquationsOf(at, d, p, observations);

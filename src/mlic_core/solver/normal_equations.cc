@@ -1,11 +1,11 @@
 #include "mlic_core/solver/normal_equations.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <random>
 #include <utility>
 
 #include "mlic_core/common/parallel.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/solver/schur_complement.h"
 
 namespace mlic {
@@ -51,7 +51,7 @@ Eigen::VectorXd SolveCalibration(const Eigen::MatrixXd& information, const Eigen
     H(i, i) = 1.0;
     g[i] = 0.0;
   }
-  return -H.ldlt().solve(g);
+  return -SolveSymmetric(H, g);
 }
 
 NormalSolution SolveNormalEquations(const Accumulator& sum, const std::vector<LandmarkCoupling>& landmarks,

@@ -1,6 +1,5 @@
 #include "mlic_core/summary/checks.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -8,6 +7,7 @@
 
 #include "mlic_core/association/landmark_noise.h"
 #include "mlic_core/common/angles.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/initialization/guess_check.h"
 #include "mlic_core/sensors/observability_limits.h"
 #include "mlic_core/sensors/sensor_frames.h"
@@ -208,8 +208,7 @@ void AddPlanes(const Judged& judged, const std::vector<bool>& taking_part,
   }
   for (std::size_t l = 0; l < lidars; ++l) {
     if (!taking_part[l]) continue;
-    const Eigen::Vector3d shares =
-        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(directions[l], Eigen::EigenvaluesOnly).eigenvalues();
+    const Eigen::Vector3d shares = SymmetricEigen<3>(directions[l]).eigenvalues();
     QualityCheck check;
     check.name = "coverage_directions";
     check.sensor = judged.rig.lidars[l].name;

@@ -1,6 +1,5 @@
 #include "mlic_core/summary/ground.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -10,6 +9,7 @@
 #include <utility>
 
 #include "mlic_core/common/random.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 
 namespace mlic {
 namespace {
@@ -96,7 +96,7 @@ std::optional<Ground> Fit(const Patches& patches) {
     right += row * p.z();
   }
   if (normal.determinant() < 1e-6) return std::nullopt;  // from: guard, m^4
-  const Eigen::Vector3d solution = normal.ldlt().solve(right);
+  const Eigen::Vector3d solution = SolveSymmetric3(normal, right);
   const Ground ground{solution.head<2>(), solution.z()};
   if (ground.slope.norm() > std::tan(kSteepest)) return std::nullopt;
   return ground;

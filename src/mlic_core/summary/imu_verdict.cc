@@ -1,9 +1,10 @@
 #include "mlic_core/summary/imu_verdict.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+
+#include "mlic_core/geometry/symmetric_matrix.h"
 
 namespace mlic {
 namespace {
@@ -68,7 +69,7 @@ ImuAlignment AlignmentOf(const Adjustment& adjustment) {
     alignment.estimated[a] = adjustment.problem.imu.alignment_held(a, a) < 0.5;
     if (alignment.estimated[a]) alignment.axes = ImuAxes::kGyroscope;
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> held(adjustment.problem.imu.alignment_held);
+  const SymmetricEigen<3> held(adjustment.problem.imu.alignment_held);
   for (int i = 0; i < 3; ++i) {
     if (held.eigenvalues()[i] > 0.5) alignment.held.push_back(held.eigenvectors().col(i));
   }

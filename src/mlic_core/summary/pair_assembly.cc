@@ -1,6 +1,5 @@
 #include "mlic_core/summary/pair_assembly.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,6 +7,7 @@
 #include <utility>
 
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/sensors/observability_limits.h"
 #include "mlic_core/summary/result_assembly.h"
 #include "mlic_core/summary/sigmas_in_use.h"
@@ -28,7 +28,7 @@ constexpr double kWorstTranslation = 0.3;              // m; from: definition
 // Directions of one quantity that the data do not show to the limit, with the sigma that is then claimed.
 void AddUnobservable(const Eigen::Matrix3d& from_data, const Eigen::Matrix3d& claimed, double limit,
                      Quantity quantity, std::vector<UnobservableDirection>* directions) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(from_data);
+  const SymmetricEigen<3> eigen(from_data);
   for (int i = 0; i < 3; ++i) {
     if (eigen.eigenvalues()[i] <= limit * limit) continue;
     Eigen::Vector3d direction = eigen.eigenvectors().col(i);
@@ -41,8 +41,7 @@ void AddUnobservable(const Eigen::Matrix3d& from_data, const Eigen::Matrix3d& cl
 
 // Largest sigma along any direction.
 double Worst(const Eigen::Matrix3d& covariance) {
-  return std::sqrt(
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance, Eigen::EigenvaluesOnly).eigenvalues()[2]);
+  return std::sqrt(SymmetricEigen<3>(covariance).eigenvalues()[2]);
 }
 
 // With its names and what it does not show; nothing where it is hardly known.

@@ -1,11 +1,11 @@
 #include "mlic_core/summary/sigmas_in_use.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/problem/layout.h"
 #include "mlic_core/result/vehicle_axes.h"
 #include "mlic_core/sensors/camera_model.h"
@@ -21,7 +21,7 @@ constexpr int kElevations[] = {-20, 0, 20};    // deg, what LiDARs see; from: de
 // Along the direction in which it is largest.
 template <typename Matrix>
 double LargestSigma(const Matrix& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(covariance, Eigen::EigenvaluesOnly);
+  const SymmetricEigen<Eigen::Dynamic> eigen(covariance);
   return std::sqrt(std::max(0.0, eigen.eigenvalues()[eigen.eigenvalues().size() - 1]));
 }
 

@@ -1,9 +1,9 @@
 #include "mlic_core/uncertainty/held_translations.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/problem/layout.h"
 #include "mlic_core/sensors/observability_limits.h"
 
@@ -32,7 +32,7 @@ std::vector<OpenSensor> OpenSensors(const JointProblem& problem, const SensorOrd
 
 // Whether the covariance of one sensor's translation shows all directions to their limits.
 bool ShowsAll(const Eigen::Matrix3d& covariance, const Eigen::Vector3d& guess_sigma) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(covariance);
+  const SymmetricEigen<3> eigen(covariance);
   for (int i = 0; i < 3; ++i) {
     const double limit =
         std::min(kTranslationLimit, eigen.eigenvectors().col(i).cwiseProduct(guess_sigma).norm());
@@ -55,7 +55,7 @@ std::vector<Eigen::VectorXd> UnobservableTranslations(const JointProblem& proble
   }
   std::vector<Eigen::VectorXd> held;
   if (count == 0) return held;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(remaining);
+  const SymmetricEigen<Eigen::Dynamic> eigen(remaining);
   for (Eigen::Index i = 3 * count - 1; i >= 0; --i) {
     bool all = true;
     for (Eigen::Index s = 0; s < count; ++s) {

@@ -1,10 +1,10 @@
 #include "mlic_core/uncertainty/imu_alignment.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/problem/layout.h"
 #include "mlic_core/sensors/imu_matrices.h"
 #include "mlic_core/uncertainty/observability.h"
@@ -43,8 +43,7 @@ AlignmentReview ReviewAlignment(const JointProblem& problem, const CalibrationSt
   if (information.rows() != layout.calibration) return review;
   const FreeAlignment free = CovarianceWithFreeAlignment(problem, state, information);
   const int at = layout.alignment;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(
-      Eigen::Matrix3d(free.covariance.block<3, 3>(at, at)));
+  const SymmetricEigen<3> eigen(Eigen::Matrix3d(free.covariance.block<3, 3>(at, at)));
   const Eigen::Vector3d found = Log(SplitAccelerometerMatrix(state.accelerometer_matrix).rotation);
   review.held.setZero();
   review.covariance.setZero();

@@ -1,9 +1,9 @@
 #include "mlic_core/uncertainty/imu_matrices.h"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <vector>
 
+#include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/problem/inverse_in_limits.h"
 #include "mlic_core/problem/priors.h"
 #include "mlic_core/solver/submatrix.h"
@@ -49,8 +49,7 @@ MatrixEvidence EvidenceOfMatrices(const JointProblem& problem, const Calibration
   MatrixEvidence evidence;
   if (probe.information.size() == 0) return evidence;
   const MarginalEquations marginal = MarginalOfMatrices(problem, state, probe, scale);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
-      0.5 * (marginal.information + marginal.information.transpose()));
+  const SymmetricEigen<Eigen::Dynamic> eigen(0.5 * (marginal.information + marginal.information.transpose()));
   const Eigen::VectorXd information = eigen.eigenvalues().cwiseMax(0.0);
   const Eigen::VectorXd gradient = eigen.eigenvectors().transpose() * marginal.gradient;
   // Each direction's likelihood is that of a normal variable of variance 1 / information + sigma^2.

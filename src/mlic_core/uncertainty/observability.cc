@@ -1,6 +1,5 @@
 #include "mlic_core/uncertainty/observability.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -8,6 +7,7 @@
 #include <vector>
 
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/problem/inverse_in_limits.h"
 #include "mlic_core/problem/layout.h"
 #include "mlic_core/problem/priors.h"
@@ -37,7 +37,7 @@ ObservabilityAnalysis::LeastShown Judge(const Eigen::Matrix3d& data_covariance,
   for (int a = 0; a < 3; ++a) {
     (*axes)[a] = look(Eigen::Vector3d::Unit(a), std::sqrt(data_covariance(a, a)));
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(data_covariance);
+  const SymmetricEigen<3> eigen(data_covariance);
   for (int i = 0; i < 3; ++i) {
     Eigen::Vector3d direction = eigen.eigenvectors().col(i);
     if (look(direction, std::sqrt(std::max(0.0, eigen.eigenvalues()[i])))) continue;
@@ -58,7 +58,7 @@ Eigen::MatrixXd WithHeld(const Eigen::MatrixXd& covariance, const std::vector<Ei
   for (std::size_t i = 0; i < held.size(); ++i) rows.row(static_cast<Eigen::Index>(i)) = held[i].transpose();
   const Eigen::MatrixXd of_rows = covariance.leftCols(rows.cols()) * rows.transpose();
   const Eigen::MatrixXd variance = rows * of_rows.topRows(rows.cols());
-  const Eigen::MatrixXd follows = variance.ldlt().solve(of_rows.transpose()).transpose();
+  const Eigen::MatrixXd follows = SolveSymmetric(variance, of_rows.transpose()).transpose();
   const Eigen::MatrixXd of_guess = rows * guess_variances.asDiagonal() * rows.transpose();
   return covariance - follows * of_rows.transpose() + follows * of_guess * follows.transpose();
 }

@@ -1,6 +1,5 @@
 #include "mlic_core/uncertainty/point_scatter.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -9,6 +8,7 @@
 #include "mlic_core/association/ring_corrections.h"
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/factors/point_to_plane.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/problem/plane_terms.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
 
@@ -155,13 +155,13 @@ Eigen::MatrixXd LeftOfRings(const RingResponse& response, const RingCorrections&
 Eigen::MatrixXd Excess(const Scatter& scatter, double usual, const Eigen::VectorXd& limits) {
   const Eigen::MatrixXd in_limits = limits.asDiagonal() * scatter.white * limits.asDiagonal();
   const Eigen::MatrixXd found = limits.asDiagonal() * scatter.found * limits.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> white(0.5 * (in_limits + in_limits.transpose()));
+  const SymmetricEigen<Eigen::Dynamic> white(0.5 * (in_limits + in_limits.transpose()));
   const double least = 1e-12 * std::max(1e-300, white.eigenvalues().maxCoeff());
   const Eigen::VectorXd root = white.eigenvalues().cwiseMax(0.0).cwiseSqrt();
   const Eigen::VectorXd inverse =
       root.unaryExpr([&](double v) { return v * v > least ? 1.0 / v : 0.0; });  // nothing is shown there
   const Eigen::MatrixXd whiten = white.eigenvectors() * inverse.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> ratio(whiten.transpose() * found * whiten);
+  const SymmetricEigen<Eigen::Dynamic> ratio(whiten.transpose() * found * whiten);
   const Eigen::VectorXd beyond =
       ratio.eigenvalues().unaryExpr([&](double q) { return std::max(0.0, q / usual - 1.0); });
   const Eigen::MatrixXd back =

@@ -1,11 +1,11 @@
 #include "mlic_core/uncertainty/range_errors.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "mlic_core/association/ring_corrections.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/problem/joint_solver.h"
 #include "mlic_core/problem/layout.h"
 #include "mlic_core/problem/linearizer.h"
@@ -133,7 +133,7 @@ Eigen::MatrixXd LastOfCovariance(Eigen::MatrixXd information, const std::vector<
     information(i, i) = 1.0;
   }
   const Eigen::MatrixXd last = Eigen::MatrixXd::Identity(size, size).rightCols(count);
-  Eigen::MatrixXd covariance = information.ldlt().solve(last).bottomRows(count);
+  Eigen::MatrixXd covariance = SolveSymmetric(information, last).bottomRows(count);
   for (Eigen::Index i = 0; i < count; ++i) {
     if (!free[size - count + i]) covariance(i, i) = 0.0;
   }
@@ -151,7 +151,7 @@ bool IsConfirmed(const RangeErrors& errors, std::size_t lidar, double correlatio
   const Eigen::Vector2d both = errors.steps[lidar].head<2>();
   if (std::abs(both[0] - both[1]) >= both.cwiseAbs().minCoeff()) return false;
   const Eigen::Matrix2d covariance = correlation * errors.covariance.block<2, 2>(begin, begin);
-  const Eigen::Vector2d weights = covariance.ldlt().solve(Eigen::Vector2d::Ones());
+  const Eigen::Vector2d weights = SolveSymmetric(covariance, Eigen::Vector2d::Ones());
   const double offset = weights.dot(both) / weights.sum();
   return std::abs(offset) > kFarFromZero * std::hypot(std::sqrt(1.0 / weights.sum()), kFlatness);
 }

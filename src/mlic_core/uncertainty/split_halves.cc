@@ -1,13 +1,12 @@
 #include "mlic_core/uncertainty/split_halves.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <optional>
 
 #include "mlic_core/common/significance.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/problem/inverse_in_limits.h"
 #include "mlic_core/problem/noise_information.h"
 #include "mlic_core/uncertainty/half_calibration.h"
@@ -117,7 +116,7 @@ Eigen::MatrixXd Chosen(const Eigen::MatrixXd& matrix, const std::vector<int>& pl
 // The unit vectors (columns) along which both covariances, in limits, stay within them: the eigenvectors of
 // their sum.
 Eigen::MatrixXd ShownDirections(const Eigen::MatrixXd& first, const Eigen::MatrixXd& second) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(first + second);
+  const SymmetricEigen<Eigen::Dynamic> eigen(first + second);
   Eigen::MatrixXd shown(first.rows(), 0);
   for (Eigen::Index i = 0; i < first.rows(); ++i) {
     const Eigen::VectorXd direction = eigen.eigenvectors().col(i);
@@ -151,7 +150,7 @@ std::optional<HalvesDifference> CompareAt(const Compared& compared, Quantity qua
   }
   result.directions = static_cast<int>(shown.cols());
   const Eigen::VectorXd along = shown.transpose() * difference;
-  const double squares = along.dot((shown.transpose() * covariance * shown).ldlt().solve(along));
+  const double squares = SquaredMahalanobis(shown.transpose() * covariance * shown, along);
   result.deviation = EquivalentDeviation(std::max(0.0, squares), result.directions);
   return result;
 }

@@ -1,11 +1,11 @@
 #include "mlic_core/camera/two_view/epipolar_refinement.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 
 namespace mlic {
 namespace {
@@ -62,7 +62,7 @@ RelativePose RefineRelativePose(RelativePose pose, const std::vector<Eigen::Vect
     Eigen::Matrix<double, 5, 5> H = system.H;
     H.diagonal() *= 1.0 + damping;
     H.diagonal().array() += 1e-12;
-    const Eigen::Matrix<double, 5, 1> step = -H.ldlt().solve(system.g);
+    const Eigen::Matrix<double, 5, 1> step = -SolveSymmetric(H, system.g);
     const RelativePose trial{ExpMatrix(step.head<3>()) * pose.R,
                              (pose.t + tangents * step.tail<2>()).normalized()};
     const Eigen::Matrix<double, 3, 2> trial_tangents = tangents_at(trial.t);

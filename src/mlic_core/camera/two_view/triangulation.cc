@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "mlic_core/common/count_true.h"
+#include "mlic_core/geometry/symmetric_matrix.h"
 
 namespace mlic {
 namespace {
@@ -72,7 +73,7 @@ bool NearestToRays(const std::vector<BearingObservation>& observations, const st
     }
     // Relative to the weights the determinant is the squared sine of the rays' angle.
     if (!(A.determinant() > 1e-12 * weights * weights * weights)) return false;
-    *point = A.ldlt().solve(b);
+    *point = SolveSymmetric3(A, b);
     if (!point->allFinite()) return false;
   }
   return true;
@@ -86,7 +87,7 @@ bool Refine(const std::vector<BearingObservation>& observations, const std::vect
   for (int iteration = 0; iteration < 30 && damping < 1e6; ++iteration) {
     Eigen::Matrix3d H = system->H;
     H.diagonal() *= 1.0 + damping;
-    const Eigen::Vector3d step = -H.ldlt().solve(system->g);
+    const Eigen::Vector3d step = -SolveSymmetric3(H, system->g);
     if (!step.allFinite()) return false;
     const NormalEquations trial = Build(observations, used, *point + step);
     if (trial.cost < system->cost) {

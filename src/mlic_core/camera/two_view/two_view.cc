@@ -12,6 +12,7 @@
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/random.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/geometry/wahba.h"
 
 namespace mlic {
 namespace {
@@ -114,16 +115,12 @@ double Matches::EssentialCost(const Eigen::Matrix3d& E, double bound, std::vecto
   return cost;
 }
 
-// Wahba's problem.
 Eigen::Matrix3d Matches::FitRotation(const std::vector<bool>& inlier) const {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   for (int i = 0; i < size(); ++i) {
     if (inlier[i]) sum += b_[i] * a_[i].transpose();
   }
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Vector3d signs(1.0, 1.0, 1.0);
-  if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0) signs.z() = -1.0;
-  return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+  return WahbaRotation(sum);
 }
 
 std::optional<Eigen::Matrix3d> Matches::RansacRotation(std::vector<bool>* inlier) const {
