@@ -22,18 +22,28 @@ compile_jobs() {
   if [ "$by_memory" -lt "$cores" ]; then echo "$by_memory"; else echo "$cores"; fi
 }
 
-# Configures and builds (Release, Ninja) in $build; arguments go to cmake. A new build directory compiles several source
-# files of a library in one call: the whole takes half the time, as headers and the templates of Eigen are compiled once
-# for all of them. An existing one stays as it was configured.
-build_mlic() {
-  local jobs=${MLIC_JOBS:-$(compile_jobs)} unity=()
+# Configures (Release, Ninja) in $build; arguments go to cmake. A new build directory compiles several source files of a
+# library in one call: the whole takes half the time, as headers and the templates of Eigen are compiled once for all of
+# them. An existing one stays as it was configured.
+configure_mlic() {
+  local unity=()
   if [ ! -f "$build/CMakeCache.txt" ]; then unity=(-DCMAKE_UNITY_BUILD=ON); fi
+  cmake -S "$repository" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release "${unity[@]}" "$@"
+}
+
+# Builds these targets; without one, all programs.
+compile_mlic() {
+  local jobs=${MLIC_JOBS:-$(compile_jobs)}
   echo "== building in $build with $jobs jobs"
-  cmake -S "$repository" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release "${unity[@]}" "$@" || return
-  cmake --build "$build" -- -j "$jobs" || return
-  if ninja -C "$build" -t targets all 2>/dev/null | grep -q '^tests: phony'; then
-    cmake --build "$build" --target tests -- -j "$jobs" || return
-  fi
+  ninja -C "$build" -j "$jobs" "$@"
+}
+
+# Configures as the arguments to cmake say, and builds all programs; also the tests where they are configured.
+build_mlic() {
+  configure_mlic "$@" || return
+  local targets=(all)
+  if ninja -C "$build" -t targets all 2>/dev/null | grep -q '^tests: phony'; then targets+=(tests); fi
+  compile_mlic "${targets[@]}"
 }
 
 # Makes roslaunch, rosrun and rospack see the build. The file of catkin reads unset variables.
