@@ -1,5 +1,6 @@
 #include "mlic_core/lidar/scan_joining.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -7,12 +8,15 @@
 
 namespace mlic {
 
-std::size_t JoinShortScans(LidarRecording* recording) {
+std::size_t PiecesOfScan(double period) {
   constexpr double kUsual = 0.1;  // s, of a scan; from: standard, spinning LiDARs turn at 10 Hz
-  if (recording->scan_period <= 0.0) return 1;
-  const double pieces = std::round(kUsual / recording->scan_period);
-  if (pieces < 2.0) return 1;
-  const double length = pieces * recording->scan_period;
+  return period > 0.0 ? std::max<std::size_t>(1, std::llround(kUsual / period)) : 1;
+}
+
+std::size_t JoinShortScans(LidarRecording* recording) {
+  const std::size_t pieces = PiecesOfScan(recording->scan_period);
+  if (pieces < 2) return 1;
+  const double length = static_cast<double>(pieces) * recording->scan_period;
   std::vector<LidarScan> joined;
   for (LidarScan& piece : recording->scans) {
     if (joined.empty() || piece.time > joined.back().time + length - 0.5 * recording->scan_period) {
@@ -32,7 +36,7 @@ std::size_t JoinShortScans(LidarRecording* recording) {
   }
   recording->scans = std::move(joined);
   recording->scan_period = length;
-  return static_cast<std::size_t>(pieces);
+  return pieces;
 }
 
 }  // namespace mlic

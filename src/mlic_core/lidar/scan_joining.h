@@ -10,4 +10,7 @@ namespace mlic {
 // lacks leaves a hole in its scan. Returns how many pieces make a scan: 1 where nothing was joined.
 std::size_t JoinShortScans(LidarRecording* recording);
 
+// How many scans that come `period` seconds after each other are joined to one; 1: none.
+std::size_t PiecesOfScan(double period);
+
 }  // namespace mlic

@@ -16,9 +16,12 @@
 #include "mlic_ros/bag/imu_messages.h"
 #include "mlic_ros/bag/lidar_messages.h"
 #include "mlic_ros/bag/message_reader.h"
+#include "mlic_ros/bag/part_choice.h"
 
 namespace mlic {
 namespace {
+
+constexpr double kShareOfChoice = 0.3;  // of the time of loading; from: structural
 
 // A kind of sensor and the messages that it may have.
 struct Kind {
@@ -137,11 +140,12 @@ class Collector {
   std::string imu_frame_;
 };
 
-// The drives of which the chosen interval contains a part.
+// What the chosen interval contains of each drive.
 std::vector<BagSet::Interval> DrivesWithin(const BagSet& bags, const BagSet::Interval& interval) {
   std::vector<BagSet::Interval> drives;
   for (const BagSet::Interval& drive : bags.drives()) {
-    if (drive.end >= interval.begin && drive.begin <= interval.end) drives.push_back(drive);
+    const BagSet::Interval within{std::max(drive.begin, interval.begin), std::min(drive.end, interval.end)};
+    if (within.begin <= within.end) drives.push_back(within);
   }
   if (drives.empty()) throw InputError("bag " + bags.names() + ": nothing was recorded in the chosen time");
   return drives;
@@ -218,7 +222,17 @@ Dataset LoadDataset(const Rig& rig_file, const std::vector<std::filesystem::path
     topics.push_back(camera.topic);
   }
   const BagSet::Interval interval = ChosenInterval(bags, options);
-  const std::vector<BagSet::Interval> drives = DrivesWithin(bags, interval);
+  // Of the loading, where the IMU is read by itself first.
+  double loaded = 0.0;
+  const auto report_progress = [&](double fraction) { progress.OnProgress("loading", fraction); };
+  std::vector<BagSet::Interval> drives = DrivesWithin(bags, interval);
+  if (options.most_telling) {
+    const std::size_t others = report.warnings.size();
+    drives = ChooseParts(
+        bags, rig, std::move(drives), LongestDrive(LoadOf(bags, rig)), cancellation,
+        [&](double fraction) { report_progress(kShareOfChoice * fraction); }, &report.warnings);
+    if (report.warnings.size() > others) loaded = kShareOfChoice;
+  }
 
   std::vector<LidarFormat> formats;
   for (std::size_t l = 0; l < rig.lidars.size(); ++l) {
@@ -233,11 +247,15 @@ Dataset LoadDataset(const Rig& rig_file, const std::vector<std::filesystem::path
   const std::vector<cv::Mat> masks = LoadMasks(rig, image_formats, options.rig_directory);
 
   Collector collector(drives, rig.imu.topic, formats, rig.cameras.size());
-  ReadInBatches(bags, topics, interval, cancellation,
-                [&](const std::vector<RawMessage>& batch, double fraction) {
-                  collector.Add(batch);
-                  progress.OnProgress("loading", fraction);
-                });
+  const double share = (1.0 - loaded) / static_cast<double>(drives.size());
+  for (const BagSet::Interval& drive : drives) {
+    ReadInBatches(bags, topics, drive, cancellation,
+                  [&](const std::vector<RawMessage>& batch, double fraction) {
+                    collector.Add(batch);
+                    report_progress(loaded + share * fraction);
+                  });
+    loaded += share;
+  }
   report.imu_frame_id = collector.imu_frame();
 
   Dataset dataset;

@@ -12,12 +12,14 @@
 namespace mlic {
 
 struct LoadOptions {
-  double start = 0.0;                   // s after the first message of the earliest bag; from: structural
-  std::optional<double> duration;       // s; until the end when absent
+  double start = 0.0;              // s after the first message of the earliest bag; from: structural
+  std::optional<double> duration;  // s; until the end when absent
+  // Of drives that are longer than a calibration takes (inspection/cost.h), the parts that show it best.
+  bool most_telling = false;
   std::filesystem::path rig_directory;  // what the rig's mask files are relative to
 };
 
-// What was found and left out, in plain words for log and report; frames as the messages name them.
+// What was found, chosen and left out, in plain words for log and report; frames as the messages name them.
 struct LoadReport {
   std::vector<std::string> lines;
   std::vector<std::string> warnings;

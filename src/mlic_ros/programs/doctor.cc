@@ -17,6 +17,7 @@
 #include "mlic_ros/bag/cloud_decoder.h"
 #include "mlic_ros/bag/image_reader.h"
 #include "mlic_ros/bag/imu_messages.h"
+#include "mlic_ros/bag/part_choice.h"
 #include "mlic_ros/bag/recording_survey.h"
 
 namespace mlic {
@@ -152,6 +153,19 @@ void DiagnoseDrive(const BagSet& bags, const Rig& rig, const BagSet::Interval& i
   }
 }
 
+// Of what a calibration takes of the drives.
+void ReportCost(const BagSet& bags, const Rig& rig, Findings* findings) {
+  const SensorLoad load = LoadOf(bags, rig);
+  const double longest = LongestDrive(load), length = LengthOf(bags.drives());
+  if (length > longest) {
+    std::printf("\nOf %.0f s recorded a calibration takes the %.0f s that show it best.\n", length, longest);
+  }
+  Report("Cost",
+         CostFindings(ExpectedCost(load, std::min(length, longest)), FreeMemory(),
+                      std::max(1u, std::thread::hardware_concurrency())),
+         findings);
+}
+
 }  // namespace
 
 Findings Diagnose(const BagSet& bags, const Rig& rig_file, const CancellationToken& cancellation) {
@@ -161,12 +175,7 @@ Findings Diagnose(const BagSet& bags, const Rig& rig_file, const CancellationTok
   const Rig recorded = WithRecordedSensors(bags, rig, &topics);
   Report("Topics", topics, &findings);
   if (!has_imu) return findings;
-  std::size_t scans = 0;
-  for (const LidarConfig& lidar : recorded.lidars) scans += bags.topics().at(lidar.topic).messages;
-  Report("Cost",
-         CostFindings(ExpectedCost(scans, recorded.cameras.size()), FreeMemory(),
-                      std::max(1u, std::thread::hardware_concurrency())),
-         &findings);
+  ReportCost(bags, recorded, &findings);
   for (const BagSet::Interval& drive : bags.drives()) {
     std::printf("\nDrive of %.1f s from %.3f\n", SecondsSince(drive.begin, drive.end),
                 1e-9 * static_cast<double>(drive.begin));

@@ -43,7 +43,8 @@ JobArguments::JobArguments()
   app_.add_option("--output", output_, "directory for the results, empty or new or of an earlier run")
       ->required();
   app_.add_option("--start", options_.load.start, "leave out the first seconds");
-  app_.add_option("--duration", duration_, "use no more than this many seconds; 0: all")
+  app_.add_option("--duration", duration_,
+                  "use no more than this many seconds; 0: all, of a long recording the part that shows most")
       ->check(CLI::NonNegativeNumber);
   const std::map<std::string, IntrinsicsStart> starts{{"trajectory", IntrinsicsStart::kTrajectory},
                                                       {"colmap", IntrinsicsStart::kColmap}};
@@ -94,7 +95,11 @@ JobOptions JobArguments::Options() const {
   options.output = directory_ / output_;
   if (!prior_.empty()) options.prior = directory_ / prior_;
   for (const std::string& bag : bags_) options.bags.push_back(directory_ / bag);
-  if (duration_ > 0.0) options.load.duration = duration_;
+  if (duration_ > 0.0) {
+    options.load.duration = duration_;
+  } else {
+    options.load.most_telling = true;
+  }
   const fs::path weights = matcher_weights_.empty() ? fs::path() : directory_ / matcher_weights_;
   options.calibration.matcher = ChooseMatcher(matcher_, weights.string());
   return options;

@@ -29,6 +29,12 @@ std::vector<double> MotionAlong(const ImageSource& images, const VehiclePose& po
   return length;
 }
 
+// Of a drive of that many seconds, spread by motion: a longer one has more, so that neighbours see the same.
+double MostOf(const KeyframeOptions& options, double seconds) {
+  constexpr double kMinute = 60.0;  // s; from: definition
+  return options.most_keyframes * std::max(1.0, seconds / kMinute);
+}
+
 // For each wanted place along the way, the images to choose from.
 std::vector<std::vector<std::size_t>> Candidates(const ImageSource& images, const std::vector<double>& length,
                                                  double spacing, const KeyframeOptions& options) {
@@ -52,13 +58,20 @@ std::vector<std::vector<std::size_t>> Candidates(const ImageSource& images, cons
 
 }  // namespace
 
+double MostKeyframes(double seconds, bool with_poses) {
+  const KeyframeOptions options;
+  const double most = MostOf(options, seconds);
+  return with_poses ? most : std::max(most, seconds / options.largest_interval);
+}
+
 std::vector<Keyframe> SelectKeyframes(const CameraRecording& recording, int camera, const VehiclePose& pose,
                                       const KeyframeOptions& options, const CancellationToken* cancellation) {
   const ImageSource& images = *recording.images;
   if (images.Count() == 0) return {};
   const std::vector<double> length = MotionAlong(images, pose, options.scene_depth);
   const double least = pose ? options.least_motion : options.least_interval;
-  double spacing = std::max(least, length.back() / std::max(1, options.most_keyframes - 1));
+  const double most = MostOf(options, images.Time(images.Count() - 1) - images.Time(0));
+  double spacing = std::max(least, length.back() / std::max(1.0, most - 1.0));
   if (!pose) spacing = std::min(spacing, options.largest_interval);
   const auto places = Candidates(images, length, 0.999 * spacing, options);
 

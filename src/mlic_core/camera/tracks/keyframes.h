@@ -16,7 +16,7 @@ namespace mlic {
 using VehiclePose = std::function<std::optional<RigidTransform>(double time)>;
 
 struct KeyframeOptions {
-  int most_keyframes = 80;       // of one camera; from: guard, time and memory
+  int most_keyframes = 80;       // of one camera in a minute; from: guard, time and memory
   double least_interval = 0.15;  // s; from: guard, time: of fast turns and drives below 12 s
   // Without poses: a camera in the hand turns away from what it saw within a second. from: guard, plain
   // drives are closer.
@@ -27,6 +27,10 @@ struct KeyframeOptions {
   double least_motion = 0.02;  // rad; a vehicle that stands still gives no keyframes
   int candidates = 3;  // images about each wanted place, of which the sharpest is taken; from: guard, time
 };
+
+// As many keyframes of one camera as a drive of that many seconds has at most, by default: those of a minute
+// in shorter ones, too; without poses the largest interval decides.
+double MostKeyframes(double seconds, bool with_poses);
 
 // Images spread evenly over the motion (over time where `pose` is empty), the sharpest well exposed one of
 // some neighbours each. Ordered by time. Images that cannot be decoded throw InputError.
