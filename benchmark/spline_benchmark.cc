@@ -145,8 +145,8 @@ std::vector<AutodiffCall> PointCalls(const Setup& setup) {
 
 Eigen::Matrix<double, 6, 1> ClosedImu(const Setup& setup, int i, ImuResidual::Jacobian* jacobian) {
   const ImuSample& sample = setup.samples[i];
-  return ImuResidual::Evaluate(setup.trajectory, setup.RotationBasis(sample.time),
-                               setup.PositionBasis(sample.time), setup.imu, setup.gravity, sample, jacobian);
+  const ImuBases bases(setup.trajectory, sample.time, setup.imu.accelerometer_lag);
+  return ImuResidual::Evaluate(setup.trajectory, bases, setup.imu, setup.gravity, sample, jacobian);
 }
 
 double ClosedPoint(const Setup& setup, int i, double* row) {

@@ -46,15 +46,19 @@ struct KnotWindow {
     return basis;
   }
 
-  // Writes the four control points' rows from `row` on to those of the window's blocks that `basis` uses.
+  // Writes the four control points' rows from `row` on to those of the window's blocks that `basis` uses. J's
+  // first column is the residual `from` of the blocks.
   template <typename Jacobian>
-  void Write(const Jacobian& J, int row, const SplineBasis& basis, int ambient, double** blocks) const {
+  void Write(const Jacobian& J, int row, const SplineBasis& basis, int ambient, double** blocks,
+             int from = 0) const {
     for (int j = 0; j < count; ++j) {
+      if (blocks[j] == nullptr) continue;
+      double* const block = blocks[j] + from * ambient;
       const int used = first + j - basis.first;
       if (used >= 0 && used < 4) {
-        WriteBlock(J, row + 3 * used, 3, ambient, blocks[j]);
-      } else if (blocks[j] != nullptr) {
-        std::fill_n(blocks[j], J.cols() * ambient, 0.0);
+        WriteBlock(J, row + 3 * used, 3, ambient, block);
+      } else {
+        std::fill_n(block, J.cols() * ambient, 0.0);
       }
     }
   }

@@ -24,7 +24,7 @@ ImuCost::ImuCost(EvaluationPoint* at, std::size_t drive, const ImuSample& sample
       sample_(sample),
       sigma_(sigma),
       with_matrices_(with_matrices),
-      knots_(at->state.drives[drive].trajectory, sample.time, 0.0) {
+      knots_(at->state.drives[drive].trajectory, sample.time, MeasurementKnots::kClockMargin) {
   DriveState& state = at->state.drives[drive];
   knots_.AddTo(&at->drives[drive], blocks);
   blocks->Add(state.gyroscope_bias.data(), 3);
@@ -39,12 +39,14 @@ ImuCost::ImuCost(EvaluationPoint* at, std::size_t drive, const ImuSample& sample
 
 bool ImuCost::Evaluate(double const* const*, double* residuals, double** jacobians) const {
   const SplitSpline& trajectory = at_.state.drives[drive_].trajectory;
-  const SplineBasis rb = knots_.rotation.Basis(trajectory.rotation.knots(), sample_.time);
-  const SplineBasis pb = knots_.position.Basis(trajectory.position.knots(), sample_.time);
+  const ImuCalibration imu = at_.state.Imu(drive_);
+  const double then = sample_.time - imu.accelerometer_lag;
+  const ImuBases bases(knots_.rotation.Basis(trajectory.rotation.knots(), sample_.time),
+                       knots_.rotation.Basis(trajectory.rotation.knots(), then),
+                       knots_.position.Basis(trajectory.position.knots(), then));
   ImuResidual::Jacobian J;
-  const Eigen::Matrix<double, 6, 1> r =
-      ImuResidual::Evaluate(trajectory, rb, pb, at_.state.Imu(drive_), at_.state.Gravity(), sample_,
-                            jacobians != nullptr ? &J : nullptr);
+  const Eigen::Matrix<double, 6, 1> r = ImuResidual::Evaluate(trajectory, bases, imu, at_.state.Gravity(),
+                                                              sample_, jacobians != nullptr ? &J : nullptr);
   const ceres::HuberLoss loss(kImuHuber);
   Eigen::Matrix<double, ImuResidual::kColumns, 7> rows;
   double remainder = 0.0;
@@ -61,7 +63,9 @@ bool ImuCost::Evaluate(double const* const*, double* residuals, double** jacobia
   residuals[6] = std::sqrt(std::max(0.0, remainder));
   if (jacobians == nullptr) return true;
   rows.col(6).setZero();
-  knots_.Write(rows, rb, pb, jacobians);
+  knots_.rotation.Write(rows.leftCols<3>(), 0, bases.rates, 4, jacobians);
+  knots_.rotation.Write(rows.rightCols<4>(), 0, bases.rotation, 4, jacobians, 3);
+  knots_.position.Write(rows, ImuResidual::kPosition, bases.position, 3, jacobians + knots_.rotation.count);
   double** rest = jacobians + knots_.Count();
   WriteBlock(rows, ImuResidual::kBias, 3, 3, rest[0]);
   WriteBlock(rows, ImuResidual::kBias + 3, 3, 3, rest[1]);

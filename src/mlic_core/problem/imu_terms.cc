@@ -61,9 +61,8 @@ void AddImu(const LinearizationPoint& at, std::size_t d, std::size_t chunk, Accu
   ImuResidual::Jacobian J;
   for (std::size_t k = begin; k < end; ++k) {
     if (!trajectory.Contains(samples[k].time)) continue;
-    const SplineBasis rb(trajectory.rotation.knots(), samples[k].time);
-    const SplineBasis pb(trajectory.position.knots(), samples[k].time);
-    Eigen::Matrix<double, 6, 1> r = ImuResidual::Evaluate(trajectory, rb, pb, imu, gravity, samples[k], &J);
+    const ImuBases bases(trajectory, samples[k].time, imu.accelerometer_lag);
+    Eigen::Matrix<double, 6, 1> r = ImuResidual::Evaluate(trajectory, bases, imu, gravity, samples[k], &J);
     for (int i = 0; i < 6; ++i) {
       const double sigma = ImuSigmaOf(at.problem.drives[d].imu_sigma, i);
       double weight;
@@ -72,7 +71,17 @@ void AddImu(const LinearizationPoint& at, std::size_t d, std::size_t chunk, Accu
       J.col(i) *= scale;
       r[i] *= scale;
     }
-    AddRows(KnotColumns(at.layout, d, rb.first, pb.first), calibration, J.topRows(width), r, sum);
+    const KnotColumns of_force(at.layout, d, bases.rotation.first, bases.position.first);
+    const auto rows = J.topRows(width);
+    if (bases.rates.first == bases.rotation.first) {
+      AddRows(of_force, calibration, rows, r, sum);
+      continue;
+    }
+    // Rates have no position: any of the same time will do.
+    const SplineBasis position(trajectory.position.knots(), samples[k].time);
+    const KnotColumns of_rates(at.layout, d, bases.rates.first, position.first);
+    AddRows(of_rates, calibration, rows.leftCols<3>(), r.head<3>(), sum);
+    AddRows(of_force, calibration, rows.rightCols<3>(), r.tail<3>(), sum);
   }
 }
 
@@ -84,10 +93,9 @@ double ImuCost(const LinearizationPoint& at, std::size_t d, std::size_t chunk) {
   double cost = 0.0;
   for (std::size_t k = begin; k < end; ++k) {
     if (!trajectory.Contains(samples[k].time)) continue;
-    const SplineBasis rb(trajectory.rotation.knots(), samples[k].time);
-    const SplineBasis pb(trajectory.position.knots(), samples[k].time);
+    const ImuBases bases(trajectory, samples[k].time, imu.accelerometer_lag);
     const Eigen::Matrix<double, 6, 1> r =
-        ImuResidual::Evaluate(trajectory, rb, pb, imu, at.state.Gravity(), samples[k], nullptr);
+        ImuResidual::Evaluate(trajectory, bases, imu, at.state.Gravity(), samples[k], nullptr);
     double weight;
     for (int i = 0; i < 6; ++i) {
       cost += ImuComponentCost(r[i] / ImuSigmaOf(at.problem.drives[d].imu_sigma, i), &weight);
@@ -150,9 +158,9 @@ ImuResiduals EvaluateImuResiduals(const Dataset& dataset, const CalibrationState
   for (const ImuSample& sample : dataset.drives[drive].imu) {
     if (!trajectory.Contains(sample.time)) continue;
     residuals.times.push_back(sample.time);
-    residuals.values.push_back(ImuResidual::Evaluate(
-        trajectory, SplineBasis(trajectory.rotation.knots(), sample.time),
-        SplineBasis(trajectory.position.knots(), sample.time), imu, state.Gravity(), sample, nullptr));
+    const ImuBases bases(trajectory, sample.time, imu.accelerometer_lag);
+    residuals.values.push_back(
+        ImuResidual::Evaluate(trajectory, bases, imu, state.Gravity(), sample, nullptr));
   }
   return residuals;
 }

@@ -65,7 +65,10 @@ TimeSpan SpanOf(const LinearizationPoint& at, std::size_t d, const Part& part) {
   const double middle = at.state.drives[d].trajectory.Middle();
   const auto [imu_begin, imu_end] = ImuPart(at, d, part.chunk);
   const std::vector<ImuSample>& imu = at.problem.dataset->drives[d].imu;
-  for (std::size_t k = imu_begin; k < imu_end; ++k) span.Include(imu[k].time);
+  for (std::size_t k = imu_begin; k < imu_end; ++k) {
+    span.Include(imu[k].time);
+    span.Include(imu[k].time - at.state.accelerometer_lag);
+  }
   if (part.plane_begin < part.plane_end) {
     const PlaneAssociation& planes = at.problem.drives[d].planes;
     for (std::size_t k = planes.begin[part.plane_begin]; k < planes.begin[part.plane_end]; ++k) {

@@ -22,11 +22,6 @@ class PositionSpline {
   Eigen::Vector3d Acceleration(const SplineBasis& basis) const {
     return Combine(basis.first, basis.lambda_ddot);
   }
-  // The same all over a segment.
-  Eigen::Vector3d Jerk(const SplineBasis& basis) const {
-    const double rate = 1.0 / knots_.spacing;
-    return rate * rate * rate * Combine(basis.first, {0.0, 1.0, -2.0, 1.0});
-  }
 
   // control_points[j] += delta.segment<3>(offsets[j]).
   void Update(const Eigen::VectorXd& delta, const std::vector<int>& offsets);

@@ -158,27 +158,48 @@ TEST(PointToPlane, RangeNoiseDoesNotBias) {
   }
 }
 
-TEST(ImuResidual, JacobianAgreesWithNumericOne) {
-  const CalibrationState state = RandomState(5);
+// time: of the sample, s.
+void ExpectImuJacobian(CalibrationState state, double time) {
+  // A cubic in time: the jerk is what its mean over a knot spacing is.
+  const UniformKnots& knots = state.drives[0].trajectory.position.knots();
+  std::vector<Eigen::Vector3d> positions;
+  for (int j = 0; j < knots.count; ++j) {
+    const double t = knots.ControlPointTime(j);
+    positions.push_back({t * t * t, 2.0 * t * t - 3.0 * t * t * t, t + 4.0 * t * t * t});
+  }
+  state.drives[0].trajectory.position = PositionSpline(knots, positions);
   const Layout layout(state, true);
   ImuSample sample;
-  sample.time = kTime;
+  sample.time = time;
   sample.specific_force = Eigen::Vector3d(0.1, 9.0, 1.0);
   const auto evaluate = [&](const CalibrationState& at, ImuResidual::Jacobian* J) {
-    return ImuResidual::Evaluate(at.drives[0].trajectory, RotationBasis(at, kTime), PositionBasis(at, kTime),
-                                 at.Imu(0), at.Gravity(), sample, J);
+    const ImuBases bases(at.drives[0].trajectory, time, at.accelerometer_lag);
+    return ImuResidual::Evaluate(at.drives[0].trajectory, bases, at.Imu(0), at.Gravity(), sample, J);
   };
   ImuResidual::Jacobian J;
   evaluate(state, &J);
-  std::vector<int> columns = KnotColumns(layout, state, kTime);
-  for (int i = 0; i < 6; ++i) columns.push_back(layout.knots + layout.Bias(0) + i);
-  columns.push_back(layout.knots + layout.gravity);
-  columns.push_back(layout.knots + layout.lag);
-  for (int i = 0; i < 3; ++i) columns.push_back(layout.knots + layout.alignment + i);
-  for (int i = 0; i < Layout::kOfMatrices; ++i) columns.push_back(layout.knots + layout.matrices + i);
-  ExpectNumericJacobian(J, ImuResidual::kColumns, [&](int column, double step) {
-    return evaluate(Moved(state, layout, columns[column], step), nullptr);
-  });
+  // The rates' control points are those at the sample's time, the specific force's those of the lag before.
+  for (const bool of_force : {false, true}) {
+    std::vector<int> columns = KnotColumns(layout, state, of_force ? time - state.accelerometer_lag : time);
+    for (int i = 0; i < 6; ++i) columns.push_back(layout.knots + layout.Bias(0) + i);
+    columns.push_back(layout.knots + layout.gravity);
+    columns.push_back(layout.knots + layout.lag);
+    for (int i = 0; i < 3; ++i) columns.push_back(layout.knots + layout.alignment + i);
+    for (int i = 0; i < Layout::kOfMatrices; ++i) columns.push_back(layout.knots + layout.matrices + i);
+    const int first = of_force ? 3 : 0;
+    ExpectNumericJacobian(J.middleCols<3>(first), ImuResidual::kColumns, [&](int column, double step) {
+      const Eigen::Matrix<double, 6, 1> r = evaluate(Moved(state, layout, columns[column], step), nullptr);
+      return Eigen::Vector3d(r.segment<3>(first));
+    });
+  }
+}
+
+TEST(ImuResidual, JacobianAgreesWithNumericOne) { ExpectImuJacobian(RandomState(5), kTime); }
+
+// Knots of the rotation lie every 0.11 s, of the position every 0.07 s: a lag of 4 ms.
+TEST(ImuResidual, JacobianAgreesWhereTheLagReachesIntoAnotherSegment) {
+  ExpectImuJacobian(RandomState(5), 0.442);
+  ExpectImuJacobian(RandomState(5), 0.352);
 }
 
 TEST(LidarPointResidual, JacobianAgreesWithNumericOne) {

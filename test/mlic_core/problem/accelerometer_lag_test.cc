@@ -1,0 +1,62 @@
+#include <gtest/gtest.h>
+
+#include "mlic_core/problem/joint_solver.h"
+#include "support/test_motion.h"
+
+namespace mlic {
+namespace {
+
+constexpr double kRate = 200.0;     // Hz
+constexpr double kDuration = 20.0;  // s
+
+// The lag (s) that a solve finds in exact samples of a hand-held motion whose accelerometer is late by `lag`,
+// with poses as a LiDAR has them. first_sample: s after a knot.
+double FoundLag(double lag, double first_sample) {
+  const test::Motion motion = test::HandHeld();
+  constexpr double kSpacing = 0.04;
+  const UniformKnots knots = UniformKnots::Covering(0.0, kDuration, kSpacing);
+  Dataset dataset;
+  dataset.drives.resize(1);
+  JointProblem problem;
+  problem.dataset = &dataset;
+  problem.imu.lag_sigma = 0.01;
+  DriveTerms& terms = problem.drives.emplace_back();
+  terms.poses = {{}, 1e-4, 3e-4};
+  terms.imu_sigma = {Eigen::Vector3d::Constant(3e-3), Eigen::Vector3d::Constant(8e-3)};
+  for (double t = first_sample; t < kDuration; t += 1.0 / kRate) {
+    ImuSample sample = motion.Sample(t);
+    sample.specific_force = motion.Sample(t - lag).specific_force;
+    dataset.drives[0].imu.push_back(sample);
+  }
+  for (double t = 0.05; t < kDuration; t += 0.1) terms.poses.T_map_imu.push_back({t, motion.T_map_imu(t)});
+  CalibrationState state;
+  std::vector<Eigen::Quaterniond> rotations;
+  std::vector<Eigen::Vector3d> positions;
+  for (int j = 0; j < knots.count; ++j) {
+    const RigidTransform pose = motion.T_map_imu(knots.ControlPointTime(j));
+    rotations.push_back(pose.rotation);
+    positions.push_back(pose.translation);
+  }
+  DriveState drive;
+  drive.trajectory = {So3Spline(knots, rotations), PositionSpline(knots, positions)};
+  state.drives = {drive};
+  EXPECT_TRUE(SolveJointProblem(problem, 10, CancellationToken(), &state).solved);
+  return state.accelerometer_lag;
+}
+
+// Samples on the knots, a quarter and half of a period behind them.
+TEST(AccelerometerLag, DoesNotDependOnWhereSamplesLieBetweenKnots) {
+  for (const double first : {0.0, 0.00125, 0.0025}) {
+    EXPECT_NEAR(FoundLag(0.0, first), 0.0, 5e-6) << first;
+    EXPECT_NEAR(FoundLag(0.006, first), 0.006, 5e-6) << first;
+  }
+}
+
+// Half of a spacing and more: the specific force is that of other segments than the rates'.
+TEST(AccelerometerLag, MayBeLongAgainstTheKnots) {
+  EXPECT_NEAR(FoundLag(0.03, 0.0), 0.03, 2e-5);
+  EXPECT_NEAR(FoundLag(-0.05, 0.0), -0.05, 5e-5);
+}
+
+}  // namespace
+}  // namespace mlic
