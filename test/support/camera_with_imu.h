@@ -36,7 +36,9 @@ inline CameraCalibration CameraOfCameraWithImu() {
   return camera;
 }
 
-inline CameraWithImu MakeCameraWithImu(std::uint64_t seed, int points, const CommonError& common) {
+// readout: s, of a rolling shutter; 0: a global one.
+inline CameraWithImu MakeCameraWithImu(std::uint64_t seed, int points, const CommonError& common,
+                                       double readout = 0.0) {
   constexpr double kImuRate = 200.0;
   constexpr double kGyroscope = 2e-4, kAccelerometer = 2e-3;  // densities
   constexpr double kPixel = 0.3;                              // px
@@ -47,6 +49,8 @@ inline CameraWithImu MakeCameraWithImu(std::uint64_t seed, int points, const Com
   drive.trajectory = TrueSpline(*trajectory, kCameraWithImuDuration, kSyntheticKnots);
   c.state.drives.push_back(drive);
   c.state.cameras.push_back(CameraOfCameraWithImu());
+  c.state.cameras[0].readout = readout;
+  c.state.cameras[0].rolling_shutter = readout > 0.0;
   SyntheticTracksOptions options;
   options.duration = kCameraWithImuDuration;
   options.points = points;

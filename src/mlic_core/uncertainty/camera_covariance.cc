@@ -236,7 +236,7 @@ Eigen::VectorXd ScatterOfGroups(const Grouping& grouping, const Eigen::MatrixXd&
   return result;
 }
 
-// The places of each camera's rotation, translation, time offset and lens that move.
+// The places of each camera's rotation, translation, time offset, readout and lens that move.
 std::vector<std::vector<int>> Parts(const JointProblem& problem, const CalibrationState& state,
                                     const Layout& layout) {
   std::vector<std::vector<int>> parts;
@@ -245,8 +245,8 @@ std::vector<std::vector<int>> Parts(const JointProblem& problem, const Calibrati
     parts.push_back({pose, pose + 1, pose + 2});
     parts.push_back({pose + 3, pose + 4, pose + 5});
     parts.push_back({pose + 6});
+    if (layout.Readout(c) >= 0) parts.push_back({layout.Readout(c)});
     parts.emplace_back();
-    if (layout.Readout(c) >= 0) parts.back().push_back(layout.Readout(c));
     for (std::size_t i = 0; i < state.cameras[c].intrinsics.parameters.size(); ++i) {
       const std::vector<bool>& held = problem.cameras[c].fixed.intrinsics;
       if (i >= held.size() || !held[i]) parts.back().push_back(layout.Intrinsics(c) + static_cast<int>(i));
@@ -328,14 +328,19 @@ std::vector<std::string> DescribeInflation(const CameraInflation& inflation, con
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
     const int pose = layout.Camera(c), lens = layout.Intrinsics(c);
     const int count = static_cast<int>(state.cameras[c].intrinsics.parameters.size());
-    char text[200];
+    char text[240];
     std::snprintf(
         text, sizeof(text),
         ": observations share errors: their part in the sigmas of rotation, translation, offset and lens "
         "grows by a factor of %.2f, %.2f, %.2f, %.2f",
         inflation.growth[pose], inflation.growth[pose + 3], inflation.growth[pose + 6],
         inflation.growth.segment(lens, count).maxCoeff());
-    lines.push_back(rig.cameras[c].name + text);
+    std::string line = rig.cameras[c].name + text;
+    if (layout.Readout(c) >= 0) {
+      std::snprintf(text, sizeof(text), ", of the readout by %.2f", inflation.growth[layout.Readout(c)]);
+      line += text;
+    }
+    lines.push_back(line);
   }
   return lines;
 }

@@ -23,8 +23,8 @@ namespace mlic {
 //   Biometrika 1986), made larger by what the calibration follows of each group (Bell and McCaffrey, Survey
 //   Methodology 2002); what each way has beyond single observations adds up (Cameron, Gelbach and Miller,
 //   Journal of Business and Economic Statistics 2011). Groups are fewer than parameters, so that no matrix is
-//   made of it: a camera's rotation, translation, time offset and lens get one factor each, the mean over
-//   their parameters, and never less than one.
+//   made of it: a camera's rotation, translation, time offset, readout and lens get one factor each, the mean
+//   over their parameters, and never less than one.
 //
 // A third thing no observation shows: an error with a smooth pattern over the image, of which the lens model
 // takes up what looks like a lens. It is kPatternError in size, in any shape up to the third order, which is

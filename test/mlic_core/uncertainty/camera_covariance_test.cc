@@ -99,6 +99,22 @@ TEST(CameraInflation, SeesErrorsThatObservationsOfTheSameSecondsShare) {
   EXPECT_LT(std::abs(outcome.inflated[0]), 0.7 * std::abs(outcome.claimed[0]));
 }
 
+// The image leans to the left and to the right by turns, as it does where the rows are read more slowly or
+// faster.
+TEST(CameraInflation, ReadoutHasAFactorOfItsOwn) {
+  const auto leaning = [](double time, const Eigen::Vector2d& pixel) -> Eigen::Vector2d {
+    Random random(static_cast<std::uint64_t>(time / 3.0) + 7);
+    return {3e-3 * random.Normal() * (pixel.y() - 244.0), 0.0};
+  };
+  constexpr double kReadout = 0.02;
+  const Outcome outcome = Calibrate(MakeCameraWithImu(3, 3000, leaning, kReadout), false);
+  const int lens = outcome.layout.Intrinsics(0);
+  const double of_lens = outcome.inflation.growth.segment(lens, outcome.intrinsics.size()).maxCoeff();
+  std::printf("growth of the readout %.2f, of the lens %.2f\n",
+              outcome.inflation.growth[outcome.layout.Readout(0)], of_lens);
+  EXPECT_GT(outcome.inflation.growth[outcome.layout.Readout(0)], 1.5 * of_lens);
+}
+
 // Polynomials over the image up to the third order, of a mean square of one over it.
 std::array<double, 10> OrthonormalPatterns(const Eigen::Vector2d& pixel) {
   const double x = (pixel.x() - 371.0) / 371.0, y = (pixel.y() - 244.0) / 244.0;
