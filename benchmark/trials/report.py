@@ -71,8 +71,8 @@ def drives_table(drives):
 
 def sigmas_table(rows):
     """By split and kind of parameter, of trusted drives."""
-    lines = ['| split | parameter | drives | error, median / worst | of claimed sigma, median | mean z^2 [95 %] | '
-             'intervals that hold | worst z |', '|---|---|---|---|---|---|---|---|']
+    lines = ['| split | parameter | drives | error, median / worst | of claimed sigma, median | of the bound, median | '
+             'mean z^2 [95 %] | intervals that hold | worst z |', '|---|---|---|---|---|---|---|---|---|']
     groups = collections.defaultdict(list)
     for line in rows:
         if line['verdict'] == 'trusted' and int(line['n']) > 0:
@@ -83,9 +83,11 @@ def sigmas_table(rows):
         count = sum(n for _, n in squares)
         errors = [float(line['error']) for line in members]
         ratio = statistics.median(float(line['error']) / float(line['sigma']) for line in members)
+        # Rows of programs that told no bound lack it.
+        of_bound = [float(line['error']) / float(line['bound']) for line in members if line.get('bound')]
         inside = sum(int(line['inside']) for line in members)
         lines.append(f'| {split} | {parameter} | {len(members)} | {statistics.median(errors):.3g} / {max(errors):.3g} | '
-                     f'{ratio:.2f} | {mean:.2f} [{low:.2f}, {high:.2f}] of {count} | {inside / count:.0%} | '
+                     f'{ratio:.2f} | {f"{statistics.median(of_bound):.2f}" if of_bound else ""} | {mean:.2f} [{low:.2f}, {high:.2f}] of {count} | {inside / count:.0%} | '
                      f'{max(float(line["worst_z"]) for line in members):.1f} |')
     return lines
 

@@ -18,11 +18,11 @@ sys.path.append(str(pathlib.Path(__file__).resolve().parent.parent / 'accuracy')
 import row
 
 # Of a trial, then of one kind of parameter in it. error: worst of the drive (of a pose: length of the error vector) in
-# deg, m, s, ppm or px (focal length); sigma: the claimed one of the same; n: components; squares: sum of (error/sigma)^2;
-# inside: how many lie within their 95 percent interval.
+# deg, m, s, ppm or px (focal length); sigma: the claimed one of the same; bound: its Cramer-Rao bound, if the file has it;
+# n: components; squares: sum of (error/sigma)^2; inside: how many lie within their 95 percent interval.
 TRIAL = ['kind', 'split', 'seed', 'effect', 'world', 'world_seed', 'rig', 'imu', 'motion', 'duration', 'guess', 'commit',
          'verdict', 'exit', 'lost', 'cpu_s']
-SCORE = ['parameter', 'n', 'error', 'sigma', 'squares', 'inside', 'worst_z']
+SCORE = ['parameter', 'n', 'error', 'sigma', 'squares', 'inside', 'worst_z', 'bound']
 COLUMNS = TRIAL + SCORE
 INTERVAL = 1.959964  # of a normal distribution, 95 percent
 
@@ -46,12 +46,15 @@ def rotation_vector(estimate, truth):
 
 
 def pose_errors(found, pose, truth, offsets):
-    """Errors and sigmas of a pose by quantity, all three directions."""
-    sigma = found['sigma']
+    """Errors, sigmas and bounds (None: not known) of a pose by quantity, all three directions."""
+    sigma, bound = found['sigma'], found.get('bound', {})
     return {
-        'rotation': (rotation_vector(pose['rotation'], truth['rotation']), sigma['rotation_deg']),
-        'translation': ([a - b for a, b in zip(pose['translation'], truth['translation'])], sigma['translation']),
-        'offset': ([offsets[0] - offsets[1]], [sigma['time_offset']]),
+        'rotation': (rotation_vector(pose['rotation'], truth['rotation']), sigma['rotation_deg'],
+                     bound.get('rotation_deg')),
+        'translation': ([a - b for a, b in zip(pose['translation'], truth['translation'])], sigma['translation'],
+                        bound.get('translation')),
+        'offset': ([offsets[0] - offsets[1]], [sigma['time_offset']],
+                   [bound['time_offset']] if 'time_offset' in bound else None),
     }
 
 
@@ -141,23 +144,25 @@ def in_axes_of(imu, true):
 
 
 class Collected:
-    """Errors and sigmas of all components, by kind of parameter."""
+    """Errors, sigmas and bounds of all components, by kind of parameter."""
 
     def __init__(self):
         self.parts = {}
 
-    def add(self, parameter, errors, sigmas, flags):
-        kept = [(e, s) for e, s, flag in zip(errors, sigmas, flags) if flag and s > 0.0]
+    def add(self, parameter, errors, sigmas, flags, bounds=None):
+        kept = [(e, s, b) for e, s, b, flag in zip(errors, sigmas, bounds or [math.nan] * len(errors), flags)
+                if flag and s > 0.0]
         if kept:
             self.parts.setdefault(parameter, []).append(kept)
 
     def rows(self):
         for parameter, groups in self.parts.items():
-            worst = max(groups, key=lambda group: math.hypot(*(e for e, _ in group)))
-            z = [abs(e) / s for group in groups for e, s in group]
-            yield {'parameter': parameter, 'n': len(z), 'error': f'{math.hypot(*(e for e, _ in worst)):.4g}',
-                   'sigma': f'{math.hypot(*(s for _, s in worst)):.4g}', 'squares': f'{sum(v * v for v in z):.4f}',
-                   'inside': sum(v < INTERVAL for v in z), 'worst_z': f'{max(z):.3f}'}
+            worst = max(groups, key=lambda group: math.hypot(*(e for e, _, _ in group)))
+            errors, sigmas, bounds = (math.hypot(*values) for values in zip(*worst))
+            z = [abs(e) / s for group in groups for e, s, _ in group]
+            yield {'parameter': parameter, 'n': len(z), 'error': f'{errors:.4g}', 'sigma': f'{sigmas:.4g}',
+                   'squares': f'{sum(v * v for v in z):.4f}', 'inside': sum(v < INTERVAL for v in z),
+                   'worst_z': f'{max(z):.3f}', 'bound': '' if math.isnan(bounds) else f'{bounds:.4g}'}
 
 
 def add_intrinsics(collected, found, truth):
@@ -202,9 +207,10 @@ def score(calibration, truth):
     for name, sensor in sensors.items():
         truth_of = true['sensors'][name]
         offsets = (sensor['time_offset'], truth_of['time_offset'])
-        for quantity, (errors, sigmas) in pose_errors(sensor, sensor['T_imu_sensor'], truth_of['T_imu_sensor'],
-                                                      offsets).items():
-            collected.add(f'{row.kind_of(name, types)}_{quantity}', errors, sigmas, observable(sensor, quantity))
+        for quantity, (errors, sigmas, bounds) in pose_errors(sensor, sensor['T_imu_sensor'], truth_of['T_imu_sensor'],
+                                                              offsets).items():
+            collected.add(f'{row.kind_of(name, types)}_{quantity}', errors, sigmas, observable(sensor, quantity),
+                          bounds)
         if 'clock_drift_ppm' in sensor:
             collected.add(f'{row.kind_of(name, types)}_drift',
                           [sensor['clock_drift_ppm'] - truth_of.get('clock_drift_ppm', 0.0)],
@@ -215,8 +221,8 @@ def score(calibration, truth):
             continue
         offsets = [pair_of[1]['time_offset'] - pair_of[0]['time_offset']
                    for pair_of in ([both['sensors'][part] for part in name.split('/')] for both in (found, true))]
-        for quantity, (errors, sigmas) in pose_errors(pair, pair['T_a_b'], true['pairs'][name]['T_a_b'],
-                                                      offsets).items():
+        for quantity, (errors, sigmas, bounds) in pose_errors(pair, pair['T_a_b'], true['pairs'][name]['T_a_b'],
+                                                              offsets).items():
             collected.add(f'{row.kind_of(name, types)}_{quantity}', errors, sigmas,
-                          [both_observable(name, sensors, quantity)] * len(errors))
+                          [both_observable(name, sensors, quantity)] * len(errors), bounds)
     return list(collected.rows()), found['verdict'], len(types) - len(sensors)

@@ -26,6 +26,7 @@ SENSOR = """  {name}:
     type: {type}
     T_imu_sensor: {{translation: [{x}, 0.2, 0.3], rotation: [0, 0, {qz}, {qw}]}}
     sigma: {{translation: [0.001, 0.001, 0.002], rotation_deg: [0.01, 0.01, 0.02], time_offset: 0.0001}}
+    bound: {{translation: [0.001, 0.0005, 0.001], rotation_deg: [0.01, 0.01, 0.02], time_offset: 0.00005}}
     observable: {{translation: [true, true, {z}], rotation: [true, true, true], time_offset: true}}
     time_offset: {offset}
 """
@@ -109,6 +110,8 @@ class Score(Folder):
         self.assertEqual(translation['inside'], 2)
         self.assertAlmostEqual(float(translation['error']), 0.003, places=6)
         self.assertAlmostEqual(float(translation['sigma']), math.sqrt(6) / 1000, places=5)
+        self.assertAlmostEqual(float(translation['bound']), 1.5 / 1000, places=6)
+        self.assertEqual(rows['lidar_camera_translation']['bound'], '', 'the file has none of the pair')
         # 0.05 deg about z, whose sigma is 0.02 deg.
         self.assertAlmostEqual(float(rows['lidar_imu_rotation']['worst_z']), 2.5, places=3)
         self.assertAlmostEqual(float(rows['lidar_imu_rotation']['error']), 0.05, places=5)

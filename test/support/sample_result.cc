@@ -23,6 +23,7 @@ SensorResult SampleSensor(const std::string& name, const Eigen::Vector3d& positi
   sensor.sigma.translation = {0.0012, 0.0014, 0.1};
   sensor.sigma.rotation = {1.1e-4, 1.3e-4, 0.9e-4};
   sensor.sigma.time_offset = 8.5e-5;
+  sensor.bound = PoseSigma{0.8 * sensor.sigma.translation, 0.9 * sensor.sigma.rotation, 8e-5};
   sensor.translation_observable = {true, true, false};
   sensor.unobservable = {
       {UnobservableDirection::Quantity::kTranslation, Eigen::Vector3d(0.0, 0.02, 1.0).normalized(), 0.1}};
@@ -219,6 +220,7 @@ CalibrationResult SampleResult() {
       pair.sigma.translation = Eigen::Vector3d(0.0008, 0.0009, 0.0011);
       pair.sigma.rotation = Eigen::Vector3d::Constant(5e-5);
       pair.sigma.time_offset = 3e-5;
+      if (a == 0) pair.bound = pair.sigma;
       pair.in_use = SampleUse(b == 3);
       result.pairs.push_back(pair);
     }

@@ -90,6 +90,7 @@ struct SensorResult {
   bool fixed = false;  // held where the rig file has it
   SensorCalibration calibration;
   PoseSigma sigma;
+  std::optional<PoseSigma> bound;  // Cramer-Rao: what sigma would be were the noise white and nothing else
   std::array<bool, 3> translation_observable{true, true, true};
   std::array<bool, 3> rotation_observable{true, true, true};
   bool time_offset_observable = true;
@@ -110,6 +111,7 @@ struct PairResult {
   std::string a, b;
   RigidTransform T_a_b;
   PoseSigma sigma;
+  std::optional<PoseSigma> bound = {};  // as a sensor's
   // Directions along the axes of a that the data do not show. Told only of pairs without the IMU.
   std::vector<UnobservableDirection> unobservable = {};
   std::vector<SigmaInUse> in_use = {};  // empty: not known, or cameras that see nothing in common

@@ -47,7 +47,13 @@ std::vector<Sensor> AllSensors(const Rig& rig, const CalibrationState& state) {
   return sensors;
 }
 
-SensorResult MakeSensor(const Sensor& sensor, const ObservabilityAnalysis& analysis, std::size_t s) {
+// What the data show, and the bound of it.
+struct Shown {
+  ObservabilityAnalysis analysis, bound;
+};
+
+SensorResult MakeSensor(const Sensor& sensor, const Shown& of_data, std::size_t s) {
+  const ObservabilityAnalysis& analysis = of_data.analysis;
   SensorResult result;
   result.name = sensor.name;
   result.frame_id = sensor.frame_id;
@@ -55,6 +61,7 @@ SensorResult MakeSensor(const Sensor& sensor, const ObservabilityAnalysis& analy
   result.fixed = sensor.fixed;
   result.calibration = sensor.calibration;
   result.sigma = analysis.sigmas[s];
+  result.bound = of_data.bound.sigmas[s];
   result.translation_observable = analysis.sensors[s].translation;
   result.rotation_observable = analysis.sensors[s].rotation;
   result.time_offset_observable = analysis.sensors[s].time_offset;
@@ -233,7 +240,7 @@ std::vector<SensorHalves> HalvesOf(const Adjustment& adjustment, const std::vect
 // Every pair whose sensors are shown, and those that their own data tie to each other. lost: of each sensor,
 // its place rests on nothing.
 std::vector<PairResult> MakePairs(const std::vector<Sensor>& sensors, const std::vector<bool>& shown,
-                                  const std::vector<bool>& lost, const ObservabilityAnalysis& analysis) {
+                                  const std::vector<bool>& lost, const Shown& of_data) {
   std::vector<PairResult> pairs;
   for (std::size_t a = 0; a < sensors.size(); ++a) {
     for (std::size_t b = a + 1; b < sensors.size(); ++b) {
@@ -241,11 +248,12 @@ std::vector<PairResult> MakePairs(const std::vector<Sensor>& sensors, const std:
       const auto sigmas = [&](const Eigen::MatrixXd& from) {
         return MakePair(sensors[a].calibration, sensors[b].calibration, JointCovariance(from, a, b));
       };
-      const PoseSigma from_data = sigmas(analysis.data_covariance).sigma;
+      const PoseSigma from_data = sigmas(of_data.analysis.data_covariance).sigma;
       const bool pair_shown = from_data.translation.maxCoeff() < kTranslationLimit &&
                               from_data.rotation.maxCoeff() < kRotationLimit;
       if (!pair_shown && !(shown[a] && shown[b])) continue;
-      PairResult pair = sigmas(analysis.covariance);
+      PairResult pair = sigmas(of_data.analysis.covariance);
+      pair.bound = sigmas(of_data.bound.covariance).sigma;
       pair.a = sensors[a].name;
       pair.b = sensors[b].name;
       pairs.push_back(pair);
@@ -278,7 +286,8 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
                     CalibrationResult* result) {
   const CalibrationState& state = adjustment.state;
   Check(IsFinite(state), "the calibration holds what is not a number; please report this with the log");
-  ObservabilityAnalysis analysis = Analyze(adjustment, dataset);
+  Shown of_data{Analyze(adjustment, dataset), AnalyzeBound(adjustment, dataset)};
+  ObservabilityAnalysis& analysis = of_data.analysis;
   ReportAsHeld(adjustment.shown_before_hold, &analysis);
   InflateTimesFromAzimuth(dataset, &analysis);
   const std::vector<Sensor> sensors = AllSensors(rig, state);
@@ -307,7 +316,7 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
     // What does not stay where it is has no place to the others either.
     if (IsRefused(sensors[s].name, result->checks, "halves")) lost[s] = true;
     if (!shown[s]) continue;
-    result->sensors.push_back(MakeSensor(sensors[s], analysis, s));
+    result->sensors.push_back(MakeSensor(sensors[s], of_data, s));
     result->sensors.back().clock_reference =
         TimeFrom(dataset.drives[0].epoch, state.drives[0].trajectory.Middle());
     WarnOfDrift(result->sensors.back(), &result->warnings);
@@ -323,7 +332,7 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
                                                        : Verdict::kPartial;
   result->guesses = GuessesOf(rig);
   result->initial_sensors = InitialSensors(rig, adjustment.initial, shown);
-  result->pairs = MakePairs(sensors, shown, lost, analysis);
+  result->pairs = MakePairs(sensors, shown, lost, of_data);
   result->imu = state.Imu(0);
   result->gravity = state.Gravity();
   result->alignment = AlignmentOf(adjustment);

@@ -68,6 +68,11 @@ ObservabilityAnalysis Analyze(const Adjustment& adjustment, const Dataset& datas
   return analysis;
 }
 
+ObservabilityAnalysis AnalyzeBound(const Adjustment& adjustment, const Dataset& dataset) {
+  return AnalyzeCalibration(adjustment.problem, adjustment.state,
+                            VarianceScale(adjustment, dataset) * ScaledInformation(adjustment, dataset));
+}
+
 double ChangeInSigmas(const Adjustment& adjustment, const Dataset& dataset, const CalibrationState& before) {
   if (adjustment.last_solve.information.size() == 0) return kUnknownChange;
   const CalibrationState& state = adjustment.state;

@@ -114,6 +114,10 @@ constexpr double kFastestCrystals = 1e-4;  // s/s; from: standard, data sheets: 
 // are as unsure as they move in the drive.
 ObservabilityAnalysis Analyze(const Adjustment& adjustment, const Dataset& dataset);
 
+// The same from the measured noise alone, taken for white, with nothing that covariances grow by: the
+// Cramer-Rao bound of the model, which no unbiased estimate of these data is better than.
+ObservabilityAnalysis AnalyzeBound(const Adjustment& adjustment, const Dataset& dataset);
+
 // Largest change of a sensor since `before`, in sigmas of the last solve; very large where there was none or
 // a sigma is not a number.
 double ChangeInSigmas(const Adjustment& adjustment, const Dataset& dataset, const CalibrationState& before);

@@ -81,6 +81,8 @@ TEST(ResultFile, RoundTripKeepsEverything) {
     EXPECT_EQ(a.frame_id, b.frame_id);
     ExpectSame(a.calibration.T_imu_sensor, b.calibration.T_imu_sensor);
     ExpectSame(a.sigma, b.sigma);
+    ASSERT_TRUE(a.bound && b.bound);
+    ExpectSame(*a.bound, *b.bound);
     EXPECT_NEAR(a.calibration.time_offset, b.calibration.time_offset, 1e-9);
     ASSERT_EQ(a.calibration.clock_drift.has_value(), b.calibration.clock_drift.has_value());
     if (a.calibration.clock_drift) {
@@ -120,6 +122,8 @@ TEST(ResultFile, RoundTripKeepsEverything) {
     EXPECT_EQ(copy.pairs[i].b, result.pairs[i].b);
     ExpectSame(copy.pairs[i].T_a_b, result.pairs[i].T_a_b);
     ExpectSame(copy.pairs[i].sigma, result.pairs[i].sigma);
+    ASSERT_EQ(copy.pairs[i].bound.has_value(), result.pairs[i].bound.has_value());
+    if (result.pairs[i].bound) ExpectSame(*copy.pairs[i].bound, *result.pairs[i].bound);
   }
 }
 

@@ -89,6 +89,7 @@ std::string SensorText(const SensorResult& sensor) {
   text += "    frame_id: " + QuotedYaml(sensor.frame_id) + "\n";
   text += "    T_imu_sensor: " + PoseText(sensor.calibration.T_imu_sensor) + "\n";
   text += "    sigma: " + SigmaText(sensor.sigma) + "\n";
+  if (sensor.bound) text += "    bound: " + SigmaText(*sensor.bound) + "\n";
   text += "    observable: {translation: " + Flags(sensor.translation_observable) +
           ", rotation: " + Flags(sensor.rotation_observable) +
           ", time_offset: " + (sensor.time_offset_observable ? "true" : "false") + "}\n";
@@ -197,7 +198,7 @@ void WriteCalibrationFile(const std::filesystem::path& path, const CalibrationRe
   text += result.pairs.empty() ? "pairs: {}\n" : "pairs:\n";
   for (const PairResult& pair : result.pairs) {
     text += "  " + pair.a + "/" + pair.b + ": {T_a_b: " + PoseText(pair.T_a_b) +
-            ", sigma: " + SigmaText(pair.sigma) +
+            ", sigma: " + SigmaText(pair.sigma) + (pair.bound ? ", bound: " + SigmaText(*pair.bound) : "") +
             (result.root.empty() ? "" : ", unobservable: " + UnobservableText(pair.unobservable)) +
             (pair.in_use.empty() ? "" : ", use: " + InUseText(pair.in_use)) + "}\n";
   }

@@ -19,10 +19,11 @@ RigidTransform ReadPose(const YamlReader& pose) {
           translation.Vector3("x, y, z in metres")};
 }
 
-PoseSigma ReadSigma(const YamlReader& owner) {
+// key: sigma or bound.
+PoseSigma ReadSigma(const YamlReader& owner, const char* key) {
   PoseSigma sigma;
-  if (!owner.Has("sigma")) return sigma;
-  const YamlReader node = owner.Get("sigma");
+  if (!owner.Has(key)) return sigma;
+  const YamlReader node = owner.Get(key);
   if (node.Has("translation")) sigma.translation = node.Get("translation").Vector3("in metres");
   if (node.Has("rotation_deg")) {
     sigma.rotation = node.Get("rotation_deg").Vector3("in degrees") / kDegreesPerRadian;
@@ -121,7 +122,8 @@ SensorResult ReadSensor(const YamlReader& node) {
       ReadPose(node.Get("T_imu_sensor", "give {translation: [x, y, z], rotation: [x, y, z, w]}"));
   if (node.Has("time_offset")) sensor.calibration.time_offset = node.Get("time_offset").Number();
   ReadDrift(node, &sensor);
-  sensor.sigma = ReadSigma(node);
+  sensor.sigma = ReadSigma(node, "sigma");
+  if (node.Has("bound")) sensor.bound = ReadSigma(node, "bound");
   sensor.in_use = ReadInUse(node);
   ReadObservability(node, &sensor);
   if (node.Has("intrinsics")) {
@@ -204,7 +206,8 @@ PairResult ReadPair(const YamlReader& node) {
   pair.a = node.Name().substr(0, slash);
   pair.b = node.Name().substr(slash + 1);
   pair.T_a_b = ReadPose(node.Get("T_a_b", "give {translation: [x, y, z], rotation: [x, y, z, w]}"));
-  pair.sigma = ReadSigma(node);
+  pair.sigma = ReadSigma(node, "sigma");
+  if (node.Has("bound")) pair.bound = ReadSigma(node, "bound");
   pair.unobservable = ReadUnobservable(node);
   pair.in_use = ReadInUse(node);
   return pair;
