@@ -1,9 +1,13 @@
 // evaluate --bag FILE.bag --calibration C.yaml [--truth T.yaml] [--reference-topic ODOMETRY] --output DIR:
 // how good a calibration is, on the data and against a truth.
 // evaluate --calibration C1.yaml C2.yaml ... [--truth T.yaml] --output DIR: how well calibrations of one rig,
-// of a drive each, agree. Exit statuses: see program.h.
+// of a drive each, agree.
+// evaluate --calibration C.yaml --harp FOLDER --camera NAME [--truth T.yaml] --output DIR: how straight a
+// camera's intrinsics make photos of straight bars.
+// Exit statuses: see program.h.
 #include <cstdio>
 #include <filesystem>
+#include <opencv2/imgcodecs.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -25,6 +29,7 @@
 #include "mlic_ros/bag/bag_loader.h"
 #include "mlic_ros/bag/pose_topic.h"
 #include "mlic_ros/programs/evaluation_inputs.h"
+#include "mlic_ros/programs/harp_evaluation.h"
 #include "mlic_ros/programs/interrupt.h"
 #include "mlic_ros/programs/program.h"
 
@@ -36,9 +41,9 @@ namespace fs = std::filesystem;
 constexpr std::size_t kMostMapPoints = 1000000;  // from: guard, memory and time
 
 struct EvaluateOptions {
-  fs::path bag, calibration, truth, rig, output;
+  fs::path bag, calibration, truth, rig, harp, output;
   std::vector<fs::path> calibrations;  // all; `calibration` is the first
-  std::string reference_topic;
+  std::string reference_topic, camera;
 };
 
 class Silence : public ProgressSink {
@@ -53,10 +58,12 @@ struct Compared {
   std::vector<StampedPose> trajectory;
 };
 
-// Tables for evaluation.txt and the screen, CSV files by name. Written together once all is done.
+// Tables for evaluation.txt and the screen, CSV files and pictures by name. Written together once all is
+// done.
 struct Evaluation {
   std::string text;
   std::vector<std::pair<std::string, std::string>> files;
+  std::vector<std::pair<std::string, cv::Mat>> pictures;  // PNG
 
   void Add(const std::string& title, const std::string& table, const std::string& file,
            const std::string& csv) {
@@ -154,31 +161,49 @@ void CompareTo(const CalibrationResult& truth, const std::string& of, const std:
 void Write(const Evaluation& evaluation, OutputDirectory* output) {
   const std::vector<std::string> kept = output->Replace([&](const fs::path& directory) {
     for (const auto& [name, content] : evaluation.files) WriteFileAtomically(directory / name, content);
+    for (const auto& [name, picture] : evaluation.pictures) {
+      std::vector<unsigned char> png;
+      cv::imencode(".png", picture, png);
+      WriteFileAtomically(directory / name, std::string(png.begin(), png.end()));
+    }
     WriteFileAtomically(directory / "evaluation.txt", evaluation.text);
   });
   for (const std::string& line : kept) std::fprintf(stderr, "evaluate: %s\n", line.c_str());
   std::fputs(evaluation.text.c_str(), stdout);
 }
 
-int EvaluateSeveral(const EvaluateOptions& options) {
-  OutputDirectory output(options.output, "evaluate");
+std::optional<CalibrationResult> ReadTruth(const EvaluateOptions& options) {
+  if (options.truth.empty()) return std::nullopt;
+  return ReadCalibrationFile(options.truth);
+}
+
+Evaluation EvaluateSeveral(const EvaluateOptions& options) {
   std::vector<CalibrationResult> calibrations;
   for (const fs::path& file : options.calibrations) calibrations.push_back(ReadCalibrationFile(file));
-  std::optional<CalibrationResult> truth;
-  if (!options.truth.empty()) truth = ReadCalibrationFile(options.truth);
+  const std::optional<CalibrationResult> truth = ReadTruth(options);
   const Repeatability found = MeasureRepeatability(calibrations, truth ? &*truth : nullptr);
   Evaluation evaluation;
   evaluation.Add(std::to_string(calibrations.size()) + " calibrations", TableOf(found), "repeatability.csv",
                  CsvOf(found));
-  Write(evaluation, &output);
-  return kTrusted;
+  return evaluation;
 }
 
-int Evaluate(const EvaluateOptions& options, const CancellationToken& cancellation) {
-  OutputDirectory output(options.output, "evaluate");
+Evaluation EvaluateHarp(const EvaluateOptions& options) {
+  const HarpEvaluation found = MeasurePhotos(options.harp, options.camera,
+                                             ReadCalibrationFile(options.calibration), ReadTruth(options));
+  Evaluation evaluation;
+  evaluation.Add("calibration harp, " + found.camera, TableOf(found.columns), "harp.csv",
+                 CsvOf(found.columns));
+  evaluation.files.emplace_back("harp_histogram.csv", HistogramCsvOf(found.columns));
+  evaluation.pictures.emplace_back("harp.png", found.picture);
+  evaluation.text += "\n" + Conclusion(found.camera, found.columns.front().measurement);
+  return evaluation;
+}
+
+Evaluation EvaluateDrive(const EvaluateOptions& options, const CancellationToken& cancellation) {
   Compared compared;
   compared.calibration = ReadCalibrationFile(options.calibration);
-  if (!options.truth.empty()) compared.truth = ReadCalibrationFile(options.truth);
+  compared.truth = ReadTruth(options);
   const fs::path initial_file = options.calibration.parent_path() / "initial_calibration.yaml";
   if (fs::exists(initial_file)) compared.initial = ReadCalibrationFile(initial_file);
   const BagSet bags({options.bag});
@@ -207,8 +232,19 @@ int Evaluate(const EvaluateOptions& options, const CancellationToken& cancellati
     error.poses = CompareWithTruth(compared.calibration, *compared.truth);
     evaluation.text += "\n" + Conclusion(LargestOf(error));
   }
-  Write(evaluation, &output);
-  return kTrusted;
+  return evaluation;
+}
+
+Evaluation Evaluate(const EvaluateOptions& options, const CancellationToken& cancellation) {
+  const bool on_data = !options.bag.empty() || !options.harp.empty();
+  if (!options.bag.empty() && !options.harp.empty()) {
+    throw InputError("--harp needs no --bag; give one of them");
+  }
+  if (on_data && options.calibrations.size() > 1) {
+    throw InputError("--bag and --harp are of one calibration; give one, or several without them");
+  }
+  if (!options.harp.empty()) return EvaluateHarp(options);
+  return on_data ? EvaluateDrive(options, cancellation) : EvaluateSeveral(options);
 }
 
 }  // namespace
@@ -216,9 +252,11 @@ int Evaluate(const EvaluateOptions& options, const CancellationToken& cancellati
 
 int main(int argc, char** argv) {
   mlic::EvaluateOptions options;
-  CLI::App app("How good a calibration is: map quality, error against a truth, drift against an odometry",
-               "evaluate");
-  std::string bag, truth, rig, output;
+  CLI::App app(
+      "How good a calibration is: map quality, error against a truth, drift against an odometry, "
+      "straightness of a calibration harp",
+      "evaluate");
+  std::string bag, truth, rig, harp, output;
   std::vector<std::string> calibrations;
   app.add_option("--bag", bag, "ROS 1 bag that was calibrated; without it only calibrations are compared");
   app.add_option(
@@ -230,8 +268,11 @@ int main(int argc, char** argv) {
   app.add_option("--reference-topic", options.reference_topic,
                  "topic with the true path: Odometry, PoseStamped or TransformStamped");
   app.add_option("--rig", rig, "rig file that names the topics; by default they are found by their frames");
+  app.add_option("--harp", harp,
+                 "folder with photos of straight bars or strings by one camera, in place of a bag");
+  app.add_option("--camera", options.camera, "the camera of --harp, where the calibration has several");
   app.add_option("--output", output,
-                 "directory for evaluation.txt and CSV files, empty or new or of an earlier run")
+                 "directory for evaluation.txt, CSV files and pictures, empty or new or of an earlier run")
       ->required();
   int status = 0;
   if (!mlic::ParseArguments(app, argc, argv, status)) return status;
@@ -240,13 +281,12 @@ int main(int argc, char** argv) {
   options.calibration = calibrations.front();
   options.truth = truth;
   options.rig = rig;
+  options.harp = harp;
   options.output = output;
   const mlic::CancellationToken& cancellation = mlic::CancelOnSignals();
   return mlic::RunProgram("evaluate", [&] {
-    if (bag.empty()) return mlic::EvaluateSeveral(options);
-    if (calibrations.size() > 1) {
-      throw mlic::InputError("--bag is of one calibration; give one, or several without --bag");
-    }
-    return mlic::Evaluate(options, cancellation);
+    mlic::OutputDirectory output(options.output, "evaluate");
+    mlic::Write(mlic::Evaluate(options, cancellation), &output);
+    return mlic::kTrusted;
   });
 }
