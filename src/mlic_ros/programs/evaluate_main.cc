@@ -32,6 +32,7 @@
 #include "mlic_ros/programs/harp_evaluation.h"
 #include "mlic_ros/programs/interrupt.h"
 #include "mlic_ros/programs/program.h"
+#include "mlic_ros/programs/supervision.h"
 
 namespace mlic {
 namespace {
@@ -247,6 +248,13 @@ Evaluation Evaluate(const EvaluateOptions& options, const CancellationToken& can
   return on_data ? EvaluateDrive(options, cancellation) : EvaluateSeveral(options);
 }
 
+// The last line of a text.
+std::string LastLine(const std::string& text) {
+  const std::size_t end = text.find_last_not_of('\n');
+  const std::size_t begin = end == std::string::npos ? end : text.rfind('\n', end);
+  return end == std::string::npos ? "" : text.substr(begin + 1, end - begin);
+}
+
 }  // namespace
 }  // namespace mlic
 
@@ -274,6 +282,8 @@ int main(int argc, char** argv) {
   app.add_option("--output", output,
                  "directory for evaluation.txt, CSV files and pictures, empty or new or of an earlier run")
       ->required();
+  bool end_launch = false;
+  app.add_flag("--end-launch", end_launch)->group("");  // of evaluate.launch
   int status = 0;
   if (!mlic::ParseArguments(app, argc, argv, status)) return status;
   options.bag = bag;
@@ -284,9 +294,16 @@ int main(int argc, char** argv) {
   options.harp = harp;
   options.output = output;
   const mlic::CancellationToken& cancellation = mlic::CancelOnSignals();
-  return mlic::RunProgram("evaluate", [&] {
+  std::string conclusion;
+  const mlic::ProgramEnd end = mlic::EndOfProgram("evaluate", [&] {
     mlic::OutputDirectory output(options.output, "evaluate");
-    mlic::Write(mlic::Evaluate(options, cancellation), &output);
+    const mlic::Evaluation evaluation = mlic::Evaluate(options, cancellation);
+    mlic::Write(evaluation, &output);
+    conclusion = mlic::LastLine(evaluation.text);
     return mlic::kTrusted;
   });
+  if (!end.line.empty()) conclusion = end.line;
+  if (!end.line.empty()) std::fprintf(stderr, "%s\n", end.line.c_str());
+  if (end_launch) mlic::EndLaunchWith(end.status, conclusion);
+  return end.status;
 }
