@@ -11,7 +11,7 @@ namespace {
 
 // Blue, green, red.
 const cv::Scalar kPlaceColour(120, 255, 160), kErrorColour(60, 60, 255), kTextColour(240, 240, 240);
-const cv::Scalar kBackground(30, 30, 30), kBarColour(255, 170, 60);
+const cv::Scalar kHarpBackground(30, 30, 30), kBarColour(255, 170, 60);
 constexpr int kLeastWidth = 800;  // px, of the picture
 constexpr double kMuted = 0.6;    // what is left of the photo's brightness
 constexpr int kHistogramHeight = 220;
@@ -19,11 +19,11 @@ constexpr int kMargin = 30;
 constexpr double kTextScale = 0.5;
 constexpr double kDrawnShare = 0.02;  // of the photo's width, the largest distance as it is drawn
 
-void Write(const std::string& text, const cv::Point& place, cv::Mat* picture) {
+void PutText(const std::string& text, const cv::Point& place, cv::Mat* picture) {
   cv::putText(*picture, text, place, cv::FONT_HERSHEY_SIMPLEX, kTextScale, kTextColour, 1, cv::LINE_AA);
 }
 
-std::string Number(const char* format, double value) {
+std::string InPixels(const char* format, double value) {
   char text[40];
   std::snprintf(text, sizeof(text), format, value);
   return text;
@@ -39,7 +39,7 @@ int MagnificationOf(double largest, int width) {
 }
 
 cv::Mat DrawHistogram(const HarpMeasurement& measurement, int width) {
-  cv::Mat picture(kHistogramHeight, width, CV_8UC3, kBackground);
+  cv::Mat picture(kHistogramHeight, width, CV_8UC3, kHarpBackground);
   const HarpHistogram histogram = HistogramOf(measurement);
   const std::size_t most = *std::max_element(histogram.counts.begin(), histogram.counts.end());
   const int base = kHistogramHeight - kMargin, height = base - kMargin;
@@ -53,12 +53,13 @@ cv::Mat DrawHistogram(const HarpMeasurement& measurement, int width) {
                   cv::FILLED);
   }
   cv::line(picture, {kMargin, base}, {width - kMargin, base}, kTextColour);
-  Write(Number("%.2f px", -histogram.limit), {kMargin, kHistogramHeight - 10}, &picture);
-  Write("0", {width / 2 - 4, kHistogramHeight - 10}, &picture);
-  Write(Number("%.2f px", histogram.limit), {width - kMargin - 70, kHistogramHeight - 10}, &picture);
-  Write("all photos: " + std::to_string(measurement.all.lines) + " edges, " +
-            Number("%.3f px rms, ", measurement.all.rms) + Number("%.3f px at most", measurement.all.largest),
-        {kMargin, 20}, &picture);
+  PutText(InPixels("%.2f px", -histogram.limit), {kMargin, kHistogramHeight - 10}, &picture);
+  PutText("0", {width / 2 - 4, kHistogramHeight - 10}, &picture);
+  PutText(InPixels("%.2f px", histogram.limit), {width - kMargin - 70, kHistogramHeight - 10}, &picture);
+  PutText("all photos: " + std::to_string(measurement.all.lines) + " edges, " +
+              InPixels("%.3f px rms, ", measurement.all.rms) +
+              InPixels("%.3f px at most", measurement.all.largest),
+          {kMargin, 20}, &picture);
   return picture;
 }
 
@@ -90,11 +91,12 @@ cv::Mat DrawHarp(const cv::Mat& photo, const HarpPhoto& lines, const HarpMeasure
                cv::LINE_AA);
     }
   }
-  cv::rectangle(picture, {0, 0}, {picture.cols, 26}, kBackground, cv::FILLED);
-  Write(lines.name + ": " + std::to_string(lines.errors.lines) + " edges, " +
-            Number("%.3f px rms, ", lines.errors.rms) + Number("%.3f px at most", lines.errors.largest) +
-            "; red: off the straight line, x" + std::to_string(factor),
-        {8, 18}, &picture);
+  cv::rectangle(picture, {0, 0}, {picture.cols, 26}, kHarpBackground, cv::FILLED);
+  PutText(lines.name + ": " + std::to_string(lines.errors.lines) + " edges, " +
+              InPixels("%.3f px rms, ", lines.errors.rms) +
+              InPixels("%.3f px at most", lines.errors.largest) + "; red: off the straight line, x" +
+              std::to_string(factor),
+          {8, 18}, &picture);
   cv::vconcat(picture, DrawHistogram(measurement, picture.cols), picture);
   return picture;
 }

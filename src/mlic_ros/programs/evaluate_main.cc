@@ -5,6 +5,8 @@
 // evaluate --calibration C.yaml --harp FOLDER --camera NAME [--truth T.yaml] --output DIR: how straight a
 // camera's intrinsics make photos of straight bars.
 // Exit statuses: see program.h.
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
@@ -13,15 +15,19 @@
 #include <vector>
 
 #include "mlic_core/common/error.h"
+#include "mlic_core/common/join.h"
+#include "mlic_core/evaluation/birds_eye.h"
 #include "mlic_core/evaluation/epipolar_error.h"
 #include "mlic_core/evaluation/intrinsics_error.h"
 #include "mlic_core/evaluation/map_builder.h"
+#include "mlic_core/evaluation/map_colours.h"
 #include "mlic_core/evaluation/map_evaluation.h"
 #include "mlic_core/evaluation/repeatability.h"
 #include "mlic_core/evaluation/trajectory_error.h"
 #include "mlic_core/evaluation/truth_comparison.h"
 #include "mlic_core/evaluation/turned_entropy.h"
 #include "mlic_core/io/output_directory.h"
+#include "mlic_core/io/result/point_cloud_file.h"
 #include "mlic_core/io/result/result_file.h"
 #include "mlic_core/io/result/result_names.h"
 #include "mlic_core/io/rig/rig_file.h"
@@ -65,6 +71,8 @@ struct Evaluation {
   std::string text;
   std::vector<std::pair<std::string, std::string>> files;
   std::vector<std::pair<std::string, cv::Mat>> pictures;  // PNG
+  std::vector<ColouredPoint> coloured_map;
+  std::vector<std::string> findings;  // for the last line, where there is no truth
 
   void Add(const std::string& title, const std::string& table, const std::string& file,
            const std::string& csv) {
@@ -91,12 +99,19 @@ void EvaluateMaps(const BagSet& bags, const Rig& rig, const Drive& drive, const 
     cancellation.ThrowIfCancelled();
     const MapEvaluation map = EvaluateMap(BuildMap(drive, names, compared.trajectory, poses, stride), poses);
     evaluation->Add(title, TableOf(map, poses), file, CsvOf(map, poses));
-    return map.all;
+    return map;
   };
-  const MapEntropy found = add("map quality, calibration", "map_quality.csv", compared.calibration);
-  if (found.queries_used == 0) {
+  const MapEvaluation found = add("map quality, calibration", "map_quality.csv", compared.calibration);
+  if (found.all.queries_used == 0) {
     throw InputError("bag " + bags.names() +
                      ": no points within the trajectory; is it the bag that was calibrated?");
+  }
+  evaluation->findings.push_back("mean map entropy " + FixedNumber(found.all.mean, 3) + " nats");
+  double thickest = 0.0;
+  for (const OverlapThickness& overlap : found.overlaps) thickest = std::max(thickest, overlap.thickness);
+  if (thickest > 0.0) {
+    evaluation->findings.push_back("LiDARs' common planes at most " + FixedNumber(1e3 * thickest, 1) +
+                                   " mm thick");
   }
   if (compared.initial) {
     add("map quality before the joint adjustment (on the same trajectory)", "map_quality_initial.csv",
@@ -130,7 +145,43 @@ void EvaluateCameras(const EvaluateOptions& options, const Rig& rig, const Drive
   add("calibration", calibration);
   if (compared.initial) add("before the joint adjustment", WithPosesOf(calibration, *compared.initial));
   if (compared.truth) add("truth", WithPosesOf(calibration, *compared.truth));
+  double worst = 0.0;
+  for (const EpipolarStatistics& error : columns.front().errors) worst = std::max(worst, error.median);
+  if (worst > 0.0) {
+    evaluation->findings.push_back("median epipolar errors at most " + FixedNumber(worst, 2) + " px");
+  }
   evaluation->Add("epipolar errors of new matches", TableOf(columns), "epipolar_errors.csv", CsvOf(columns));
+}
+
+// The ground from above and the coloured map: what a person sees of a calibration.
+void DrawPictures(const Rig& rig, const Drive& drive, const Compared& compared,
+                  const CancellationToken& cancellation, Evaluation* evaluation) {
+  if (rig.cameras.empty()) return;
+  std::vector<std::string> cameras, lidars;
+  for (const CameraConfig& camera : rig.cameras) cameras.push_back(camera.name);
+  for (const LidarConfig& lidar : rig.lidars) lidars.push_back(lidar.name);
+  std::string text;
+  if (StandsOnTheGround(compared.calibration)) {
+    const BirdsEye view =
+        DrawBirdsEye(drive, cameras, compared.calibration, compared.trajectory, BirdsEyeOptions());
+    text += "birds_eye.png: the ground from above, " + std::to_string(std::lround(view.seconds)) +
+            " s after the beginning, by " + Joined(view.cameras) + "\n";
+    evaluation->pictures.emplace_back("birds_eye.png", view.picture);
+  } else {
+    text += "no birds_eye.png: calibration.yaml has no ground, or not that of a vehicle\n";
+  }
+  if (!lidars.empty()) {
+    const std::size_t stride = CountPoints(drive) / kMostMapPoints + 1;
+    const std::vector<MapPoint> map =
+        BuildMap(drive, lidars, compared.trajectory, compared.calibration, stride);
+    evaluation->coloured_map = ColourMap(map, drive, cameras, compared.calibration, compared.trajectory,
+                                         MapColourOptions(), cancellation);
+    const cv::Mat picture = DrawColouredMap(evaluation->coloured_map, compared.trajectory);
+    if (!picture.empty()) evaluation->pictures.emplace_back("coloured_map.png", picture);
+    text += "coloured_map.pcd: " + std::to_string(evaluation->coloured_map.size()) + " of " +
+            std::to_string(map.size()) + " points of the map have the colours of photos\n";
+  }
+  evaluation->text += "\n== pictures\n" + text;
 }
 
 void EvaluateData(const EvaluateOptions& options, const BagSet& bags, const Compared& compared,
@@ -146,6 +197,7 @@ void EvaluateData(const EvaluateOptions& options, const BagSet& bags, const Comp
   const Drive& drive = dataset.drives.front();
   EvaluateMaps(bags, rig, drive, compared, cancellation, evaluation);
   EvaluateCameras(options, rig, drive, compared, cancellation, evaluation);
+  DrawPictures(rig, drive, compared, cancellation, evaluation);
 }
 
 void CompareTo(const CalibrationResult& truth, const std::string& of, const std::string& prefix,
@@ -166,6 +218,9 @@ void Write(const Evaluation& evaluation, OutputDirectory* output) {
       std::vector<unsigned char> png;
       cv::imencode(".png", picture, png);
       WriteFileAtomically(directory / name, std::string(png.begin(), png.end()));
+    }
+    if (!evaluation.coloured_map.empty()) {
+      WriteColouredPointCloudFile(directory / "coloured_map.pcd", evaluation.coloured_map);
     }
     WriteFileAtomically(directory / "evaluation.txt", evaluation.text);
   });
@@ -232,6 +287,8 @@ Evaluation EvaluateDrive(const EvaluateOptions& options, const CancellationToken
     CalibrationDifference error;
     error.poses = CompareWithTruth(compared.calibration, *compared.truth);
     evaluation.text += "\n" + Conclusion(LargestOf(error));
+  } else if (!evaluation.findings.empty()) {
+    evaluation.text += "\nin short: " + Joined(evaluation.findings, "; ") + "\n";
   }
   return evaluation;
 }
