@@ -129,7 +129,8 @@ class Launch(unittest.TestCase):
         text = self.launch("bag:=the drive.bag", calibration, "truth:=my results/calibration.yaml", "output:=my evaluation",
                            file="evaluate.launch")
         self.assertEqual(self.expect_end(text, "errors agree with the claims", count=1), 0)
-        self.assertTrue(os.path.exists(self.path("my evaluation", "map_quality.csv")))
+        for name in ["map_quality.csv", "coloured_map.pcd", "coloured_map.png"]:
+            self.assertTrue(os.path.exists(self.path("my evaluation", name)), name)
         text = self.launch("bag:=none.bag", calibration, "output:=new", file="evaluate.launch")
         self.assertEqual(self.expect_end(text, "evaluate: ", count=1), 1)
         self.assertIn("none.bag", self.status()[1][0])
