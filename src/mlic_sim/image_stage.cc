@@ -22,11 +22,7 @@ class RenderedImages : public ImageSource {
     return stage_->camera(camera_).calibration.OnOwnClock(times_.at(index), middle_);
   }
   cv::Mat Load(std::size_t index) const override {
-    const cv::Mat pixels = stage_->Render(camera_, index, times_.at(index));
-    if (stage_->camera(camera_).encoding != ImageEncoding::kBayerRggb8) return pixels;
-    cv::Mat color;
-    cv::cvtColor(pixels, color, cv::COLOR_BayerBG2BGR);  // OpenCV names the pattern by its second row
-    return color;
+    return WithoutMosaic(stage_->camera(camera_), stage_->Render(camera_, index, times_.at(index)));
   }
 
  private:
@@ -75,6 +71,13 @@ std::vector<double> ImageTimes(const SimulatedCamera& camera, double duration) {
     if (time + camera.readout + 0.5 * camera.exposure > duration + 1e-9) return times;
     times.push_back(time);
   }
+}
+
+cv::Mat WithoutMosaic(const SimulatedCamera& camera, const cv::Mat& pixels) {
+  if (camera.encoding != ImageEncoding::kBayerRggb8) return pixels;
+  cv::Mat color;
+  cv::cvtColor(pixels, color, cv::COLOR_BayerBG2BGR);  // OpenCV names the pattern by its second row
+  return color;
 }
 
 std::shared_ptr<const ImageSource> MakeRenderedImages(std::shared_ptr<const ImageStage> stage,

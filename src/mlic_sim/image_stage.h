@@ -42,6 +42,9 @@ class ImageStage {
 // the drive.
 std::vector<double> ImageTimes(const SimulatedCamera& camera, double duration);
 
+// A picture of CameraRenderer as a loader gives it: CV_8UC3 (BGR) where it is a Bayer mosaic.
+cv::Mat WithoutMosaic(const SimulatedCamera& camera, const cv::Mat& pixels);
+
 // The images of one camera, rendered when asked for. Bayer images are interpolated as a loader does it;
 // JPEG's own losses are left out. Keeps the stage alive.
 std::shared_ptr<const ImageSource> MakeRenderedImages(std::shared_ptr<const ImageStage> stage,

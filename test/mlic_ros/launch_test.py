@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Calls calibrate.launch as a user does: launch_test.py LAUNCH_ENVIRONMENT DRIVE.bag RIG.yaml.
+"""Calls calibrate.launch and evaluate.launch as a user does: launch_test.py LAUNCH_ENVIRONMENT DRIVE.bag RIG.yaml.
 
 LAUNCH_ENVIRONMENT is the build's env.sh. The drive is calibrated once; most calls end before the work or find it done.
 """
@@ -34,17 +34,17 @@ class Launch(unittest.TestCase):
     def path(self, *names):
         return os.path.join(self.folder, *names)
 
-    def start(self, *arguments, display=None):
+    def start(self, *arguments, file="calibrate.launch", display=None):
         environment = dict(os.environ, ROS_HOME=self.path("ros_home"), MLIC_STATUS_FILE=self.path("status"),
-                           PATH=self.path("bin") + ":" + os.environ["PATH"])
+                           PATH=self.path("bin") + ":" + os.environ["PATH"], PWD=self.folder)
         environment.pop("DISPLAY", None)
         if display:
             environment["DISPLAY"] = display
         if os.path.exists(self.path("status")):
             os.remove(self.path("status"))
-        return subprocess.Popen([ENVIRONMENT, "roslaunch", "-p", str(free_port()), "mlic", "calibrate.launch", "rig:=rig.yaml",
-                                 *arguments], cwd=self.folder, env=environment, stdout=subprocess.PIPE,
-                                stderr=subprocess.STDOUT, universal_newlines=True)
+        return subprocess.Popen([ENVIRONMENT, "roslaunch", "-p", str(free_port()), "mlic", file, "rig:=rig.yaml", *arguments],
+                                cwd=self.folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                universal_newlines=True)
 
     def launch(self, *arguments, **options):
         """All that was printed; the launch ends by itself."""
@@ -67,11 +67,11 @@ class Launch(unittest.TestCase):
         os.chmod(self.path("bin", "rviz"), 0o755)
         self.addCleanup(os.remove, self.path("bin", "rviz"))
 
-    def expect_end(self, text, *lines):
-        """The three lines stand on the terminal when the node ends, roslaunch says nothing alarming after that, and
+    def expect_end(self, text, *lines, count=3):
+        """The last lines stand on the terminal when the node ends, roslaunch says nothing alarming after that, and
         they are the last ones."""
         status, last = self.status()
-        self.assertEqual(len(last), 3, text)
+        self.assertEqual(len(last), count, text)
         begin = text.find("\n".join(last))
         self.assertGreaterEqual(begin, 0, text)
         for line, part in zip(last, lines):
@@ -79,7 +79,7 @@ class Launch(unittest.TestCase):
         rest = text[begin + len("\n".join(last)):]
         for alarm in ["REQUIRED", "has died", "\x1b[31m", "warning", "escalating"]:
             self.assertNotIn(alarm, rest)
-        self.assertEqual(text.splitlines()[-3:], last)
+        self.assertEqual(text.splitlines()[-len(last):], last)
         return status
 
     def calibrated(self, *arguments, **options):
@@ -122,6 +122,19 @@ class Launch(unittest.TestCase):
             os.kill(int(file.read()), signal.SIGTERM)
         text += process.communicate(timeout=60)[0]
         self.assertEqual(self.expect_end(text, "TRUSTED: "), 0)
+
+    def test_evaluation_says_its_conclusion_last(self):
+        self.calibrated("rviz:=false")
+        calibration = "calibration:=my results/calibration.yaml"
+        text = self.launch("bag:=the drive.bag", calibration, "truth:=my results/calibration.yaml", "output:=my evaluation",
+                           file="evaluate.launch")
+        self.assertEqual(self.expect_end(text, "errors agree with the claims", count=1), 0)
+        for name in ["map_quality.csv", "coloured_map.pcd", "coloured_map.png"]:
+            self.assertTrue(os.path.exists(self.path("my evaluation", name)), name)
+        text = self.launch("bag:=none.bag", calibration, "output:=new", file="evaluate.launch")
+        self.assertEqual(self.expect_end(text, "evaluate: ", count=1), 1)
+        self.assertIn("none.bag", self.status()[1][0])
+        self.assertFalse(os.path.exists(self.path("new")))
 
     def test_several_bags_and_one_that_is_missing(self):
         text = self.launch("bag:=the drive.bag none.bag", "output:=new", "rviz:=false")

@@ -18,6 +18,8 @@ imu: {frame_id: imu_link}
 sensors:
   lidar: {type: lidar, frame_id: velodyne, T_imu_sensor: {translation: [1, 2, 3], rotation: [0, 0, 0, 1]}, time_offset: 0.01}
 """
+CAMERA = """{T_imu_sensor: {xyz: [0, 0, 0]}, fov_deg: 90, model: plumb_bob, image_size: [320, 240],
+        intrinsics: [160, 160, 159.5, 119.5, -0.1, 0.02, 0, 0, 0]}"""
 ROBOT = """<robot name="r">
   <link name="base_link"/> <!-- ours -->
   <link name="imu_link"/>
@@ -146,6 +148,41 @@ class Programs(unittest.TestCase):
         self.expect_error(export("pdf"), "pdf", "tf2")
         self.write("c.yaml", CALIBRATION.replace("imu:", "verdict: refused\nreasons: [parked]\nimu:"))
         self.expect_error(export("tf2"), "its verdict is refused", "parked")
+
+    def test_calibration_harp(self):
+        photos, evaluation = self.path("photos"), self.path("evaluation")
+        sensors = self.write("sensors.yaml", f"imu: {{}}\ncameras:\n  one: {CAMERA}\n  two: {CAMERA}\n")
+        done = self.run_program("simulate", "--sensors", sensors, "--harp", "--output", photos)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(sorted(os.listdir(photos)), ["manifest.txt", "one", "truth.yaml", "two"])
+
+        def evaluate(calibration, *more, of="one"):
+            return self.run_program("evaluate", "--calibration", calibration, "--harp", os.path.join(photos, of), "--output",
+                                    evaluation, *more)
+
+        truth = os.path.join(photos, "truth.yaml")
+        done = evaluate(truth, "--camera", "one")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex(done.stdout.splitlines()[-1], "^one: straight edges are straight to .* within 0.5 px rms and 1.0 px$")
+        self.assertEqual(sorted(os.listdir(evaluation)),
+                         ["evaluation.txt", "harp.csv", "harp.png", "harp_histogram.csv", "manifest.txt"])
+        with open(truth) as file:
+            straight = self.write("straight.yaml", file.read().replace("-0.1", "0.0", 1))
+        done = evaluate(straight, "--camera", "one", "--truth", truth)
+        self.assertRegex(done.stdout.splitlines()[-1], "beyond 0.5 px rms and 1.0 px$")
+        with open(os.path.join(evaluation, "harp.csv")) as file:
+            rows = [row for row in csv.DictReader(file) if row["photo"] == "all"]
+        self.assertEqual([row["intrinsics"] for row in rows], ["calibration", "truth"])
+        self.assertGreater(float(rows[0]["rms_px"]), 10 * float(rows[1]["rms_px"]))
+
+        self.expect_error(evaluate(truth), "which camera", "one, two")
+        self.expect_error(evaluate(truth, "--camera", "three"), "--camera three", "one, two")
+        self.expect_error(evaluate(truth, "--camera", "one", of="none"), "none: no such folder")
+        self.expect_error(evaluate(truth, "--camera", "one", of="."), "holds no photo")
+        self.expect_error(evaluate(truth, "--camera", "one", "--bag", "some.bag"), "--harp needs no --bag")
+        with open(os.path.join(photos, "one", "11.png"), "w") as file:
+            file.write("no photo")
+        self.expect_error(evaluate(truth, "--camera", "one"), "11.png: cannot be read as an image")
 
     def test_unknown_key_names_the_line(self):
         rig = self.write("rig.yaml", RIG + "  two: {topic: /x, range: 5}\n")

@@ -1,29 +1,15 @@
 #include "mlic_core/evaluation/epipolar_error.h"
 
-#include <Eigen/LU>
 #include <cmath>
 #include <cstdio>
 #include <map>
 #include <set>
 
 #include "mlic_core/common/order_statistics.h"
+#include "mlic_core/evaluation/pixel_distance.h"
 
 namespace mlic {
 namespace {
-
-// First-order distance in pixels of a bearing's pixel from the curve where normal . bearing = 0.
-bool PixelDistance(const CameraIntrinsics& intrinsics, const Eigen::Vector3d& bearing,
-                   const Eigen::Vector3d& normal, double* distance) {
-  Eigen::Vector2d pixel;
-  CameraPointJacobian J;
-  if (!Project(intrinsics, bearing, &pixel, &J)) return false;
-  // The shortest change of the bearing for a change of the pixel is J^T (J J^T)^-1.
-  const Eigen::Vector2d gradient = (J * J.transpose()).inverse() * (J * normal);
-  const double slope = gradient.norm();
-  if (!(slope > 1e-12)) return false;
-  *distance = std::abs(normal.dot(bearing)) / slope;
-  return true;
-}
 
 // The mean of the distances in both images; false where the geometry or a model does not reach.
 bool Measure(const FreshMatch& match, const SensorResult& a, const SensorResult& b,
@@ -45,7 +31,7 @@ bool Measure(const FreshMatch& match, const SensorResult& a, const SensorResult&
       !PixelDistance(*b.intrinsics, bearing_b, normal_in_b.normalized(), &in_b)) {
     return false;
   }
-  *error = 0.5 * (in_a + in_b);
+  *error = 0.5 * (std::abs(in_a) + std::abs(in_b));
   return true;
 }
 

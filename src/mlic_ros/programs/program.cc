@@ -1,29 +1,27 @@
 #include "mlic_ros/programs/program.h"
 
 #include <cstdio>
+#include <cstring>
 #include <exception>
 #include <iostream>
 #include <new>
+#include <vector>
 
 #include "mlic_core/common/error.h"
 
 namespace mlic {
 
-int RunProgram(const std::string& name, const std::function<int()>& body,
-               const std::function<std::string()>& failure_hint) {
-  const auto fail = [&](const std::string& what) {
-    std::fprintf(stderr, "%s: internal failure: %s%s\n", name.c_str(), what.c_str(),
-                 failure_hint ? failure_hint().c_str() : "");
-    return kFailure;
+ProgramEnd EndOfProgram(const std::string& name, const std::function<int()>& body,
+                        const std::function<std::string()>& failure_hint) {
+  const auto fail = [&](const std::string& what) -> ProgramEnd {
+    return {kFailure, name + ": internal failure: " + what + (failure_hint ? failure_hint() : "")};
   };
   try {
-    return body();
+    return {body(), ""};
   } catch (const InputError& error) {
-    std::fprintf(stderr, "%s: %s\n", name.c_str(), error.what());
-    return kBadInput;
+    return {kBadInput, name + ": " + error.what()};
   } catch (const Cancelled&) {
-    std::fprintf(stderr, "%s: interrupted\n", name.c_str());
-    return kInterrupted;
+    return {kInterrupted, name + ": interrupted"};
   } catch (const std::bad_alloc&) {
     return fail("out of memory; use --duration for a shorter part");
   } catch (const std::exception& error) {
@@ -31,9 +29,20 @@ int RunProgram(const std::string& name, const std::function<int()>& body,
   }
 }
 
+int RunProgram(const std::string& name, const std::function<int()>& body,
+               const std::function<std::string()>& failure_hint) {
+  const ProgramEnd end = EndOfProgram(name, body, failure_hint);
+  if (!end.line.empty()) std::fprintf(stderr, "%s\n", end.line.c_str());
+  return end.status;
+}
+
 bool ParseArguments(CLI::App& app, int argc, char** argv, int& status) {
+  std::vector<const char*> arguments;
+  for (int i = 0; i < argc; ++i) {
+    if (std::strncmp(argv[i], "__", 2) != 0) arguments.push_back(argv[i]);
+  }
   try {
-    app.parse(argc, argv);
+    app.parse(static_cast<int>(arguments.size()), arguments.data());
     return true;
   } catch (const CLI::CallForHelp& help) {
     status = app.exit(help);

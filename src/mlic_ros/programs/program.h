@@ -16,13 +16,24 @@ enum ExitStatus {
   kInterrupted = 130,
 };
 
+// How a program ended, and the line that says why where it failed; empty otherwise.
+struct ProgramEnd {
+  int status = kTrusted;
+  std::string line;
+};
+
+// Runs the body and turns exceptions into exit statuses, each with a line that begins with the program's
+// name.
+ProgramEnd EndOfProgram(const std::string& name, const std::function<int()>& body,
+                        const std::function<std::string()>& failure_hint = {});
+
 // Runs the body and turns exceptions into exit statuses, each with one line on stderr that begins with the
 // program's name. failure_hint completes the line of an internal failure, such as where the log is.
 int RunProgram(const std::string& name, const std::function<int()>& body,
                const std::function<std::string()>& failure_hint = {});
 
 // Parses the arguments. Returns true to go on; otherwise status is what to exit with (help: 0, wrong usage:
-// 1).
+// 1). What roslaunch adds (__name:=..., __log:=...) is left out.
 bool ParseArguments(CLI::App& app, int argc, char** argv, int& status);
 
 }  // namespace mlic

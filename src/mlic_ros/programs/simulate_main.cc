@@ -1,18 +1,25 @@
 // rosrun mlic simulate: a drive with known truth. Writes DRIVE.bag, DRIVE_truth.yaml and DRIVE_rig.yaml.
+// With --harp: photos of a calibration harp by each camera. Writes DIR/NAME/01.png and so on, and
+// DIR/truth.yaml.
 
 #include <unistd.h>
 
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
+#include <opencv2/imgcodecs.hpp>
 #include <string>
+#include <vector>
 
 #include "mlic_core/common/error.h"
+#include "mlic_core/io/output_directory.h"
 #include "mlic_core/io/result/result_file.h"
 #include "mlic_core/io/rig/rig_file.h"
+#include "mlic_core/io/text_file.h"
 #include "mlic_core/result/result.h"
 #include "mlic_ros/bag/drive_bag_writer.h"
 #include "mlic_ros/programs/program.h"
+#include "mlic_sim/harp.h"
 #include "mlic_sim/image_stage.h"
 #include "mlic_sim/imu_simulator.h"
 #include "mlic_sim/simulation.h"
@@ -33,6 +40,7 @@ struct Arguments {
   int moving = 0;
   bool no_guess = false;
   bool noise_free = false;
+  bool harp = false;
   double rotation_error_deg = 4.81;
   double translation_error = 0.1;
 };
@@ -49,7 +57,9 @@ void AddOptions(CLI::App& app, Arguments& a) {
                  "figure_eight, handheld, handheld_tilted, straight, static, planar or circle");
   app.add_option("--duration", a.duration, "Length of the drive, s")->check(CLI::Range(0.5, 7200.0));
   app.add_option("--seed", a.seed, "Motion, noise and errors of the guess follow from it");
-  app.add_option("--output", a.output, "DRIVE.bag; DRIVE_truth.yaml and DRIVE_rig.yaml are written beside it")
+  app.add_option(
+         "--output", a.output,
+         "DRIVE.bag; DRIVE_truth.yaml and DRIVE_rig.yaml are written beside it. With --harp: a folder")
       ->required();
   app.add_option(
       "--world", a.world,
@@ -58,6 +68,9 @@ void AddOptions(CLI::App& app, Arguments& a) {
   app.add_option("--world-seed", a.world_seed, "Layout, materials and clutter of --world follow from it");
   app.add_option("--moving", a.moving, "How many cars, people or doors move in --world")
       ->check(CLI::Range(0, 100));
+  app.add_flag(
+      "--harp", a.harp,
+      "No drive, but photos of straight bars by each camera, NAME/01.png and so on, for evaluate --harp");
   app.add_flag("--no-guess", a.no_guess, "The rig file gets no initial extrinsics");
   app.add_flag("--noise-free", a.noise_free, "Exact measurements (biases, matrices and clock offsets stay)");
   app.add_option("--rotation-error-deg", a.rotation_error_deg, "Error of the guessed rotations, deg")
@@ -130,6 +143,31 @@ class ProgressLine {
   int shown_ = 0;  // tenths
 };
 
+void WritePhotos(const sim::SimulatedCamera& camera, const Arguments& arguments, const fs::path& directory) {
+  const sim::Harp harp(camera);
+  for (std::size_t k = 0; k < harp.PhotoCount(); ++k) {
+    Cancellation().ThrowIfCancelled();
+    const std::string name = (k < 9 ? "0" : "") + std::to_string(k + 1) + ".png";
+    std::vector<unsigned char> png;
+    cv::imencode(".png", harp.Render(k, !arguments.noise_free, arguments.seed), png);
+    WriteFileAtomically(directory / camera.name / name, std::string(png.begin(), png.end()));
+  }
+}
+
+void RunHarp(const Arguments& arguments) {
+  const sim::SensorSet sensors = sim::LoadSensorSet(arguments.sensors);
+  if (sensors.cameras.empty()) throw InputError("--sensors " + arguments.sensors + ": has no camera");
+  OutputDirectory output(arguments.output, "simulate");
+  output.Replace([&](const fs::path& directory) {
+    for (const sim::SimulatedCamera& camera : sensors.cameras) {
+      WritePhotos(camera, arguments, directory);
+      std::fprintf(stderr, "photos of %s\n", camera.name.c_str());
+    }
+    WriteCalibrationFile(directory / "truth.yaml", TrueResult(sensors, 0.0));
+  });
+  std::printf("wrote %s: a folder of photos for each camera, and truth.yaml\n", arguments.output.c_str());
+}
+
 void Run(const Arguments& arguments) {
   const fs::path bag = arguments.output;
   if (bag.extension() != ".bag") {
@@ -183,7 +221,7 @@ int main(int argc, char** argv) {
     std::signal(signal, [](int) { mlic::Cancellation().Cancel(); });
   }
   return mlic::RunProgram("simulate", [&] {
-    mlic::Run(arguments);
+    arguments.harp ? mlic::RunHarp(arguments) : mlic::Run(arguments);
     return 0;
   });
 }

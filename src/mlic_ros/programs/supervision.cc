@@ -8,7 +8,9 @@
 
 #include <cerrno>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
+#include <fstream>
 
 #include "mlic_ros/programs/program.h"
 
@@ -84,6 +86,13 @@ void EndLaunch(const std::string& last_words) {
   if (was_signalled != 0) return;
   kill(getppid(), SIGINT);
   sigtimedwait(&signals, nullptr, &kMostForRoslaunch);
+}
+
+void EndLaunchWith(int status, const std::string& last_line) {
+  const char* path = std::getenv("MLIC_STATUS_FILE");
+  if (path != nullptr) std::ofstream(path) << status << "\n" << last_line << "\n";
+  std::fflush(nullptr);  // before what roslaunch says
+  EndLaunch(last_line + "\n");
 }
 
 }  // namespace mlic

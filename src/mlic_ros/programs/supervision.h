@@ -16,4 +16,8 @@ int Supervise(const std::function<int()>& work, const std::function<int(int)>& o
 // last_words are written to stderr after that, so that they are the last ones on the terminal.
 void EndLaunch(const std::string& last_words);
 
+// For a program that ends its launch itself: writes the status and the last line into the file that
+// MLIC_STATUS_FILE of the environment names, if any, and ends the launch with that line.
+void EndLaunchWith(int status, const std::string& last_line);
+
 }  // namespace mlic

@@ -210,6 +210,24 @@ TEST(Export, PointCloudHasHeaderAndBinaryFields) {
   EXPECT_EQ(indices[1], result.map[1234].plane);
 }
 
+TEST(Export, ColouredPointsHaveThePackedColoursOfPcl) {
+  TemporaryDirectory directory;
+  ColouredPoint point;
+  point.position = {1.5f, -2.0f, 0.25f};
+  point.bgr = {1, 2, 3};
+  WriteColouredPointCloudFile(directory.Path() / "map.pcd", {point, point});
+  const std::string content = ReadFile(directory.Path() / "map.pcd");
+  EXPECT_TRUE(Contains(content.substr(0, 400), "FIELDS x y z rgb\nSIZE 4 4 4 4\n"));
+  const std::size_t data = content.find("DATA binary\n") + 12;
+  ASSERT_EQ(content.size(), data + 2 * 16);
+  float xyz[3];
+  std::uint32_t rgb = 0;
+  std::memcpy(xyz, content.data() + data + 16, 12);
+  std::memcpy(&rgb, content.data() + data + 28, 4);
+  EXPECT_EQ(xyz[1], -2.0f);
+  EXPECT_EQ(rgb, 0x030201u);
+}
+
 // Frames that a shell, an XML parser, roslaunch or xacro would take apart or evaluate.
 CalibrationResult ResultWithHostileFrames() {
   CalibrationResult result = SampleResult();
