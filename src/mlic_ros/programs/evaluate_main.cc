@@ -220,19 +220,27 @@ int main(int argc, char** argv) {
                "evaluate");
   std::string bag, truth, rig, output;
   std::vector<std::string> calibrations;
-  app.add_option("--bag", bag, "ROS 1 bag that was calibrated; without it only calibrations are compared");
+  app.add_option("--bag", bag, "ROS 1 bag that was calibrated; without it only calibrations are compared")
+      ->type_name("FILE");
   app.add_option(
          "--calibration", calibrations,
          "calibration.yaml with trajectory.tum beside it; without --bag several of one rig, each of a drive "
          "of its own")
-      ->required();
-  app.add_option("--truth", truth, "true calibration, in the same format");
+      ->required()
+      ->type_name("FILE");
+  app.add_option("--truth", truth, "true calibration, in the same format")->type_name("FILE");
   app.add_option("--reference-topic", options.reference_topic,
-                 "topic with the true path: Odometry, PoseStamped or TransformStamped");
-  app.add_option("--rig", rig, "rig file that names the topics; by default they are found by their frames");
+                 "topic with the true path: Odometry, PoseStamped or TransformStamped")
+      ->type_name("TOPIC");
+  app.add_option("--rig", rig, "rig file that names the topics; by default they are found by their frames")
+      ->type_name("FILE");
   app.add_option("--output", output,
                  "directory for evaluation.txt and CSV files, empty or new or of an earlier run")
-      ->required();
+      ->required()
+      ->type_name("DIR");
+  mlic::Describe(
+      app, {{mlic::kTrusted, "evaluated"}, {mlic::kInterrupted, "interrupted"}},
+      "rosrun mlic evaluate --bag drive.bag --calibration result/calibration.yaml --output evaluation");
   int status = 0;
   if (!mlic::ParseArguments(app, argc, argv, status)) return status;
   options.bag = bag;

@@ -1,11 +1,13 @@
 #include "mlic_ros/programs/program.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <iostream>
 #include <new>
 
 #include "mlic_core/common/error.h"
+#include "mlic_ros/programs/help_text.h"
 
 namespace mlic {
 
@@ -31,12 +33,39 @@ int RunProgram(const std::string& name, const std::function<int()>& body,
   }
 }
 
+std::string Version() { return MLIC_VERSION; }
+
+void Describe(CLI::App& app, std::vector<StatusMeaning> statuses, const std::string& example) {
+  app.formatter_fn(
+      [](const CLI::App* described, const std::string&, CLI::AppFormatMode) { return HelpText(*described); });
+  app.set_help_flag("-h,--help", "print this and exit");
+  app.add_flag_callback(
+      "--version",
+      [&app] {
+        std::cout << app.get_name() << " (MLIC) " << Version() << "\n";
+        throw CLI::Success();  // beside what else is required
+      },
+      "print the version and exit");
+  statuses.push_back({kBadInput, "bad input or usage; one line on stderr says what to do"});
+  statuses.push_back({kFailure, "an internal failure"});
+  std::sort(statuses.begin(), statuses.end(),
+            [](const StatusMeaning& a, const StatusMeaning& b) { return a.status < b.status; });
+  std::string footer = "\nExit status:\n";
+  for (const auto& [status, meaning] : statuses) {
+    const std::string number = std::to_string(status);
+    footer += "  " + number + std::string(5 - number.size(), ' ') + meaning + "\n";
+  }
+  app.footer(footer + "\nExample:\n  " + example + "\n");
+}
+
 bool ParseArguments(CLI::App& app, int argc, char** argv, int& status) {
   try {
     app.parse(argc, argv);
     return true;
   } catch (const CLI::CallForHelp& help) {
     status = app.exit(help);
+  } catch (const CLI::Success&) {
+    status = kTrusted;
   } catch (const CLI::ParseError& error) {
     std::cerr << app.get_name() << ": " << error.what() << "; --help lists the options\n";
     status = kBadInput;

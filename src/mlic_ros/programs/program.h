@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <functional>
 #include <string>
+#include <vector>
 
 namespace mlic {
 
@@ -21,8 +22,20 @@ enum ExitStatus {
 int RunProgram(const std::string& name, const std::function<int()>& body,
                const std::function<std::string()>& failure_hint = {});
 
-// Parses the arguments. Returns true to go on; otherwise status is what to exit with (help: 0, wrong usage:
-// 1).
+struct StatusMeaning {
+  int status;
+  std::string meaning;
+};
+
+// Of this build of MLIC: 1.2.3.
+std::string Version();
+
+// Gives the program its --help and --version. statuses: those that are its own; bad input and internal
+// failures every program has. example: a call of it, from `rosrun` on.
+void Describe(CLI::App& app, std::vector<StatusMeaning> statuses, const std::string& example);
+
+// Parses the arguments. Returns true to go on; otherwise status is what to exit with (help and
+// version: 0, wrong usage: 1).
 bool ParseArguments(CLI::App& app, int argc, char** argv, int& status);
 
 }  // namespace mlic
