@@ -136,6 +136,8 @@ class Programs(unittest.TestCase):
         with open(robot) as file:
             text = file.read()
         self.assertIn('<link name="base_link"/> <!-- ours -->', text)
+        newer = self.write("newer.yaml", CALIBRATION.replace("calibration/1", "calibration/2"))
+        self.expect_error(self.run_program("compare", newer, newer), "mlic_calibration/2", "newer MLIC", "mlic_calibration/1")
         self.assertIn('<child link="velodyne"/>', text)
         self.assertEqual(export("fast_lio", "--output", self.path("slam")).returncode, 0)
         self.assertEqual(os.listdir(self.path("slam")), ["lidar.yaml"])

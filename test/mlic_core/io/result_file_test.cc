@@ -261,3 +261,13 @@ TEST(ResultFile, SaysWhatIsWrong) {
 
 }  // namespace
 }  // namespace mlic
+  EXPECT_TRUE(
+      Contains(error_of("format: mlic_calibration/2\nsensors: {}\n"),
+               "c.yaml:1: format: 'mlic_calibration/2' was written by a newer MLIC than this one, which "
+               "reads up to mlic_calibration/1"));
+  EXPECT_TRUE(
+      Contains(error_of("format: mlic_rig/1\n"), "another kind of file; expected mlic_calibration/1"));
+  for (const char* version : {"", "/", "/0", "/-1", "/1x", "/01", "/99999999999"}) {
+    EXPECT_TRUE(Contains(error_of(std::string("format: mlic_calibration") + version + "\n"), "is not known"))
+        << version;
+  }

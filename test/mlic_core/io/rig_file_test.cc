@@ -111,6 +111,15 @@ TEST_F(RigFileTest, ReadsEveryKey) {
 TEST_F(RigFileTest, WritesWhatItReads) {
   Rig rig = Load(kFull);
   rig.lidars[1].guess->T_imu_sensor.rotation = FromRollPitchYaw({0.3, M_PI / 2, -0.7});  // gimbal lock
+TEST_F(RigFileTest, NamesItsVersion) {
+  const std::string rest = "imu: {topic: /imu}\nlidars:\n  top: {topic: /top}\n";
+  EXPECT_EQ(Load("format: mlic_rig/1\n" + rest).lidars.size(), 1u);
+  EXPECT_TRUE(Contains(ErrorOf("format: mlic_rig/2\nfuture: 1\n" + rest),
+                       "rig.yaml:1: format: 'mlic_rig/2' was written by a newer MLIC than this one"));
+  EXPECT_TRUE(Contains(ErrorOf("format: mlic_calibration/1\nsensors: {}\n"),
+                       "another kind of file; expected mlic_rig/1"));
+}
+
   const std::filesystem::path path = directory_.Path() / "copy" / "rig.yaml";
   WriteRigFile(path, rig);
   const Rig copy = LoadRigFile(path);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "mlic_core/common/angles.h"
+#include "mlic_core/io/file_format.h"
 #include "mlic_core/io/result/ground_keys.h"
 #include "mlic_core/io/result/in_use_keys.h"
 #include "mlic_core/io/result/result_names.h"
@@ -170,7 +171,7 @@ std::string ChecksText(const std::vector<QualityCheck>& checks) {
 }  // namespace
 
 void WriteCalibrationFile(const std::filesystem::path& path, const CalibrationResult& result) {
-  std::string text = std::string("format: ") + kResultFormat + "\n";
+  std::string text = "format: " + kResultFormat.Text() + "\n";
   text += "verdict: " + VerdictName(result.verdict) + "\n";
   text += LinesText("reasons", result.reasons);
   text += LinesText("warnings", result.warnings);

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "mlic_core/common/angles.h"
+#include "mlic_core/io/file_format.h"
 #include "mlic_core/io/result/ground_keys.h"
 #include "mlic_core/io/result/in_use_keys.h"
 #include "mlic_core/io/result/result_file.h"
@@ -214,8 +215,9 @@ PairResult ReadPair(const YamlReader& node) {
 
 CalibrationResult ReadCalibrationFile(const std::filesystem::path& path) {
   const YamlReader root = YamlReader::Open(path);
-  root.CheckIsMap(std::string("a calibration file that begins with format: ") + kResultFormat);
-  root.Get("format", std::string("expected format: ") + kResultFormat).Choice({kResultFormat});
+  const std::string format = "format: " + kResultFormat.Text();
+  root.CheckIsMap("a calibration file that begins with " + format);
+  ReadFormatVersion(root.Get("format", "expected " + format), kResultFormat);
   CalibrationResult result;
   if (root.Has("verdict")) {
     result.verdict = static_cast<Verdict>(root.Get("verdict").Choice(VerdictNames()));

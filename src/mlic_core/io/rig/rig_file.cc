@@ -4,6 +4,7 @@
 
 #include "mlic_core/common/angles.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/io/file_format.h"
 #include "mlic_core/io/rig/rig_parsing.h"
 #include "mlic_core/io/text_file.h"
 #include "mlic_core/io/yaml_reader.h"
@@ -99,7 +100,8 @@ std::string CameraText(const CameraConfig& camera) {
 
 Rig LoadRigFile(const std::filesystem::path& path) {
   const YamlReader root = YamlReader::Open(path);
-  root.CheckKeys({"imu", "lidars", "cameras"});
+  if (root.Has("format")) ReadFormatVersion(root.Get("format"), kRigFormat);
+  root.CheckKeys({"format", "imu", "lidars", "cameras"});
   CheckFilledIn(root);
   Rig rig;
   const YamlReader imu = root.Get("imu", "give imu: {topic: ...}");
@@ -152,6 +154,7 @@ void WriteRigFile(const std::filesystem::path& path, const Rig& rig) {
   if (rig.imu.gravity) text += "  gravity: " + ShortNumber(*rig.imu.gravity, 12) + "\n";
   if (!rig.lidars.empty()) text += "lidars:\n";
   for (const LidarConfig& lidar : rig.lidars) text += SensorText(lidar);
+  text += "format: " + kRigFormat.Text() + "\n";
   if (!rig.cameras.empty()) text += "cameras:\n";
   for (const CameraConfig& camera : rig.cameras) text += CameraText(camera);
   WriteFileAtomically(path, text);
