@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "mlic_core/common/time.h"
+#include "mlic_core/result/point_corrections.h"
 #include "mlic_core/result/pose_over_ground.h"
 #include "mlic_core/result/quality_check.h"
 #include "mlic_core/result/sigma_in_use.h"
@@ -97,6 +98,7 @@ struct SensorResult {
   TimeNs clock_reference = 0;  // where its time offset holds; of the first drive
   std::vector<UnobservableDirection> unobservable;
   std::optional<CameraIntrinsics> intrinsics;
+  PointCorrections corrections;  // of a LiDAR; the calibration holds for points with them
   std::vector<double> intrinsics_sigma;           // of each parameter, in its unit; empty: not known
   std::vector<bool> intrinsics_fixed;             // each parameter that the data do not show; empty: none
   std::optional<double> rolling_shutter_readout;  // s

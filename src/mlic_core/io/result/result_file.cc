@@ -5,6 +5,7 @@
 
 #include "mlic_core/common/angles.h"
 #include "mlic_core/io/file_format.h"
+#include "mlic_core/io/result/correction_files.h"
 #include "mlic_core/io/result/ground_keys.h"
 #include "mlic_core/io/result/in_use_keys.h"
 #include "mlic_core/io/result/result_names.h"
@@ -104,6 +105,7 @@ std::string SensorText(const SensorResult& sensor) {
     text += "    clock_reference_ns: " + std::to_string(sensor.clock_reference) + "\n";
   }
   if (sensor.intrinsics) {
+  if (sensor.corrections.Any()) text += "    corrections: " + CorrectionsText(sensor.corrections) + "\n";
     const CameraIntrinsics& intrinsics = *sensor.intrinsics;
     text += "    intrinsics: {model: " + CameraModelNames()[static_cast<std::size_t>(intrinsics.model)] +
             ", image_size: [" + std::to_string(intrinsics.width) + ", " + std::to_string(intrinsics.height) +

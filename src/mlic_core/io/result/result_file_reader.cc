@@ -4,6 +4,7 @@
 
 #include "mlic_core/common/angles.h"
 #include "mlic_core/io/file_format.h"
+#include "mlic_core/io/result/correction_files.h"
 #include "mlic_core/io/result/ground_keys.h"
 #include "mlic_core/io/result/in_use_keys.h"
 #include "mlic_core/io/result/result_file.h"
@@ -126,6 +127,7 @@ SensorResult ReadSensor(const YamlReader& node) {
   sensor.in_use = ReadInUse(node);
   ReadObservability(node, &sensor);
   if (node.Has("intrinsics")) {
+  sensor.corrections = ReadCorrections(node);
     sensor.intrinsics = ReadIntrinsics(node.Get("intrinsics"));
     ReadIntrinsicsQuality(node, &sensor);
   }
