@@ -214,6 +214,10 @@ class Programs(unittest.TestCase):
                                      "use it: roslaunch " + self.path("out/static_transforms.launch")]):
             self.assertIn(part, line)
         self.assertEqual(first.stderr.splitlines()[-3], last[0])
+        with open(self.path("out/calibration.yaml")) as file:
+            run = yaml.safe_load(file)["run"]
+        self.assertEqual([entry["path"] for entry in run["inputs"]], [os.path.abspath(path) for path in (DRIVE[1], DRIVE[0])])
+        self.assertIn("calibrate --rig " + os.path.abspath(DRIVE[1]), run["command"])
         with open(self.path("out/log.txt")) as log:
             self.assertIn("round 1", log.read(), "the log of the run that did the work")
         self.assertEqual(os.stat(self.path("out/calibration.yaml")).st_mtime_ns, before)

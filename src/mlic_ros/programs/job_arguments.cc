@@ -122,6 +122,7 @@ JobOptions JobArguments::Options() const {
       intrinsics_ == "colmap" ? IntrinsicsStart::kColmap : IntrinsicsStart::kTrajectory;
   const fs::path weights = matcher_weights_.empty() ? fs::path() : directory_ / matcher_weights_;
   options.calibration.matcher = ChooseMatcher(matcher_, weights.string());
+  options.matcher_weights = weights;
   return options;
 }
 

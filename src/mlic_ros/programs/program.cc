@@ -35,6 +35,10 @@ int RunProgram(const std::string& name, const std::function<int()>& body,
 
 std::string Version() { return MLIC_VERSION; }
 
+std::string AbsolutePath(const std::filesystem::path& path) {
+  return std::filesystem::absolute(path).lexically_normal().string();
+}
+
 void Describe(CLI::App& app, std::vector<StatusMeaning> statuses, const std::string& example) {
   app.formatter_fn(
       [](const CLI::App* described, const std::string&, CLI::AppFormatMode) { return HelpText(*described); });

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
@@ -29,6 +30,9 @@ struct StatusMeaning {
 
 // Of this build of MLIC: 1.2.3.
 std::string Version();
+
+// From the root on, without . and .. in it.
+std::string AbsolutePath(const std::filesystem::path& path);
 
 // Gives the program its --help and --version. statuses: those that are its own; bad input and internal
 // failures every program has. example: a call of it, from `rosrun` on.

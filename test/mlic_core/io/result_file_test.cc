@@ -239,6 +239,29 @@ TEST(ResultFile, PartialNamesTheRejectedWithAllReasons) {
   EXPECT_EQ(copy.rejected[1].type, SensorResult::Type::kLidar);
 }
 
+TEST(ResultFile, KeepsHowItWasMade) {
+  TemporaryDirectory directory;
+  const std::filesystem::path path = directory.Path() / "calibration.yaml";
+  CalibrationResult result = SampleResult();
+  WriteCalibrationFile(path, result);
+  EXPECT_FALSE(ReadCalibrationFile(path).run);
+  result.run = RunRecord{"1.2.3",
+                         "rosrun mlic calibrate --rig 'a \"rig\": 1.yaml'",
+                         {{"/data/a b.bag", "00ff00ff00ff00ff"}, {"/data/\n.yaml", "0123456789abcdef"}},
+                         {{"start", "0"}, {"matcher", "classical"}}};
+  WriteCalibrationFile(path, result);
+  const std::optional<RunRecord> run = ReadCalibrationFile(path).run;
+  ASSERT_TRUE(run);
+  EXPECT_EQ(run->version, result.run->version);
+  EXPECT_EQ(run->command, result.run->command);
+  EXPECT_EQ(run->options, result.run->options);
+  ASSERT_EQ(run->inputs.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(run->inputs[i].path, result.run->inputs[i].path);
+    EXPECT_EQ(run->inputs[i].hash, result.run->inputs[i].hash);
+  }
+}
+
 TEST(ResultFile, TruthFileWithFewKeys) {
   TemporaryDirectory directory;
   const std::filesystem::path path = directory.Path() / "truth.yaml";
@@ -264,12 +287,6 @@ TEST(ResultFile, SaysWhatIsWrong) {
   EXPECT_TRUE(Contains(error_of("sensors: {}\n"), "'format' is missing"));
   EXPECT_TRUE(
       Contains(error_of("format: other/2\nsensors: {}\n"), "c.yaml:1: format: 'other/2' is not known"));
-  EXPECT_TRUE(Contains(error_of("format: mlic_calibration/1\nsensors:\n  a: {type: lidar}\n"),
-                       "c.yaml:3: sensors.a: key 'T_imu_sensor' is missing"));
-}
-
-}  // namespace
-}  // namespace mlic
   EXPECT_TRUE(
       Contains(error_of("format: mlic_calibration/2\nsensors: {}\n"),
                "c.yaml:1: format: 'mlic_calibration/2' was written by a newer MLIC than this one, which "
@@ -280,3 +297,9 @@ TEST(ResultFile, SaysWhatIsWrong) {
     EXPECT_TRUE(Contains(error_of(std::string("format: mlic_calibration") + version + "\n"), "is not known"))
         << version;
   }
+  EXPECT_TRUE(Contains(error_of("format: mlic_calibration/1\nsensors:\n  a: {type: lidar}\n"),
+                       "c.yaml:3: sensors.a: key 'T_imu_sensor' is missing"));
+}
+
+}  // namespace
+}  // namespace mlic

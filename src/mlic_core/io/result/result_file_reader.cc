@@ -9,6 +9,7 @@
 #include "mlic_core/io/result/in_use_keys.h"
 #include "mlic_core/io/result/result_file.h"
 #include "mlic_core/io/result/result_names.h"
+#include "mlic_core/io/result/run_keys.h"
 #include "mlic_core/io/rig/rig_parsing.h"
 #include "mlic_core/io/yaml_reader.h"
 
@@ -126,8 +127,8 @@ SensorResult ReadSensor(const YamlReader& node) {
   sensor.sigma = ReadSigma(node);
   sensor.in_use = ReadInUse(node);
   ReadObservability(node, &sensor);
-  if (node.Has("intrinsics")) {
   sensor.corrections = ReadCorrections(node);
+  if (node.Has("intrinsics")) {
     sensor.intrinsics = ReadIntrinsics(node.Get("intrinsics"));
     ReadIntrinsicsQuality(node, &sensor);
   }
@@ -231,6 +232,7 @@ CalibrationResult ReadCalibrationFile(const std::filesystem::path& path) {
   if (root.Has("checks")) {
     for (const YamlReader& check : root.Get("checks").Elements()) result.checks.push_back(ReadCheck(check));
   }
+  result.run = ReadRun(root);
   if (root.Has("imu")) ReadImu(root.Get("imu"), &result);
   const YamlReader sensors = root.Get("sensors", "give the calibrated sensors, or {} for none");
   for (const YamlReader& sensor : sensors.Entries()) {
