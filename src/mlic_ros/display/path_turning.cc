@@ -17,7 +17,7 @@ constexpr double kLeastScale = 5.0;                 // deg/s
 constexpr double kShareWithinScale = 0.95;          // of the path; a single jolt does not make the rest dull
 constexpr std::size_t kMostPlaces = 5000;           // of the line
 constexpr double kLineWidth = 0.01;                 // of the path's extent
-constexpr double kNarrowest = 0.03, kWidest = 0.3;  // m
+constexpr double kNarrowest = 0.06, kWidest = 0.3;  // m
 
 constexpr std::uint32_t kStill = 0x5078a0, kTurning = 0xffe040;
 
