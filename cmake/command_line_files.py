@@ -39,7 +39,7 @@ _mlic_rosrun() {
     at=$((at + 1))
   done
   if [[ ${COMP_WORDS[at]} != mlic || $COMP_CWORD -le $at ]]; then
-    [[ -n $_mlic_rosrun_before ]] && "$_mlic_rosrun_before" "$@"
+    _mlic_other_rosrun "$@"
     return 0
   fi
   if [[ $COMP_CWORD -eq $((at + 1)) ]]; then
@@ -57,13 +57,23 @@ _mlic_rosrun() {
   return 0
 }
 
-if ! complete -p rosrun >/dev/null 2>&1 && [[ -r /usr/share/bash-completion/completions/rosbash ]]; then
-  . /usr/share/bash-completion/completions/rosbash
-fi
-_mlic_found=$(complete -p rosrun 2>/dev/null | sed -n 's/.* -F \([^ ]*\) .*/\1/p')
-[[ $_mlic_found == _mlic_rosrun ]] || _mlic_rosrun_before=$_mlic_found
-unset _mlic_found
-complete -F _mlic_rosrun rosrun
+# What completed rosrun before; rosbash is read when it is first asked for.
+_mlic_other_rosrun() {
+  if [[ -z $_mlic_rosrun_before && -r /usr/share/bash-completion/completions/rosbash ]]; then
+    . /usr/share/bash-completion/completions/rosbash
+    _mlic_take_rosrun
+  fi
+  [[ -n $_mlic_rosrun_before ]] && "$_mlic_rosrun_before" "$@"
+}
+
+_mlic_take_rosrun() {
+  local found
+  found=$(complete -p rosrun 2>/dev/null | sed -n 's/.* -F \([^ ]*\) .*/\1/p')
+  [[ $found == _mlic_rosrun ]] || _mlic_rosrun_before=$found
+  complete -F _mlic_rosrun rosrun
+}
+
+_mlic_take_rosrun
 '''
 
 

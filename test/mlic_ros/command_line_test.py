@@ -25,6 +25,14 @@ def options_of(help_text):
 
 
 class CommandLine(unittest.TestCase):
+    def test_completion_reads_rosbash_when_it_is_first_needed(self):
+        script = '. "$1"; declare -F _roscomplete_exe; COMP_WORDS=(rosrun -); COMP_CWORD=1; ' \
+                 '_mlic_rosrun rosrun - rosrun; echo "${COMPREPLY[@]}"; complete -p rosrun'
+        done = run("bash", "-c", script, "bash", os.path.join(SHARE, "completion.bash"))
+        if not os.path.exists("/usr/share/bash-completion/completions/rosbash"):
+            self.skipTest("rosbash is not installed")
+        self.assertEqual(done.stdout, "--prefix --debug\ncomplete -F _mlic_rosrun rosrun\n", done.stderr)
+
     def complete(self, *words):
         """What bash offers for the last of these words; `rosbash` where the completion that was there before is asked."""
         script = ('_roscomplete_exe() { COMPREPLY=(rosbash); }; complete -F _roscomplete_exe rosrun; . "$1"; . "$1"; shift; '
