@@ -138,6 +138,8 @@ class Programs(unittest.TestCase):
         with open(robot) as file:
             text = file.read()
         self.assertIn('<link name="base_link"/> <!-- ours -->', text)
+        newer = self.write("newer.yaml", CALIBRATION.replace("calibration/1", "calibration/2"))
+        self.expect_error(self.run_program("compare", newer, newer), "mlic_calibration/2", "newer MLIC", "mlic_calibration/1")
         self.assertIn('<child link="velodyne"/>', text)
         self.assertEqual(export("fast_lio", "--output", self.path("slam")).returncode, 0)
         self.assertEqual(os.listdir(self.path("slam")), ["lidar.yaml"])
@@ -249,6 +251,10 @@ class Programs(unittest.TestCase):
                                      "use it: roslaunch " + self.path("out/static_transforms.launch")]):
             self.assertIn(part, line)
         self.assertEqual(first.stderr.splitlines()[-3], last[0])
+        with open(self.path("out/calibration.yaml")) as file:
+            run = yaml.safe_load(file)["run"]
+        self.assertEqual([entry["path"] for entry in run["inputs"]], [os.path.abspath(path) for path in (DRIVE[1], DRIVE[0])])
+        self.assertIn("calibrate --rig " + os.path.abspath(DRIVE[1]), run["command"])
         with open(self.path("out/log.txt")) as log:
             self.assertIn("round 1", log.read(), "the log of the run that did the work")
         self.assertEqual(os.stat(self.path("out/calibration.yaml")).st_mtime_ns, before)

@@ -65,6 +65,16 @@ TEST(Scene, LegendHasOneColourForEachWord) {
     EXPECT_EQ(status.legend.size(), status.legend_colours.size());
   }
   EXPECT_FALSE(ColouringOf("speed").has_value());
+  Scene scene = TwoLidars();
+  scene.landmarks.resize(1);
+  scene.trajectory.resize(1);
+  scene.turning = TurningAlong(scene.trajectory);
+  Status status;
+  SetLegend(Colouring::kSensor, scene, &status);
+  EXPECT_EQ(status.legend,
+            (std::vector<std::string>{"front", "rear", "landmarks on their pixels", "off by 3 px or more",
+                                      "path without a turn", "turning by 5 deg/s"}));
+  EXPECT_EQ(status.legend_colours.size(), status.legend.size());
 }
 
 TEST(Scene, HiddenSensorsHaveNeitherPointsNorFrustum) {

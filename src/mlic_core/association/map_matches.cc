@@ -12,6 +12,7 @@
 #include "mlic_core/crossmodal/cross_modal_matches.h"
 #include "mlic_core/crossmodal/nid.h"
 #include "mlic_core/crossmodal/pnp.h"
+#include "mlic_core/crossmodal/view_matcher.h"
 #include "mlic_core/crossmodal/view_selection.h"
 #include "mlic_core/problem/landmark_terms.h"
 
@@ -91,25 +92,19 @@ CameraUncertainty SearchUncertainty(const PoseSigma& sigma, int level) {
   return out;
 }
 
-// How photos are matched at a level of the pyramids. At full resolution edges of depth hardly count, as beams
-// displace them by a third of a pixel. At coarser ones that is within the error of a match, and they are most
-// of what a sparse LiDAR shows.
-CrossModalOptions MatchingAt(int level) {
-  CrossModalOptions options;
-  options.structure.finest_level = level;
-  if (level == 0) return options;
-  options.structure.depth_trust = options.structure.depth_weight = 1.0;
-  options.match.least_trusted = 0.0;
-  return options;
-}
+// How photos are matched, and at which resolution.
+struct Matching {
+  const ViewMatcher& matcher;
+  int level = 0;
+};
 
 void Match(const CameraRecording& recording, const CameraCalibration& camera, const IntensityMap& map,
-           const ViewRenderer& renderer, const PoseSigma& sigma, int level, Photo* photo) {
+           const ViewRenderer& renderer, const PoseSigma& sigma, const Matching& matching, Photo* photo) {
   const cv::Mat gray = ToGray(recording.images->Load(photo->image));
   const RenderedView view = renderer.Render(photo->pose);
   photo->nid = ViewNid(view.intensity, gray, recording.mask, {});
-  photo->matches = MatchView(view, camera.intrinsics, photo->pose, gray, recording.mask,
-                             SearchUncertainty(sigma, level), MatchingAt(level));
+  photo->matches = matching.matcher.Match({view, camera.intrinsics, photo->pose, gray, recording.mask},
+                                          SearchUncertainty(sigma, matching.level), matching.level);
   photo->origins.clear();
   for (const MapMatch& match : photo->matches) photo->origins.push_back(map.origins[match.map_point]);
 }
@@ -208,6 +203,8 @@ MapMatches MatchCamerasToMap(const Dataset& dataset, const CalibrationState& sta
                              const MatchedCameras& matched, const MapMatchingOptions& options,
                              const Monitor& monitor) {
   const std::size_t cameras = state.cameras.size();
+  const std::unique_ptr<const ViewMatcher> matcher =
+      options.features != nullptr ? MakeFeatureViewMatcher(*options.features) : MakeStructureViewMatcher();
   std::vector<std::pair<std::size_t, TimeInterval>> windows;
   for (std::size_t d = 0; d < dataset.drives.size(); ++d) {
     for (const TimeInterval& window : WindowsOf(state.drives[d].trajectory, options.window)) {
@@ -240,7 +237,7 @@ MapMatches MatchCamerasToMap(const Dataset& dataset, const CalibrationState& sta
         if (monitor.cancellation.IsCancelled()) return;
         Photo& photo = *unmatched[i];
         Match(dataset.drives[d].cameras[photo.camera], state.cameras[photo.camera], map,
-              *renderers[photo.camera], matched.sigmas[photo.camera], level, &photo);
+              *renderers[photo.camera], matched.sigmas[photo.camera], {*matcher, level}, &photo);
       });
     }
     monitor.progress((w + 1.0) / static_cast<double>(windows.size()));

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "mlic_core/camera/features/feature_matcher.h"
 #include "mlic_core/camera/tracks/tracks.h"
 #include "mlic_core/common/progress.h"
 #include "mlic_core/problem/joint_problem.h"
@@ -20,7 +21,8 @@ struct MapMatchingOptions {
   std::size_t map_points = 3000000;  // returns that one window's map is made of; from: guard, time and memory
   double sigma_along = 5e-3;         // m, of a place of the map along its beam
   double sigma_across = 3e-3;        // m
-  std::vector<double> noise_scale;   // of each camera: of the claimed sigmas; empty: as claimed
+  const FeatureMatcher* features = nullptr;  // what finds the map in photos; null: its structure
+  std::vector<double> noise_scale;           // of each camera: of the claimed sigmas; empty: as claimed
   // from: guard, cameras that see the map have hundreds (kitti_0005: 306).
   int fewest_matches = 30;  // of a camera; with fewer it has none
 };

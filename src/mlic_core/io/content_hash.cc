@@ -34,16 +34,14 @@ ContentHash& ContentHash::Add(const void* data, std::size_t size) {
   return *this;
 }
 
-ContentHash& ContentHash::AddFile(const std::filesystem::path& path) {
+ContentHash& ContentHash::AddContent(const std::filesystem::path& path) {
   constexpr std::uintmax_t kSample = 1 << 16;  // from: structural
   constexpr std::uintmax_t kSamples = 16;      // from: structural
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(path, error);
   std::ifstream stream(path, std::ios::binary);
   if (error || !stream) throw InputError(path.string() + ": no such file, or it cannot be read");
-  const auto modified = std::filesystem::last_write_time(path, error).time_since_epoch().count();
   Add(&size, sizeof(size));
-  Add(&modified, sizeof(modified));
   std::vector<char> sample(static_cast<std::size_t>(std::min(size, kSample)));
   for (std::uintmax_t k = 0; k < kSamples; ++k) {
     stream.seekg(static_cast<std::streamoff>((size - sample.size()) * k / (kSamples - 1)));
@@ -52,6 +50,13 @@ ContentHash& ContentHash::AddFile(const std::filesystem::path& path) {
     Add(sample.data(), sample.size());
   }
   return *this;
+}
+
+ContentHash& ContentHash::AddFile(const std::filesystem::path& path) {
+  AddContent(path);
+  std::error_code error;
+  const auto modified = std::filesystem::last_write_time(path, error).time_since_epoch().count();
+  return Add(&modified, sizeof(modified));
 }
 
 std::uint64_t ContentHash::Value() const { return Mix(state_); }

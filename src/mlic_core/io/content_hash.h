@@ -12,9 +12,10 @@ class ContentHash {
  public:
   ContentHash& Add(const void* data, std::size_t size);
   ContentHash& Add(const std::string& text) { return Add(text.data(), text.size()); }
-  // Size, modification time and a megabyte in parts spread over it: enough to know a recording by, whatever
-  // its size.
-  // InputError when the file cannot be read.
+  // Size and a megabyte in parts spread over the file, of a smaller one all: enough to know a recording by,
+  // whatever its size, also where it is copied. InputError when the file cannot be read.
+  ContentHash& AddContent(const std::filesystem::path& path);
+  // The same and the modification time: whether it was touched since.
   ContentHash& AddFile(const std::filesystem::path& path);
 
   std::uint64_t Value() const;

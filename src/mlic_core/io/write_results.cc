@@ -4,6 +4,7 @@
 #include "mlic_core/io/pictures/track_picture.h"
 #include "mlic_core/io/report/report.h"
 #include "mlic_core/io/result/camera_info.h"
+#include "mlic_core/io/result/correction_files.h"
 #include "mlic_core/io/result/kalibr_camchain.h"
 #include "mlic_core/io/result/point_cloud_file.h"
 #include "mlic_core/io/result/result_file.h"
@@ -65,6 +66,9 @@ void WriteResults(const fs::path& directory, const CalibrationResult& result, co
     WriteFileAtomically(directory / "sensors_macro.xacro", UrdfMacroText(tree));
     WriteCameraInfos(directory / "camera_info", result);
     WriteKalibrCamchain(directory / "kalibr_camchain.yaml", result);
+    for (const ExportedFile& file : CorrectionFiles(result)) {
+      WriteFileAtomically(directory / "corrections" / file.name, file.text);
+    }
   }
   WriteCalibrationFile(directory / "calibration.yaml", result);
 }

@@ -13,7 +13,8 @@ inline AdjustmentContext ContextOf(const StageContext& context, StageClock* stag
           context.dataset,
           context.observer,
           {context.cancellation, [stage](double fraction) { stage->Progress(fraction); },
-           [stage](const std::string& text) { stage->Line(text); }}};
+           [stage](const std::string& text) { stage->Line(text); }},
+          context.options.matcher.get()};
 }
 
 }  // namespace mlic

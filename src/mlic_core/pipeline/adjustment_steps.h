@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "mlic_core/camera/features/feature_matcher.h"
 #include "mlic_core/common/progress.h"
 #include "mlic_core/initialization/camera_on_trajectory.h"
 #include "mlic_core/initialization/lidar_imu.h"
@@ -21,6 +22,7 @@ struct AdjustmentContext {
   const Dataset& dataset;
   CalibrationObserver& observer;
   Monitor monitor;
+  const FeatureMatcher* features = nullptr;  // that finds the map in photos; null: its structure does
 };
 
 // Of each scan. The first rounds find the map with few points; the last ones measure with many. from: guard,

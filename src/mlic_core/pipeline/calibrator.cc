@@ -339,7 +339,8 @@ CalibrationResult Calibrate(const Rig& rig, const Dataset& dataset, const Cancel
   }
   const StageContext context{rig, dataset, options, cancellation, observer, store, &result};
   rig.lidars.empty() ? CalibrateFromCameras(context, "") : CalibrateFromLidars(context);
-  if (options.held_from) AddSigmasOfHeld(*options.held_from, &result);
+  const CalibrationResult held = options.held_from ? *options.held_from : HeldSensors(rig);
+  if (!held.sensors.empty()) AddSigmasOfHeld(held, &result);
   return result;
 }
 

@@ -19,7 +19,7 @@ const SensorResult* Find(const CalibrationResult& calibration, const std::string
   return nullptr;
 }
 
-// Axes without a sigma, as those of a truth file, keep the usual one.
+// Axes without a sigma, as those of a truth file, keep what there is.
 void TakeSigma(const Eigen::Vector3d& from, Eigen::Vector3d* to) {
   for (int a = 0; a < 3; ++a) {
     if (from[a] > 0.0 && std::isfinite(from[a])) (*to)[a] = from[a];
@@ -36,6 +36,11 @@ void TakePlace(const SensorResult& sensor, SensorResult::Type type, Config* conf
   TakeSigma(sensor.sigma.translation, &config->guess->sigma_translation);
   TakeSigma(sensor.sigma.rotation, &config->guess->sigma_rotation);
   if (!std::isnan(sensor.sigma.time_offset)) config->time_offset = sensor.calibration.time_offset;
+  if (!config->fixed) return;
+  config->held_sigma = HeldSigma();
+  TakeSigma(sensor.sigma.translation, &config->held_sigma->translation);
+  TakeSigma(sensor.sigma.rotation, &config->held_sigma->rotation);
+  if (sensor.sigma.time_offset > 0.0) config->held_sigma->time_offset = sensor.sigma.time_offset;
 }
 
 void TakeLens(const SensorResult& sensor, CameraConfig* config) {
@@ -129,6 +134,7 @@ void TakeQuality(const SensorResult& earlier, SensorResult* sensor) {
   sensor->time_offset_observable = earlier.time_offset_observable;
   sensor->unobservable = earlier.unobservable;
   sensor->in_use = earlier.in_use;
+  if (!earlier.intrinsics) return;  // the lens is none of what is held
   sensor->intrinsics_sigma = earlier.intrinsics_sigma;
   sensor->intrinsics_fixed = earlier.intrinsics_fixed;
   if (sensor->readout_sigma) sensor->readout_sigma = earlier.readout_sigma;
@@ -172,11 +178,13 @@ Rig WithPrior(const Rig& rig, const CalibrationResult& earlier, std::vector<std:
   Rig start = rig;
   std::vector<std::string> lacking;
   std::vector<ExtrinsicGuess*> guesses;
+  bool any = false;
   ForEachKnown(earlier, &start, &lacking, [&](const SensorResult& sensor, auto* config) {
     TakeFromEarlier()(sensor, config);
-    guesses.push_back(&*config->guess);
+    any = true;
+    if (!config->fixed) guesses.push_back(&*config->guess);
   });
-  if (guesses.empty()) throw InputError("the prior has no sensor of the rig file: their names are compared");
+  if (!any) throw InputError("the prior has no sensor of the rig file: their names are compared");
   const double factor = std::sqrt(static_cast<double>(guesses.size()));
   for (ExtrinsicGuess* guess : guesses) {
     guess->sigma_translation *= factor;
@@ -217,6 +225,24 @@ Rig WithAddedSensors(const Rig& rig, const CalibrationResult& earlier, const std
   if (!any) throw InputError("--add: no sensor is left that is held where the prior has it");
   NoteOthers(rig, earlier, notes);
   return start;
+}
+
+CalibrationResult HeldSensors(const Rig& rig) {
+  CalibrationResult held;
+  const auto add = [&](const auto& configs) {
+    for (const auto& config : configs) {
+      if (!config.fixed || !config.held_sigma) continue;
+      SensorResult sensor;
+      sensor.name = config.name;
+      sensor.calibration.T_imu_sensor = config.guess->T_imu_sensor;
+      sensor.sigma = {config.held_sigma->translation, config.held_sigma->rotation,
+                      config.held_sigma->time_offset};
+      held.sensors.push_back(sensor);
+    }
+  };
+  add(rig.lidars);
+  add(rig.cameras);
+  return held;
 }
 
 void AddSigmasOfHeld(const CalibrationResult& earlier, CalibrationResult* result) {

@@ -12,7 +12,8 @@ namespace mlic {
 // are known by their names. Of n sensors that are taken over, sigmas of guesses are sqrt(n) times as large:
 // the file does not say how the errors hang together, and the solve takes guesses for independent, so that
 // errors which all share (the height of a rig over its IMU) would average out; n times a sensor's own
-// covariance is a bound of the whole's, whatever hangs together (covariance intersection). notes: a line for
+// covariance is a bound of the whole's, whatever hangs together (covariance intersection). Fixed sensors are
+// held where the calibration has them, with its sigmas (HeldSensors). notes: a line for
 // each sensor that is only here or only there. InputError where the two do not fit, or the calibration was
 // refused.
 Rig WithPrior(const Rig& rig, const CalibrationResult& earlier, std::vector<std::string>* notes);
@@ -31,6 +32,9 @@ bool IsHeldFrom(const CalibrationResult& earlier, const Config& config) {
   }
   return false;
 }
+
+// What the rig knows of its fixed sensors that are not exact, for AddSigmasOfHeld.
+CalibrationResult HeldSensors(const Rig& rig);
 
 // Gives held sensors what the earlier calibration says of them and of their pairs, and adds to the others'
 // sigmas against the IMU what these are off by with the held ones: of each component the largest that any of

@@ -58,6 +58,7 @@ void MatchMap(const AdjustmentContext& context, Adjustment* adjustment) {
   std::vector<DriveTerms>& drives = adjustment->problem.drives;
   MapMatchingOptions options;
   options.noise_scale = adjustment->map.noise;
+  options.features = context.features;
   const MatchedCameras matched{cameras.tracks, cameras.sigmas, cameras.found, adjustment->rejected_lidars};
   MapMatches matches =
       MatchCamerasToMap(context.dataset, adjustment->state, matched, options, context.monitor);

@@ -68,7 +68,13 @@ Start StartOf(const Rig& rig) {
   Start start{camera.guess->T_imu_sensor, CovarianceOf(*camera.guess)};
   if (!lidar.guess) return start;
   const RigidTransform T_lidar_imu = lidar.guess->T_imu_sensor.Inverse();
-  if (!lidar.fixed) start.covariance += CovarianceOf(*lidar.guess);
+  ExtrinsicGuess of_lidar = *lidar.guess;
+  if (lidar.fixed) {
+    const HeldSigma held = lidar.held_sigma.value_or(HeldSigma());
+    of_lidar.sigma_translation = held.translation;
+    of_lidar.sigma_rotation = held.rotation;
+  }
+  start.covariance += CovarianceOf(of_lidar);
   Matrix6d turn = Matrix6d::Zero();
   turn.topLeftCorner<3, 3>() = turn.bottomRightCorner<3, 3>() = T_lidar_imu.rotation.toRotationMatrix();
   start.covariance = turn * start.covariance * turn.transpose();

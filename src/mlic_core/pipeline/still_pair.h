@@ -30,7 +30,8 @@ struct PairRegistration {
 
 // Registers the rig's only camera to its only LiDAR by the renderer, the structure features, the matcher and
 // PnP of the joint calibration. The guess is T_imu_lidar^-1 T_imu_camera of the rig, its sigma the camera's,
-// and the LiDAR's too where it has a guess and is not fixed. Throws InputError for a rig that does not fit.
+// and the LiDAR's too where it has a guess and is not known exactly. Throws InputError for a rig that does
+// not fit.
 PairRegistration RegisterPairs(const Rig& rig, const std::vector<ScanPhoto>& pairs);
 
 // The points of a scan in its photo, at most `largest`.

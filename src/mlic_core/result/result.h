@@ -9,8 +9,10 @@
 #include <vector>
 
 #include "mlic_core/common/time.h"
+#include "mlic_core/result/point_corrections.h"
 #include "mlic_core/result/pose_over_ground.h"
 #include "mlic_core/result/quality_check.h"
+#include "mlic_core/result/run_record.h"
 #include "mlic_core/result/sigma_in_use.h"
 #include "mlic_core/sensors/images.h"
 #include "mlic_core/sensors/rig.h"
@@ -97,6 +99,7 @@ struct SensorResult {
   double drift_sigma = 0.0;    // s/s, where the clock's drift is estimated
   TimeNs clock_reference = 0;  // where its time offset holds; of the first drive
   std::vector<UnobservableDirection> unobservable;
+  PointCorrections corrections;  // of a LiDAR; the calibration holds for points with them
   std::optional<CameraIntrinsics> intrinsics;
   std::vector<double> intrinsics_sigma;           // of each parameter, in its unit; empty: not known
   std::vector<bool> intrinsics_fixed;             // each parameter that the data do not show; empty: none
@@ -249,6 +252,7 @@ struct CalibrationResult {
   std::vector<RejectedSensor> rejected;  // a sensor for each reason against it
   std::vector<std::string> warnings;     // what to know of what is given
   std::vector<QualityCheck> checks;      // what the verdict rests on
+  std::optional<RunRecord> run;          // none: not known
   std::string imu_frame_id;
   ImuCalibration imu;
   std::optional<ImuAlignment> alignment;  // none: not known, as of truths

@@ -26,6 +26,13 @@ struct ExtrinsicGuess {
   Eigen::Vector3d sigma_rotation = Eigen::Vector3d::Constant(5.0 * M_PI / 180.0);
 };
 
+// Sigmas of a sensor that is held: of its pose as those of ExtrinsicGuess, of its time offset in s.
+struct HeldSigma {
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+  Eigen::Vector3d rotation = Eigen::Vector3d::Zero();
+  double time_offset = 0.0;
+};
+
 // Gravity on the ground is within 0.03 m/s^2 of it (9.780 at the equator, 9.832 at the poles).
 constexpr double kStandardGravity = 9.81;  // m/s^2; from: definition
 
@@ -44,8 +51,9 @@ struct LidarConfig {
   std::string topic;
   std::string frame_id;  // empty: the messages' own
   std::optional<ExtrinsicGuess> guess;
-  std::optional<double> time_offset;  // s, an initial guess
-  bool fixed = false;                 // hold guess and time offset
+  std::optional<double> time_offset;    // s, an initial guess
+  bool fixed = false;                   // hold guess and time offset
+  std::optional<HeldSigma> held_sigma;  // of these, where fixed; none: exact
 };
 
 enum class Shutter { kGlobal, kRolling };
@@ -63,6 +71,7 @@ struct CameraConfig {
   std::optional<ExtrinsicGuess> guess;
   std::optional<double> time_offset;
   bool fixed = false;
+  std::optional<HeldSigma> held_sigma;
 };
 
 // How the sensors are arranged and where their data are: the rig file's content, enabled sensors only.

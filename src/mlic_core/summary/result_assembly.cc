@@ -81,6 +81,21 @@ void AddIntrinsics(const CameraCalibration& camera, const ObservabilityAnalysis:
   result->readout_sigma = analysis.readout_sigma;
 }
 
+PointCorrections CorrectionsOf(const CalibrationState& state, std::size_t lidar) {
+  PointCorrections corrections;
+  if (lidar < state.ranges.size()) {
+    corrections.range_offset = state.ranges[lidar].offset;
+    corrections.range_slope = state.ranges[lidar].slope;
+  }
+  if (lidar >= state.rings.size()) return corrections;
+  for (std::size_t k = 0; k < state.rings[lidar].size(); ++k) {
+    const RingCorrection& ring = state.rings[lidar][k];
+    if (ring.range == 0.0f && ring.elevation == 0.0f) continue;
+    corrections.rings.push_back({static_cast<int>(k), ring.range, ring.elevation});
+  }
+  return corrections;
+}
+
 // Poses, offsets and intrinsics alone, of the sensors that are shown in the end.
 std::vector<SensorResult> InitialSensors(const Rig& rig, const CalibrationState& initial,
                                          const std::vector<bool>& shown) {
@@ -321,7 +336,10 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
         TimeFrom(dataset.drives[0].epoch, state.drives[0].trajectory.Middle());
     WarnOfDrift(result->sensors.back(), &result->warnings);
     const SensorId id = order.At(s);
-    if (id.IsLidar()) continue;
+    if (id.IsLidar()) {
+      result->sensors.back().corrections = CorrectionsOf(state, id.index);
+      continue;
+    }
     const std::size_t c = id.index;
     AddIntrinsics(state.cameras[c], analysis.cameras[c], &result->sensors.back());
     const std::vector<HeldOutMatches>& held_out = adjustment.map.held_out_errors;

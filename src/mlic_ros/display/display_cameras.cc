@@ -30,16 +30,8 @@ namespace {
 
 // Constants of this file, from: structural, how RViz shows it.
 
-constexpr float kLargeError = 3.0f;      // px, of red landmarks
 constexpr double kFrustumLength = 0.5;   // m
 constexpr int kStepsAlongImageEdge = 8;  // of a frustum's outline
-
-std::uint32_t ColourOfError(float error) {
-  const float share = std::clamp(error / kLargeError, 0.0f, 1.0f);
-  const auto red = static_cast<std::uint32_t>(255.0f * std::min(1.0f, 2.0f * share));
-  const auto green = static_cast<std::uint32_t>(255.0f * std::min(1.0f, 2.0f - 2.0f * share));
-  return (red << 16) | (green << 8) | 40u;
-}
 
 // Where the ray of a pixel ends; pixels that the model does not cover are drawn in towards the centre.
 geometry_msgs::Point EndOfRay(const CameraIntrinsics& intrinsics, const Eigen::Vector2d& pixel) {
@@ -69,6 +61,13 @@ std::vector<Eigen::Vector2d> ImageOutline(const CameraIntrinsics& intrinsics) {
 }
 
 }  // namespace
+
+std::uint32_t ColourOfError(float error) {
+  const float share = std::clamp(error / kLargeReprojectionError, 0.0f, 1.0f);
+  const auto red = static_cast<std::uint32_t>(255.0f * std::min(1.0f, 2.0f * share));
+  const auto green = static_cast<std::uint32_t>(255.0f * std::min(1.0f, 2.0f - 2.0f * share));
+  return (red << 16) | (green << 8) | 40u;
+}
 
 sensor_msgs::PointCloud2 MakeLandmarkCloud(const std::vector<LandmarkMark>& landmarks,
                                            const ros::Time& stamp) {

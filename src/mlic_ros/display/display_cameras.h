@@ -4,6 +4,7 @@
 #include <sensor_msgs/PointCloud2.h>
 #include <visualization_msgs/MarkerArray.h>
 
+#include <cstdint>
 #include <opencv2/core/mat.hpp>
 #include <string>
 #include <vector>
@@ -14,8 +15,10 @@ namespace mlic {
 
 // Messages that show what cameras add to a calibration.
 
-// Fields x y z, rgb, error f32 (px), observations u16, in frame map; from green (no error) over yellow to red
-// (3 px and more).
+constexpr float kLargeReprojectionError = 3.0f;  // px, beyond which the colour is the same; from: structural
+std::uint32_t ColourOfError(float error);        // px; 0xRRGGBB from green (none) over yellow to red
+
+// Fields x y z, rgb (by its error), error f32 (px), observations u16, in frame map.
 sensor_msgs::PointCloud2 MakeLandmarkCloud(const std::vector<LandmarkMark>& landmarks,
                                            const ros::Time& stamp);
 

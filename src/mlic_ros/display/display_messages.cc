@@ -28,22 +28,14 @@ namespace {
 
 constexpr std::size_t kMostPoints = 400000;  // from: guard, what RViz draws fluently
 constexpr const char* kMapFrame = "map";
+constexpr float kPlaneOpacity = 0.6f;  // from: structural
 
 std_msgs::ColorRGBA ColourOf(const Eigen::Vector3d& normal) {
   std_msgs::ColorRGBA colour;
   colour.r = static_cast<float>(0.25 + 0.75 * std::abs(normal.x()));
   colour.g = static_cast<float>(0.25 + 0.75 * std::abs(normal.y()));
   colour.b = static_cast<float>(0.25 + 0.75 * std::abs(normal.z()));
-  colour.a = 0.6f;
-  return colour;
-}
-
-std_msgs::ColorRGBA ColourOf(std::uint32_t rgb) {
-  std_msgs::ColorRGBA colour;
-  colour.r = static_cast<float>(rgb >> 16 & 0xffu) / 255.0f;
-  colour.g = static_cast<float>(rgb >> 8 & 0xffu) / 255.0f;
-  colour.b = static_cast<float>(rgb & 0xffu) / 255.0f;
-  colour.a = 0.6f;
+  colour.a = kPlaneOpacity;
   return colour;
 }
 
@@ -72,6 +64,15 @@ geometry_msgs::Point ToPoint(const Eigen::Vector3d& p) {
   point.y = p.y();
   point.z = p.z();
   return point;
+}
+
+std_msgs::ColorRGBA ToColour(std::uint32_t rgb, float opacity) {
+  std_msgs::ColorRGBA colour;
+  colour.r = static_cast<float>(rgb >> 16 & 0xffu) / 255.0f;
+  colour.g = static_cast<float>(rgb >> 8 & 0xffu) / 255.0f;
+  colour.b = static_cast<float>(rgb & 0xffu) / 255.0f;
+  colour.a = opacity;
+  return colour;
 }
 
 geometry_msgs::Transform ToMessage(const RigidTransform& transform) {
@@ -117,7 +118,8 @@ visualization_msgs::MarkerArray MakePlaneMarkers(const std::vector<PlanePatch>& 
   const double reach = std::sqrt(3.0);
   for (std::size_t k = 0; k < planes.size(); ++k) {
     const PlanePatch& plane = planes[k];
-    const std_msgs::ColorRGBA colour = colours.empty() ? ColourOf(plane.normal) : ColourOf(colours[k]);
+    const std_msgs::ColorRGBA colour =
+        colours.empty() ? ColourOf(plane.normal) : ToColour(colours[k], kPlaneOpacity);
     const Eigen::Vector3d u = reach * plane.axis_u, v = reach * plane.axis_v;
     const std::array<Eigen::Vector3d, 4> corners{plane.center - u - v, plane.center + u - v,
                                                  plane.center + u + v, plane.center - u + v};

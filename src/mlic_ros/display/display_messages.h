@@ -19,6 +19,8 @@ namespace mlic {
 
 geometry_msgs::Point ToPoint(const Eigen::Vector3d& p);
 
+std_msgs::ColorRGBA ToColour(std::uint32_t rgb, float opacity);  // 0xRRGGBB
+
 geometry_msgs::Transform ToMessage(const RigidTransform& transform);
 
 geometry_msgs::TransformStamped MakeFrame(const std::string& parent, const std::string& child,

@@ -230,6 +230,7 @@ void RosDisplay::OnSnapshot(const CalibrationSnapshot& snapshot) {
     scene.points = snapshot.points;
     scene.planes = snapshot.planes;
     scene.trajectory = snapshot.trajectory;
+    scene.turning = TurningAlong(scene.trajectory);
     scene.landmarks = snapshot.landmarks;
     scene.sensors = status_.Get().sensors;
     if (!snapshot.intrinsics.empty()) scene.frustums = MakeFrustumMarkers(snapshot);
@@ -250,6 +251,7 @@ void RosDisplay::OnResult(const CalibrationResult& result) {
     if (sensor.type == SensorResult::Type::kLidar) scene.lidars.push_back(sensor.name);
   }
   if (!result.trajectories.empty()) scene.trajectory = result.trajectories.front();
+  scene.turning = TurningAlong(scene.trajectory);
   scene.sensors = status_.Get().sensors;
   scene_.SetResult(std::move(scene));
   PublishStatus();

@@ -20,11 +20,11 @@
 namespace mlic {
 
 // Publishes the calibration as it converges, latched: /mlic/voxel_map (MarkerArray), /mlic/voxel_map_points
-// (PointCloud2), /mlic/trajectory (Path), /mlic/status (Status), /mlic/rig and /mlic/overlay (MarkerArray),
-// and the frames map -> IMU (at the end of the path) -> sensors on /tf_static. With cameras also
-// /mlic/landmarks (PointCloud2), /mlic/cameras (MarkerArray), /mlic/NAME/tracks (Image) of each camera and
-// /mlic/tracks (Image) of all in one; with LiDARs as well, once the map has been matched,
-// /mlic/NAME/projection and /mlic/projections (Image). All frames are below the prefix.
+// (PointCloud2), /mlic/trajectory (Path), /mlic/excitation (MarkerArray), /mlic/status (Status), /mlic/rig
+// and /mlic/overlay (MarkerArray), and the frames map -> IMU (at the end of the path) -> sensors on
+// /tf_static. With cameras also /mlic/landmarks (PointCloud2), /mlic/cameras (MarkerArray), /mlic/NAME/tracks
+// (Image) of each camera and /mlic/tracks (Image) of all in one; with LiDARs as well, once the map has been
+// matched, /mlic/NAME/projection and /mlic/projections (Image). All frames are below the prefix.
 //
 // Services: /mlic/pause, /mlic/blink (SetBool), /mlic/show, /mlic/hide, /mlic/colour_by, /mlic/round
 // (Choose), /mlic/export (Trigger).

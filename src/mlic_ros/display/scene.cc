@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "mlic_ros/display/display_cameras.h"
 #include "mlic_ros/display/status_text.h"
 
 namespace mlic {
@@ -187,6 +188,15 @@ void SetLegend(Colouring colouring, const Scene& scene, Status* status) {
       add("planes in turn", InTurn(0));
       break;
   }
+  if (!scene.landmarks.empty()) {
+    add("landmarks on their pixels", ColourOfError(0.0f));
+    add("off by " + std::to_string(std::lround(kLargeReprojectionError)) + " px or more",
+        ColourOfError(kLargeReprojectionError));
+  }
+  if (scene.trajectory.empty()) return;
+  const double scale = scene.turning.scale;
+  add("path without a turn", ColourOfRate(0.0, scale));
+  add("turning by " + std::to_string(std::lround(scale)) + " deg/s", ColourOfRate(scale, scale));
 }
 
 }  // namespace mlic

@@ -10,6 +10,7 @@
 
 #include "mlic/Status.h"
 #include "mlic_core/result/observer.h"
+#include "mlic_ros/display/path_turning.h"
 
 namespace mlic {
 
@@ -21,6 +22,7 @@ struct Scene {
   std::vector<PlanePatch> planes;
   bool planes_of_points = true;  // points have the index of these planes
   std::vector<StampedPose> trajectory;
+  PathTurning turning;  // of the trajectory
   std::vector<LandmarkMark> landmarks;
   std::vector<SensorStatus> sensors;
   visualization_msgs::MarkerArray frustums;  // of cameras, in their frames
@@ -62,7 +64,7 @@ Scene WithoutHidden(const Scene& scene, const std::set<std::string>& hidden);
 Scene WithGuesses(const Scene& scene, const Scene& first);
 // With points evenly chosen of them, at most so many.
 void ThinOut(std::size_t most_points, Scene* scene);
-// What the scene's colours say, one entry of legend for each of legend_colours.
+// What the colours of points, landmarks and path say, one entry of legend for each of legend_colours.
 void SetLegend(Colouring colouring, const Scene& scene, Status* status);
 
 }  // namespace mlic

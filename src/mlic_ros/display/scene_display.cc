@@ -17,6 +17,7 @@ SceneDisplay::SceneDisplay(const ros::NodeHandle& node, std::string frame_prefix
       voxel_map_(node_.advertise<visualization_msgs::MarkerArray>("/mlic/voxel_map", 1, true)),
       voxel_map_points_(node_.advertise<sensor_msgs::PointCloud2>("/mlic/voxel_map_points", 1, true)),
       trajectory_(node_.advertise<nav_msgs::Path>("/mlic/trajectory", 1, true)),
+      excitation_(node_.advertise<visualization_msgs::MarkerArray>("/mlic/excitation", 1, true)),
       rig_markers_(node_.advertise<visualization_msgs::MarkerArray>("/mlic/rig", 1, true)) {}
 
 template <typename Message>
@@ -89,7 +90,10 @@ void SceneDisplay::Show() {
   if (!scene.lidars.empty()) {
     Publish(voxel_map_points_, MakeMapCloud(scene.points, ColoursOf(scene, colouring_), now));
   }
-  if (!scene.trajectory.empty()) Publish(trajectory_, MakePath(scene.trajectory, now));
+  if (!scene.trajectory.empty()) {
+    Publish(trajectory_, MakePath(scene.trajectory, now));
+    Publish(excitation_, MakeTurningMarkers(scene.trajectory, scene.turning));
+  }
   if (landmarks_) Publish(landmarks_, MakeLandmarkCloud(scene.landmarks, now));
   if (cameras_) Publish(cameras_, scene.frustums.markers.empty() ? NoMarkers(imu_frame_) : scene.frustums);
   PublishRig(scene);

@@ -50,7 +50,7 @@ class SceneDisplay {
 
   ros::NodeHandle node_;
   std::string frame_prefix_, imu_frame_ = "imu";
-  ros::Publisher voxel_map_, voxel_map_points_, trajectory_, rig_markers_;
+  ros::Publisher voxel_map_, voxel_map_points_, trajectory_, excitation_, rig_markers_;
   ros::Publisher landmarks_, cameras_;  // of a rig with cameras
   tf2_ros::StaticTransformBroadcaster broadcaster_;
   RoundHistory history_;

@@ -2,16 +2,23 @@
 
 #include <rviz/display_context.h>
 #include <rviz/properties/property.h>
+#include <rviz/render_panel.h>
 #include <rviz/view_controller.h>
 #include <rviz/view_manager.h>
 
 #include <QString>
+#include <algorithm>
 #include <cmath>
 
 namespace mlic {
 
 double MapView::Distance() const {
   return context_->getViewManager()->getCurrent()->subProp("Distance")->getValue().toDouble();
+}
+
+double MapView::Narrowness() const {
+  const rviz::RenderPanel* window = context_->getViewManager()->getRenderPanel();
+  return window->width() > 0 ? std::max(1.0, static_cast<double>(window->height()) / window->width()) : 1.0;
 }
 
 bool MapView::IsUntouched() const {
@@ -25,8 +32,8 @@ void MapView::Set(const std::string& frame, const Viewpoint& view) {
   focus->subProp("X")->setValue(view.x);
   focus->subProp("Y")->setValue(view.y);
   focus->subProp("Z")->setValue(view.z);
-  camera->subProp("Distance")->setValue(view.distance);
-  set_distance_ = view.distance;
+  set_distance_ = Narrowness() * view.distance;
+  camera->subProp("Distance")->setValue(*set_distance_);
 }
 
 void MapView::FollowMap(const Viewpoint& view) {

@@ -27,6 +27,8 @@ class MapView {
   // Whether the view is as it was set, or as it came.
   bool IsUntouched() const;
   double Distance() const;
+  // By how much farther away all is seen to the sides, too: the field of view is that of the height.
+  double Narrowness() const;
 
   rviz::DisplayContext* context_;
   std::optional<double> set_distance_;

@@ -19,6 +19,7 @@
 #include "mlic_ros/programs/finished_run.h"
 #include "mlic_ros/programs/job_log.h"
 #include "mlic_ros/programs/program.h"
+#include "mlic_ros/programs/run_record.h"
 #include "mlic_ros/programs/thread_limit.h"
 
 namespace mlic {
@@ -60,19 +61,25 @@ void AddWarnings(const LoadReport& report, CalibrationResult* result) {
   warnings.insert(warnings.end(), notes.begin(), notes.end());
 }
 
-// The rig file with what the prior says of its sensors; notes: lines for the log.
+// The rig file with what the prior says of its sensors; notes and warnings: lines for the log.
 struct GivenRig {
   Rig rig;
-  std::vector<std::string> notes;
+  RunRecord run;
+  std::vector<std::string> notes, warnings;
 };
 
 GivenRig ReadRig(JobOptions* options) {
-  GivenRig given{LoadRigFile(options->rig), {}};
+  GivenRig given{LoadRigFile(options->rig), RecordRun(*options), {}, {}};
   if (options->prior.empty()) return given;
   const CalibrationResult earlier = ReadCalibrationFile(options->prior);
   try {
     if (options->added.empty()) {
       given.rig = WithPrior(given.rig, earlier, &given.notes);
+      for (const std::string& bag :
+           SharedInputs(given.run, earlier.run.value_or(RunRecord()), options->bags)) {
+        given.warnings.push_back(options->prior.string() + ": the prior was made of " + bag +
+                                 " too, so that its evidence counts twice and sigmas are too small");
+      }
     } else {
       given.rig = WithAddedSensors(given.rig, earlier, options->added, &given.notes);
       options->calibration.held_from = earlier;
@@ -130,6 +137,7 @@ CalibrationResult Run(const JobOptions& options, const GivenRig& given, const Ca
                       StageStore& stages, JobLog& log) {
   const Stopwatch stopwatch;
   for (const std::string& line : given.notes) log.Line(line);
+  for (const std::string& line : given.warnings) log.Warning("warning: " + line);
   const Recording recording = Load(options, given.rig, cancellation, log);
   const LoadReport& report = recording.report;
   for (const std::string& line : report.lines) log.Line(line);
@@ -144,6 +152,8 @@ CalibrationResult Run(const JobOptions& options, const GivenRig& given, const Ca
       Calibrate(recording.rig, recording.dataset, cancellation, log, &stages, calibration);
   result.stages.insert(result.stages.begin(), loading);
   AddWarnings(report, &result);
+  result.warnings.insert(result.warnings.begin(), given.warnings.begin(), given.warnings.end());
+  result.run = given.run;
   LogTimes(result.stages, &log);
   cancellation.ThrowIfCancelled();
   return result;

@@ -36,11 +36,12 @@ int Compare(const std::string& a, const std::string& b) {
 }  // namespace mlic
 
 int main(int argc, char** argv) {
-  CLI::App app("By how many sigmas two calibrations of a rig differ: exit status 0 if they agree, 2 if not",
-               "compare");
+  CLI::App app("By how many sigmas two calibrations of a rig differ", "compare");
   std::string a, b;
-  app.add_option("A", a, "a calibration.yaml")->required();
-  app.add_option("B", b, "another of the same sensors, of another drive")->required();
+  app.add_option("A", a, "a calibration.yaml")->required()->type_name("FILE");
+  app.add_option("B", b, "another of the same sensors, of another drive")->required()->type_name("FILE");
+  mlic::Describe(app, {{mlic::kTrusted, "they agree"}, {mlic::kRefused, "they do not"}},
+                 "rosrun mlic compare monday/calibration.yaml friday/calibration.yaml");
   int status = 0;
   if (!mlic::ParseArguments(app, argc, argv, status)) return status;
   return mlic::RunProgram("compare", [&] { return mlic::Compare(a, b); });

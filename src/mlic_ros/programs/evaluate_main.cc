@@ -323,24 +323,34 @@ int main(int argc, char** argv) {
       "evaluate");
   std::string bag, truth, rig, harp, output;
   std::vector<std::string> calibrations;
-  app.add_option("--bag", bag, "ROS 1 bag that was calibrated; without it only calibrations are compared");
+  app.add_option("--bag", bag, "ROS 1 bag that was calibrated; without it only calibrations are compared")
+      ->type_name("FILE");
   app.add_option(
          "--calibration", calibrations,
          "calibration.yaml with trajectory.tum beside it; without --bag several of one rig, each of a drive "
          "of its own")
-      ->required();
-  app.add_option("--truth", truth, "true calibration, in the same format");
+      ->required()
+      ->type_name("FILE");
+  app.add_option("--truth", truth, "true calibration, in the same format")->type_name("FILE");
   app.add_option("--reference-topic", options.reference_topic,
-                 "topic with the true path: Odometry, PoseStamped or TransformStamped");
-  app.add_option("--rig", rig, "rig file that names the topics; by default they are found by their frames");
+                 "topic with the true path: Odometry, PoseStamped or TransformStamped")
+      ->type_name("TOPIC");
+  app.add_option("--rig", rig, "rig file that names the topics; by default they are found by their frames")
+      ->type_name("FILE");
   app.add_option("--harp", harp,
-                 "folder with photos of straight bars or strings by one camera, in place of a bag");
-  app.add_option("--camera", options.camera, "the camera of --harp, where the calibration has several");
+                 "folder with photos of straight bars or strings by one camera, in place of a bag")
+      ->type_name("DIR");
+  app.add_option("--camera", options.camera, "the camera of --harp, where the calibration has several")
+      ->type_name("NAME");
   app.add_option("--output", output,
                  "directory for evaluation.txt, CSV files and pictures, empty or new or of an earlier run")
-      ->required();
+      ->required()
+      ->type_name("DIR");
   bool end_launch = false;
   app.add_flag("--end-launch", end_launch)->group("");  // of evaluate.launch
+  mlic::Describe(
+      app, {{mlic::kTrusted, "evaluated"}, {mlic::kInterrupted, "interrupted"}},
+      "rosrun mlic evaluate --bag drive.bag --calibration result/calibration.yaml --output evaluation");
   int status = 0;
   if (!mlic::ParseArguments(app, argc, argv, status)) return status;
   options.bag = bag;

@@ -134,16 +134,21 @@ int main(int argc, char** argv) {
   std::string calibration, urdf, output;
   std::vector<std::string> names;
   for (const mlic::ExportFormat& format : mlic::ExportFormats()) names.push_back(format.name);
-  app.add_option("--calibration", calibration, "a calibration.yaml")->required();
+  app.add_option("--calibration", calibration, "a calibration.yaml")->required()->type_name("FILE");
   app.add_option("--format", options.format, "what to write")->required()->check(CLI::IsMember(names));
   app.add_option("--parent", options.parent,
-                 "the frame that the poses are in: a sensor's, or a link of --urdf; by default the IMU's");
+                 "the frame that the poses are in: a sensor's, or a link of --urdf; by default the IMU's")
+      ->type_name("FRAME");
   app.add_option(
-      "--urdf", urdf,
-      "the robot's model: says where the IMU is in --parent, and with --format urdf is written with the "
-      "calibration in it");
+         "--urdf", urdf,
+         "the robot's model: says where the IMU is in --parent, and with --format urdf is written with the "
+         "calibration in it")
+      ->type_name("FILE");
   app.add_option("--output", output,
-                 "file, or directory where the format has several; by default the terminal");
+                 "file, or directory where the format has several; by default the terminal")
+      ->type_name("PATH");
+  mlic::Describe(app, {{mlic::kTrusted, "written"}},
+                 "rosrun mlic export --calibration result/calibration.yaml --format tf2 --output tf.launch");
   int status = 0;
   if (!mlic::ParseArguments(app, argc, argv, status)) return status;
   options.calibration = calibration;

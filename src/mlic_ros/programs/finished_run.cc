@@ -6,6 +6,7 @@
 #include "mlic_core/io/content_hash.h"
 #include "mlic_core/io/rig/rig_file.h"
 #include "mlic_core/io/text_file.h"
+#include "mlic_ros/programs/program.h"
 
 namespace mlic {
 namespace {
@@ -40,7 +41,7 @@ std::string InputKey(const JobOptions& options) {
       if (!camera.mask.empty() && fs::exists(mask)) hash.Add(SizeAndTime(mask));
     }
     for (const fs::path& bag : options.bags) {
-      hash.Add(fs::absolute(bag).lexically_normal().string()).AddFile(bag);
+      hash.Add(AbsolutePath(bag)).AddFile(bag);
     }
   } catch (const fs::filesystem_error& error) {
     throw InputError(error.path1().string() + ": cannot be read (" + error.code().message() + ")");

@@ -139,16 +139,20 @@ int main(int argc, char** argv) {
                "inspect_bag");
   std::vector<std::filesystem::path> bags;
   std::string draft, rig, urdf;
-  app.add_option("bag", bags, "ROS 1 bag; several are one recording")->required();
-  CLI::Option* write = app.add_option("--write-rig", draft, "rig file to write");
+  app.add_option("bag", bags, "ROS 1 bag; several are one recording")->required()->type_name("FILE");
+  CLI::Option* write = app.add_option("--write-rig", draft, "rig file to write")->type_name("FILE");
   app.add_option("--urdf", urdf,
                  "robot's URDF: its fixed joints from the IMU give the guesses of --write-rig")
-      ->needs(write);
-  app.add_option(
-         "--rig", rig,
-         "rig file whose sensors are examined: PASS, WARN or FAIL for each check, and what to do; status 2 "
-         "where one fails")
-      ->excludes(write);
+      ->needs(write)
+      ->type_name("FILE");
+  app.add_option("--rig", rig,
+                 "rig file whose sensors are examined: PASS, WARN or FAIL for each check, and what to do")
+      ->excludes(write)
+      ->type_name("FILE");
+  mlic::Describe(
+      app,
+      {{mlic::kTrusted, "told; with --rig: no check failed"}, {mlic::kRefused, "with --rig: a check failed"}},
+      "rosrun mlic inspect_bag drive.bag --write-rig rig.yaml");
   int status = 0;
   if (!mlic::ParseArguments(app, argc, argv, status)) return status;
   return mlic::RunProgram("inspect_bag", [&] {

@@ -17,7 +17,8 @@ struct JobOptions {
   std::filesystem::path output;  // directory
   LoadOptions load;
   CalibrationOptions calibration;
-  int threads = 0;     // 0: one for each core; from: structural
+  std::filesystem::path matcher_weights;  // of calibration.matcher; empty: the classical one
+  int threads = 0;                        // 0: one for each core; from: structural
   bool fresh = false;  // do the work even where a finished run of the same inputs left its results
 };
 

@@ -1,7 +1,6 @@
 #include "mlic_ros/programs/job_arguments.h"
 
 #include <algorithm>
-#include <map>
 #include <sstream>
 
 #include "mlic_core/common/error.h"
@@ -31,34 +30,53 @@ std::vector<std::string> SplitPaths(const std::string& text, const fs::path& dir
 
 }  // namespace
 
+std::vector<StatusMeaning> CalibrationStatuses() {
+  return {{kTrusted, "calibrated and trusted"},
+          {kRefused, "refused: too little motion, or a failed check; calibration.yaml says why"},
+          {kPartial, "partial: some sensors, or pairs of them; the others are named with reasons"},
+          {kInterrupted, "interrupted; the same command goes on after the last finished stage"}};
+}
+
 JobArguments::JobArguments()
     : app_("Calibrates the LiDARs, the cameras and the IMU of a rig from one recorded drive", "calibrate") {
-  app_.add_option("--rig", rig_, "rig file")->required();
-  app_.add_option("--bag", bags_, "ROS 1 bag; give it again for more")->required();
-  CLI::Option* prior = app_.add_option("--prior", prior_,
-                                       "earlier calibration.yaml: its sensors start there, with its sigmas");
+  app_.add_option("--rig", rig_, "rig file: the sensors and their topics")->required()->type_name("FILE");
+  app_.add_option("--bag", bags_, "ROS 1 bag; give it again for more")->required()->type_name("FILE");
+  CLI::Option* prior =
+      app_.add_option("--prior", prior_, "earlier calibration.yaml: its sensors start there, with its sigmas")
+          ->type_name("FILE");
   app_.add_option("--add", options_.added,
                   "sensor to calibrate beside those of the prior, which are held; give it again for more")
-      ->needs(prior);
+      ->needs(prior)
+      ->type_name("NAME");
   app_.add_option("--output", output_, "directory for the results, empty or new or of an earlier run")
-      ->required();
-  app_.add_option("--start", options_.load.start, "leave out the first seconds");
+      ->required()
+      ->type_name("DIR");
+  app_.add_option("--start", options_.load.start, "leave out the first seconds")
+      ->type_name("SECONDS")
+      ->capture_default_str();
   app_.add_option("--duration", duration_,
                   "use no more than this many seconds; 0: all, of a long recording the part that shows most")
-      ->check(CLI::NonNegativeNumber);
-  const std::map<std::string, IntrinsicsStart> starts{{"trajectory", IntrinsicsStart::kTrajectory},
-                                                      {"colmap", IntrinsicsStart::kColmap}};
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("SECONDS")
+      ->capture_default_str();
   app_.add_option(
-          "--intrinsics", options_.calibration.intrinsics,
+          "--intrinsics", intrinsics_,
           "where the intrinsics start of cameras with nothing but fov_deg: on the trajectory, or COLMAP")
-      ->transform(CLI::CheckedTransformer(starts, CLI::ignore_case));
+      ->check(CLI::IsMember({"trajectory", "colmap"}))
+      ->capture_default_str();
   app_.add_option("--matcher", matcher_, "what finds the same points in images: classical (SIFT) or learned")
-      ->check(CLI::IsMember({"classical", "learned"}));
+      ->check(CLI::IsMember({"classical", "learned"}))
+      ->capture_default_str();
   app_.add_option("--matcher-weights", matcher_weights_,
-                  "directory with the networks of the learned matcher, see docs/learned_matcher.md");
-  app_.add_option("--threads", options_.threads, "threads to use; by default all cores")
-      ->check(CLI::Range(0, 1024));
+                  "directory with the networks of the learned matcher, see docs/learned_matcher.md")
+      ->type_name("DIR");
+  app_.add_option("--threads", options_.threads, "threads to use; 0: one for each core")
+      ->check(CLI::Range(0, 1024))
+      ->type_name("NUMBER")
+      ->capture_default_str();
   app_.add_flag("--fresh", options_.fresh, "do the work even where DIR holds the results of the same inputs");
+  Describe(app_, CalibrationStatuses(),
+           "rosrun mlic calibrate --rig rig.yaml --bag drive.bag --output result");
 }
 
 void JobArguments::ParseParameters(const std::function<std::string(const std::string&)>& parameter,
@@ -71,7 +89,7 @@ void JobArguments::ParseParameters(const std::function<std::string(const std::st
     std::replace(parameter_name.begin(), parameter_name.end(), '-', '_');
     const std::string value = parameter(parameter_name);
     const bool is_flag = option->get_expected_max() == 0;
-    if (value.empty() || name == "help") continue;
+    if (value.empty() || name == "help" || name == "version") continue;
     if (is_flag) {
       arguments.push_back("--" + name + "=" + value);
       continue;
@@ -100,8 +118,11 @@ JobOptions JobArguments::Options() const {
   } else {
     options.load.most_telling = true;
   }
+  options.calibration.intrinsics =
+      intrinsics_ == "colmap" ? IntrinsicsStart::kColmap : IntrinsicsStart::kTrajectory;
   const fs::path weights = matcher_weights_.empty() ? fs::path() : directory_ / matcher_weights_;
   options.calibration.matcher = ChooseMatcher(matcher_, weights.string());
+  options.matcher_weights = weights;
   return options;
 }
 

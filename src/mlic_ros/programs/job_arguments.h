@@ -7,8 +7,12 @@
 #include <vector>
 
 #include "mlic_ros/programs/calibration_job.h"
+#include "mlic_ros/programs/program.h"
 
 namespace mlic {
+
+// Exit statuses of `calibrate` and of the node.
+std::vector<StatusMeaning> CalibrationStatuses();
 
 // The options of a calibration, one set for `calibrate`, which takes them as arguments, and calibrate.launch,
 // which hands them on as parameters.
@@ -32,7 +36,7 @@ class JobArguments {
  private:
   CLI::App app_;
   std::filesystem::path directory_;
-  std::string rig_, prior_, output_, matcher_ = "classical", matcher_weights_;
+  std::string rig_, prior_, output_, matcher_ = "classical", matcher_weights_, intrinsics_ = "trajectory";
   std::vector<std::string> bags_;
   double duration_ = 0.0;
   JobOptions options_;

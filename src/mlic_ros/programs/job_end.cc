@@ -16,8 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string Absolute(const fs::path& path) { return fs::absolute(path).lexically_normal().string(); }
-
 // Of sensors or pairs; empty where all of their directions are observable.
 template <typename Results>
 std::string UnobservableOf(const std::vector<Results>& results) {
@@ -48,15 +46,15 @@ std::string GivenPairs(const CalibrationResult& result) {
 }
 
 JobEnd Failure(int status, const std::string& reason, const fs::path& log, const std::string& advice) {
-  return {
-      status,
-      {reason, "log: " + (log.empty() ? "none, nothing was written" : Absolute(log)), "to do: " + advice}};
+  return {status,
+          {reason, "log: " + (log.empty() ? "none, nothing was written" : AbsolutePath(log)),
+           "to do: " + advice}};
 }
 
 }  // namespace
 
 JobEnd EndWithResult(const CalibrationResult& result, const fs::path& directory) {
-  const std::string report = "report: " + Absolute(directory / "report.html");
+  const std::string report = "report: " + AbsolutePath(directory / "report.html");
   const std::string use = "use it: " + UseCommand(directory);
   switch (result.verdict) {
     case Verdict::kTrusted:

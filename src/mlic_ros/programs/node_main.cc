@@ -2,7 +2,6 @@
 // parameters: the options of `calibrate` with _ for - (bag: several separated by blanks), directory (what
 // relative paths start from), rviz and rviz_config, keep_open (stay after the result, for other viewers),
 // frame_prefix (of all frames that RViz is shown; mlic).
-// --end-launch: once all is done the launch ends.
 #include <fcntl.h>
 #include <ros/file_log.h>
 #include <ros/ros.h>
@@ -160,8 +159,18 @@ int ReportDeath(int signal, const LinesPipe& pipe) {
 }  // namespace mlic
 
 int main(int argc, char** argv) {
+  CLI::App app(
+      "The same work as calibrate, shown in RViz: what calibrate.launch starts. Its parameters are the "
+      "options "
+      "of calibrate with _ for -, and those that the launch file names",
+      "calibrate_node");
   bool end_launch = false;
-  for (int i = 1; i < argc; ++i) end_launch = end_launch || std::string(argv[i]) == "--end-launch";
+  app.add_flag("--end-launch", end_launch, "end the launch once all is done");
+  app.allow_extras();  // ROS's own, such as __name:=
+  mlic::Describe(app, mlic::CalibrationStatuses(),
+                 "roslaunch mlic calibrate.launch rig:=rig.yaml bag:=drive.bag output:=result");
+  int parsed = 0;
+  if (!mlic::ParseArguments(app, argc, argv, parsed)) return parsed;
   const mlic::LinesPipe pipe;
   const int status = mlic::Supervise([&] { return mlic::RunNode(argc, argv, pipe); },
                                      [&](int signal) { return mlic::ReportDeath(signal, pipe); });

@@ -1,5 +1,6 @@
 #include "mlic_ros/programs/program.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <cstring>
 #include <exception>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "mlic_core/common/error.h"
+#include "mlic_ros/programs/help_text.h"
 
 namespace mlic {
 
@@ -36,6 +38,35 @@ int RunProgram(const std::string& name, const std::function<int()>& body,
   return end.status;
 }
 
+std::string Version() { return MLIC_VERSION; }
+
+std::string AbsolutePath(const std::filesystem::path& path) {
+  return std::filesystem::absolute(path).lexically_normal().string();
+}
+
+void Describe(CLI::App& app, std::vector<StatusMeaning> statuses, const std::string& example) {
+  app.formatter_fn(
+      [](const CLI::App* described, const std::string&, CLI::AppFormatMode) { return HelpText(*described); });
+  app.set_help_flag("-h,--help", "print this and exit");
+  app.add_flag_callback(
+      "--version",
+      [&app] {
+        std::cout << app.get_name() << " (MLIC) " << Version() << "\n";
+        throw CLI::Success();  // beside what else is required
+      },
+      "print the version and exit");
+  statuses.push_back({kBadInput, "bad input or usage; one line on stderr says what to do"});
+  statuses.push_back({kFailure, "an internal failure"});
+  std::sort(statuses.begin(), statuses.end(),
+            [](const StatusMeaning& a, const StatusMeaning& b) { return a.status < b.status; });
+  std::string footer = "\nExit status:\n";
+  for (const auto& [status, meaning] : statuses) {
+    const std::string number = std::to_string(status);
+    footer += "  " + number + std::string(5 - number.size(), ' ') + meaning + "\n";
+  }
+  app.footer(footer + "\nExample:\n  " + example + "\n");
+}
+
 bool ParseArguments(CLI::App& app, int argc, char** argv, int& status) {
   std::vector<const char*> arguments;
   for (int i = 0; i < argc; ++i) {
@@ -46,6 +77,8 @@ bool ParseArguments(CLI::App& app, int argc, char** argv, int& status) {
     return true;
   } catch (const CLI::CallForHelp& help) {
     status = app.exit(help);
+  } catch (const CLI::Success&) {
+    status = kTrusted;
   } catch (const CLI::ParseError& error) {
     std::cerr << app.get_name() << ": " << error.what() << "; --help lists the options\n";
     status = kBadInput;

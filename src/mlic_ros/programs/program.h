@@ -1,8 +1,10 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <functional>
 #include <string>
+#include <vector>
 
 namespace mlic {
 
@@ -32,8 +34,23 @@ ProgramEnd EndOfProgram(const std::string& name, const std::function<int()>& bod
 int RunProgram(const std::string& name, const std::function<int()>& body,
                const std::function<std::string()>& failure_hint = {});
 
-// Parses the arguments. Returns true to go on; otherwise status is what to exit with (help: 0, wrong usage:
-// 1). What roslaunch adds (__name:=..., __log:=...) is left out.
+struct StatusMeaning {
+  int status;
+  std::string meaning;
+};
+
+// Of this build of MLIC: 1.2.3.
+std::string Version();
+
+// From the root on, without . and .. in it.
+std::string AbsolutePath(const std::filesystem::path& path);
+
+// Gives the program its --help and --version. statuses: those that are its own; bad input and internal
+// failures every program has. example: a call of it, from `rosrun` on.
+void Describe(CLI::App& app, std::vector<StatusMeaning> statuses, const std::string& example);
+
+// Parses the arguments. Returns true to go on; otherwise status is what to exit with (help and version: 0,
+// wrong usage: 1). What roslaunch adds (__name:=..., __log:=...) is left out.
 bool ParseArguments(CLI::App& app, int argc, char** argv, int& status);
 
 }  // namespace mlic

@@ -131,13 +131,22 @@ int main(int argc, char** argv) {
                "register_pair");
   std::string rig, output;
   app.add_option("--cloud", options.clouds, "PCD file of a scan, LiDAR frame; may be given several times")
-      ->required();
+      ->required()
+      ->type_name("FILE");
   app.add_option("--image", options.images, "the photo taken with it; one for each --cloud, in order")
-      ->required();
+      ->required()
+      ->type_name("FILE");
   app.add_option("--rig", rig, "rig file with one LiDAR and one camera with intrinsics and a guess")
-      ->required();
+      ->required()
+      ->type_name("FILE");
   app.add_option("--output", output, "directory for the results, empty or new or of an earlier run")
-      ->required();
+      ->required()
+      ->type_name("DIR");
+  mlic::Describe(
+      app,
+      {{mlic::kTrusted, "registered"},
+       {mlic::kRefused, "refused: the photo does not show the scan's structure at one clear place"}},
+      "rosrun mlic register_pair --cloud scan.pcd --image photo.png --rig rig.yaml --output result");
   int status = 0;
   if (!mlic::ParseArguments(app, argc, argv, status)) return status;
   options.rig = rig;

@@ -43,6 +43,8 @@ std::string DisplayProblem() {
     dup2(output, STDERR_FILENO);
   }
   execlp("rviz", "rviz", "-d", config, "__name:=mlic_rviz", static_cast<char*>(nullptr));
+  constexpr char kMissing[] = "there is no program rviz in PATH: install it\n";
+  if (write(STDERR_FILENO, kMissing, sizeof(kMissing) - 1) < 0) _exit(126);
   _exit(127);
 }
 

@@ -51,32 +51,45 @@ CancellationToken& Cancellation() {
 }
 
 void AddOptions(CLI::App& app, Arguments& a) {
-  app.add_option("--sensors", a.sensors, "Sensors file, such as config/simulation/paper_rig.yaml")
-      ->required();
-  app.add_option("--scenario", a.scenario,
-                 "figure_eight, handheld, handheld_tilted, straight, static, planar or circle");
-  app.add_option("--duration", a.duration, "Length of the drive, s")->check(CLI::Range(0.5, 7200.0));
-  app.add_option("--seed", a.seed, "Motion, noise and errors of the guess follow from it");
-  app.add_option(
-         "--output", a.output,
-         "DRIVE.bag; DRIVE_truth.yaml and DRIVE_rig.yaml are written beside it. With --harp: a folder")
-      ->required();
-  app.add_option(
-      "--world", a.world,
-      "yard, hall, street, car_park, corridor, slope or grove from --world-seed; of_scenario: the one "
-      "yard or hall");
-  app.add_option("--world-seed", a.world_seed, "Layout, materials and clutter of --world follow from it");
-  app.add_option("--moving", a.moving, "How many cars, people or doors move in --world")
-      ->check(CLI::Range(0, 100));
+  app.option_defaults()->always_capture_default();
+  const auto file = [&](const std::string& name, std::string& path, const std::string& what) {
+    app.add_option(name, path, what)->required()->type_name("FILE");
+  };
+  const auto name = [&](const std::string& option, std::string& value, const std::string& what) {
+    app.add_option(option, value, what)->type_name("NAME");
+  };
+  file("--sensors", a.sensors, "sensors file, such as config/simulation/paper_rig.yaml");
+  name("--scenario", a.scenario,
+       "figure_eight, handheld, handheld_tilted, straight, static, planar or circle");
+  app.add_option("--duration", a.duration, "length of the drive")
+      ->check(CLI::Range(0.5, 7200.0))
+      ->type_name("SECONDS");
+  app.add_option("--seed", a.seed, "motion, noise and errors of the guess follow from it")
+      ->type_name("NUMBER");
+  file("--output", a.output,
+       "DRIVE.bag; DRIVE_truth.yaml and DRIVE_rig.yaml are written beside it. With --harp: a folder");
+  name("--world", a.world,
+       "yard, hall, street, car_park, corridor, slope or grove from --world-seed; of_scenario: the one yard "
+       "or hall");
+  app.add_option("--world-seed", a.world_seed, "layout, materials and clutter of --world follow from it")
+      ->type_name("NUMBER");
+  app.add_option("--moving", a.moving, "how many cars, people or doors move in --world")
+      ->check(CLI::Range(0, 100))
+      ->type_name("NUMBER");
   app.add_flag(
       "--harp", a.harp,
-      "No drive, but photos of straight bars by each camera, NAME/01.png and so on, for evaluate --harp");
-  app.add_flag("--no-guess", a.no_guess, "The rig file gets no initial extrinsics");
-  app.add_flag("--noise-free", a.noise_free, "Exact measurements (biases, matrices and clock offsets stay)");
-  app.add_option("--rotation-error-deg", a.rotation_error_deg, "Error of the guessed rotations, deg")
-      ->check(CLI::Range(0.0, 180.0));
-  app.add_option("--translation-error", a.translation_error, "Error of the guessed translations, m")
-      ->check(CLI::NonNegativeNumber);
+      "no drive, but photos of straight bars by each camera, NAME/01.png and so on, for evaluate --harp");
+  app.add_flag("--no-guess", a.no_guess, "the rig file gets no initial extrinsics");
+  app.add_flag("--noise-free", a.noise_free, "exact measurements (biases, matrices and clock offsets stay)");
+  app.add_option("--rotation-error-deg", a.rotation_error_deg, "error of the guessed rotations, deg")
+      ->check(CLI::Range(0.0, 180.0))
+      ->type_name("NUMBER");
+  app.add_option("--translation-error", a.translation_error, "error of the guessed translations, m")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("NUMBER");
+  Describe(app, {{kTrusted, "written"}, {kInterrupted, "interrupted"}},
+           "rosrun mlic simulate --sensors config/simulation/handheld.yaml --scenario handheld "
+           "--duration 30 --output drive.bag");
 }
 
 // The truth as a calibration result: sigmas are zero.

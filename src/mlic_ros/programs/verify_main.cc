@@ -248,28 +248,40 @@ int Verify(const VerifyOptions& options, const CancellationToken& cancellation) 
 
 int main(int argc, char** argv) {
   mlic::VerifyOptions options;
-  CLI::App app(
-      "Whether a calibration is still right, from a short drive, and if not, which sensor moved: exit "
-      "status 0 if it is, 2 if something moved, 4 if a sensor could not be checked",
-      "verify");
+  CLI::App app("Whether a calibration is still right, from a short drive, and if not, which sensor moved",
+               "verify");
   std::string calibration, urdf, rig, output;
   std::vector<std::string> bags;
   CLI::Option_group* of_what = app.add_option_group("of what", "one of them");
-  of_what->add_option("--calibration", calibration, "the calibration.yaml in use");
-  of_what->add_option("--urdf", urdf, "the robot's model in place of it");
+  of_what->add_option("--calibration", calibration, "the calibration.yaml in use")->type_name("FILE");
+  of_what->add_option("--urdf", urdf, "the robot's model in place of it")->type_name("FILE");
   of_what->require_option(1);
-  app.add_option("--bag", bags, "ROS 1 bag of the rig as it is now; give it again for more")->required();
+  app.add_option("--bag", bags, "ROS 1 bag of the rig as it is now; give it again for more")
+      ->required()
+      ->type_name("FILE");
   app.add_option("--rig", rig,
-                 "rig file that names the topics and masks; by default topics are found by their frames");
+                 "rig file that names the topics and masks; by default topics are found by their frames")
+      ->type_name("FILE");
   app.add_option("--start", options.start,
                  "leave out the first seconds; by default the part of the drive that turns most is used")
-      ->check(CLI::NonNegativeNumber);
-  app.add_option("--duration", options.duration, "use no more than this many seconds; 0: all; by default 20")
-      ->check(CLI::NonNegativeNumber);
-  app.add_option("--output", output, "CSV file for the table");
-  app.add_option("--threads", options.threads, "threads to use; by default all cores")
-      ->check(CLI::Range(0, 1024));
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("SECONDS");
+  app.add_option("--duration", options.duration, "use no more than this many seconds; 0: all")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("SECONDS")
+      ->capture_default_str();
+  app.add_option("--output", output, "CSV file for the table")->type_name("FILE");
+  app.add_option("--threads", options.threads, "threads to use; 0: one for each core")
+      ->check(CLI::Range(0, 1024))
+      ->type_name("NUMBER")
+      ->capture_default_str();
   app.add_flag("--verbose", options.verbose, "show what the estimation finds, and the time that it takes");
+  mlic::Describe(app,
+                 {{mlic::kTrusted, "still right"},
+                  {mlic::kRefused, "something moved; the last line says what and by how much"},
+                  {mlic::kPartial, "nothing moved of what could be checked"},
+                  {mlic::kInterrupted, "interrupted"}},
+                 "rosrun mlic verify --calibration result/calibration.yaml --bag today.bag");
   int status = 0;
   if (!mlic::ParseArguments(app, argc, argv, status)) return status;
   options.calibration = calibration;

@@ -44,6 +44,7 @@ TEST(ResultFile, RoundTripKeepsEverything) {
   result.sensors[0].calibration.clock_drift = -4.25e-5;
   result.sensors[0].drift_sigma = 1.25e-6;
   result.sensors[0].clock_reference = 1700000030123456789;
+  result.sensors[0].corrections = {0.0125, -0.25, {{0, 0.004, -0.00125}, {63, -0.5, 0.25}}};
   WriteCalibrationFile(directory.Path() / "calibration.yaml", result);
   const CalibrationResult copy = ReadCalibrationFile(directory.Path() / "calibration.yaml");
   EXPECT_EQ(copy.Trusted(), result.Trusted());
@@ -89,6 +90,14 @@ TEST(ResultFile, RoundTripKeepsEverything) {
       EXPECT_NEAR(*a.calibration.clock_drift, *b.calibration.clock_drift, 1e-10);
       EXPECT_NEAR(a.drift_sigma, b.drift_sigma, 1e-12);
       EXPECT_EQ(a.clock_reference, b.clock_reference);
+    }
+    EXPECT_EQ(a.corrections.range_offset, b.corrections.range_offset);
+    EXPECT_EQ(a.corrections.range_slope, b.corrections.range_slope);
+    ASSERT_EQ(a.corrections.rings.size(), b.corrections.rings.size());
+    for (std::size_t k = 0; k < a.corrections.rings.size(); ++k) {
+      EXPECT_EQ(a.corrections.rings[k].ring, b.corrections.rings[k].ring);
+      EXPECT_EQ(a.corrections.rings[k].range, b.corrections.rings[k].range);
+      EXPECT_EQ(a.corrections.rings[k].elevation, b.corrections.rings[k].elevation);
     }
     EXPECT_EQ(a.translation_observable, b.translation_observable);
     EXPECT_EQ(a.rotation_observable, b.rotation_observable);
@@ -234,6 +243,29 @@ TEST(ResultFile, PartialNamesTheRejectedWithAllReasons) {
   EXPECT_EQ(copy.rejected[1].type, SensorResult::Type::kLidar);
 }
 
+TEST(ResultFile, KeepsHowItWasMade) {
+  TemporaryDirectory directory;
+  const std::filesystem::path path = directory.Path() / "calibration.yaml";
+  CalibrationResult result = SampleResult();
+  WriteCalibrationFile(path, result);
+  EXPECT_FALSE(ReadCalibrationFile(path).run);
+  result.run = RunRecord{"1.2.3",
+                         "rosrun mlic calibrate --rig 'a \"rig\": 1.yaml'",
+                         {{"/data/a b.bag", "00ff00ff00ff00ff"}, {"/data/\n.yaml", "0123456789abcdef"}},
+                         {{"start", "0"}, {"matcher", "classical"}}};
+  WriteCalibrationFile(path, result);
+  const std::optional<RunRecord> run = ReadCalibrationFile(path).run;
+  ASSERT_TRUE(run);
+  EXPECT_EQ(run->version, result.run->version);
+  EXPECT_EQ(run->command, result.run->command);
+  EXPECT_EQ(run->options, result.run->options);
+  ASSERT_EQ(run->inputs.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(run->inputs[i].path, result.run->inputs[i].path);
+    EXPECT_EQ(run->inputs[i].hash, result.run->inputs[i].hash);
+  }
+}
+
 TEST(ResultFile, TruthFileWithFewKeys) {
   TemporaryDirectory directory;
   const std::filesystem::path path = directory.Path() / "truth.yaml";
@@ -259,6 +291,16 @@ TEST(ResultFile, SaysWhatIsWrong) {
   EXPECT_TRUE(Contains(error_of("sensors: {}\n"), "'format' is missing"));
   EXPECT_TRUE(
       Contains(error_of("format: other/2\nsensors: {}\n"), "c.yaml:1: format: 'other/2' is not known"));
+  EXPECT_TRUE(
+      Contains(error_of("format: mlic_calibration/2\nsensors: {}\n"),
+               "c.yaml:1: format: 'mlic_calibration/2' was written by a newer MLIC than this one, which "
+               "reads up to mlic_calibration/1"));
+  EXPECT_TRUE(
+      Contains(error_of("format: mlic_rig/1\n"), "another kind of file; expected mlic_calibration/1"));
+  for (const char* version : {"", "/", "/0", "/-1", "/1x", "/01", "/99999999999"}) {
+    EXPECT_TRUE(Contains(error_of(std::string("format: mlic_calibration") + version + "\n"), "is not known"))
+        << version;
+  }
   EXPECT_TRUE(Contains(error_of("format: mlic_calibration/1\nsensors:\n  a: {type: lidar}\n"),
                        "c.yaml:3: sensors.a: key 'T_imu_sensor' is missing"));
 }

@@ -95,7 +95,10 @@ TEST_F(RigFileTest, ReadsEveryKey) {
   EXPECT_LT((front.guess->T_imu_sensor.rotation.toRotationMatrix() - expected).norm(), 1e-12);
   EXPECT_DOUBLE_EQ(front.guess->sigma_translation.y(), 0.2);
   EXPECT_NEAR(front.guess->sigma_rotation.z(), 7.0 * M_PI / 180.0, 1e-15);
+  ASSERT_TRUE(front.held_sigma);
+  EXPECT_EQ(front.held_sigma->rotation, front.guess->sigma_rotation);
   const LidarConfig& right = rig.lidars[1];
+  EXPECT_FALSE(right.held_sigma) << "it is not fixed";
   EXPECT_TRUE(right.frame_id.empty());
   EXPECT_FALSE(right.fixed);
   EXPECT_DOUBLE_EQ(right.guess->T_imu_sensor.rotation.z(), 0.6);
@@ -106,6 +109,29 @@ TEST_F(RigFileTest, ReadsEveryKey) {
   EXPECT_EQ(rig.cameras[0].intrinsics->size(), 9u);
   EXPECT_TRUE(rig.cameras[0].intrinsics_fixed);
   EXPECT_EQ(rig.cameras[0].mask, "front_mask.png");
+}
+
+TEST_F(RigFileTest, AFixedSensorIsExactWhereItHasNoSigma) {
+  const std::string fixed = "    T_imu_sensor: {xyz: [0, 0, 1], rpy_deg: [0, 0, 0]}\n    fixed: true\n";
+  const std::string start = "imu: {topic: /imu}\nlidars:\n  top:\n    topic: /top\n" + fixed;
+  EXPECT_FALSE(Load(start).lidars[0].held_sigma);
+  const Rig rig = Load(start + "    sigma: {xyz: [0.01, 0.02, 0.03]}\n");
+  ASSERT_TRUE(rig.lidars[0].held_sigma);
+  EXPECT_EQ(rig.lidars[0].held_sigma->translation, Eigen::Vector3d(0.01, 0.02, 0.03));
+  EXPECT_TRUE(rig.lidars[0].held_sigma->rotation.isZero(0.0));
+  WriteRigFile(directory_.Path() / "copy.yaml", rig);
+  const LidarConfig copy = LoadRigFile(directory_.Path() / "copy.yaml").lidars[0];
+  EXPECT_EQ(copy.held_sigma->translation, rig.lidars[0].held_sigma->translation);
+  EXPECT_TRUE(copy.held_sigma->rotation.isZero(0.0));
+}
+
+TEST_F(RigFileTest, NamesItsVersion) {
+  const std::string rest = "imu: {topic: /imu}\nlidars:\n  top: {topic: /top}\n";
+  EXPECT_EQ(Load("format: mlic_rig/1\n" + rest).lidars.size(), 1u);
+  EXPECT_TRUE(Contains(ErrorOf("format: mlic_rig/2\nfuture: 1\n" + rest),
+                       "rig.yaml:1: format: 'mlic_rig/2' was written by a newer MLIC than this one"));
+  EXPECT_TRUE(Contains(ErrorOf("format: mlic_calibration/1\nsensors: {}\n"),
+                       "another kind of file; expected mlic_rig/1"));
 }
 
 TEST_F(RigFileTest, WritesWhatItReads) {

@@ -86,6 +86,46 @@ TEST_F(EarlierCalibration, OneSensorKeepsItsSigmasAndOneWithoutGetsTheUsual) {
   EXPECT_FALSE(start.lidars[0].time_offset) << "as of a robot's model: not known";
 }
 
+TEST_F(EarlierCalibration, FixedSensorsAreHeldWithTheirOwnSigmas) {
+  rig_.lidars[0].fixed = true;
+  const Rig start = WithPrior(rig_, earlier_, &notes_);
+  ASSERT_TRUE(start.lidars[0].held_sigma);
+  EXPECT_EQ(start.lidars[0].held_sigma->translation, kTranslationSigma);
+  EXPECT_EQ(start.lidars[0].held_sigma->time_offset, 1e-4);
+  EXPECT_EQ(start.cameras[0].guess->sigma_translation, kTranslationSigma) << "one guess that counts";
+  const CalibrationResult held = HeldSensors(start);
+  ASSERT_EQ(held.sensors.size(), 1u);
+  EXPECT_EQ(held.sensors[0].name, "top");
+
+  CalibrationResult result = earlier_;
+  result.sensors[0].fixed = true;
+  result.sensors[0].sigma = {};
+  result.sensors[1].sigma = {};
+  result.sensors[1].sigma.translation.setConstant(4e-3);
+  AddSigmasOfHeld(held, &result);
+  EXPECT_EQ(result.sensors[0].sigma.rotation, kRotationSigma);
+  EXPECT_GT(result.sensors[1].sigma.translation.x(), std::hypot(4e-3, 1e-3));
+  EXPECT_EQ(result.sensors[1].intrinsics_sigma.size(), 8u);
+}
+
+TEST_F(EarlierCalibration, AFixedSensorWithoutSigmaIsExact) {
+  rig_.lidars[0].fixed = true;
+  rig_.lidars[0].guess = ExtrinsicGuess();
+  EXPECT_TRUE(HeldSensors(rig_).sensors.empty());
+}
+
+// A fixed camera's lens is estimated, so that its sigmas are those of this drive.
+TEST_F(EarlierCalibration, TheLensOfAFixedCameraKeepsItsSigmas) {
+  rig_.cameras[0].fixed = true;
+  rig_.cameras[0].guess = ExtrinsicGuess();
+  rig_.cameras[0].held_sigma = HeldSigma{kTranslationSigma, kRotationSigma, 0.0};
+  CalibrationResult result = earlier_;
+  result.sensors[1].fixed = true;
+  AddSigmasOfHeld(HeldSensors(rig_), &result);
+  EXPECT_EQ(result.sensors[1].sigma.rotation, kRotationSigma);
+  EXPECT_EQ(result.sensors[1].intrinsics_sigma.size(), 8u);
+}
+
 TEST_F(EarlierCalibration, WhatDoesNotFitIsAnError) {
   EXPECT_EQ(ErrorOf({"right"}), "");
   EXPECT_NE(ErrorOf({"wrong"}).find("wrong"), std::string::npos);

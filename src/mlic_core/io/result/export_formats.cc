@@ -4,6 +4,7 @@
 
 #include "mlic_core/io/result/autoware.h"
 #include "mlic_core/io/result/camera_info.h"
+#include "mlic_core/io/result/correction_files.h"
 #include "mlic_core/io/result/kalibr_camchain.h"
 #include "mlic_core/io/result/lidar_odometry_configs.h"
 #include "mlic_core/io/result/opencv_cameras.h"
@@ -83,6 +84,7 @@ const std::vector<ExportFormat>& ExportFormats() {
                 [](const CalibrationResult& result) {
                   return KalibrCamchainText(result, CamchainReader::kOpenVins);
                 }),
+      InDirectory("rings", "a LiDAR whose points were corrected", CorrectionFiles),
       InDirectory("vins_fusion", "a camera that is tied to the IMU", VinsFusionFiles),
       InDirectory("fast_lio", "a LiDAR that is tied to the IMU", FastLioFiles),
       InDirectory("lio_sam", "a LiDAR that is tied to the IMU", LioSamFiles),

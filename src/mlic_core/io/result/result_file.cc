@@ -4,9 +4,12 @@
 #include <cmath>
 
 #include "mlic_core/common/angles.h"
+#include "mlic_core/io/file_format.h"
+#include "mlic_core/io/result/correction_files.h"
 #include "mlic_core/io/result/ground_keys.h"
 #include "mlic_core/io/result/in_use_keys.h"
 #include "mlic_core/io/result/result_names.h"
+#include "mlic_core/io/result/run_keys.h"
 #include "mlic_core/io/rig/rig_parsing.h"
 #include "mlic_core/io/text_file.h"
 
@@ -103,6 +106,7 @@ std::string SensorText(const SensorResult& sensor) {
     text += "    clock_drift_sigma_ppm: " + ShortNumber(1e6 * sensor.drift_sigma, 6) + "\n";
     text += "    clock_reference_ns: " + std::to_string(sensor.clock_reference) + "\n";
   }
+  if (sensor.corrections.Any()) text += "    corrections: " + CorrectionsText(sensor.corrections) + "\n";
   if (sensor.intrinsics) {
     const CameraIntrinsics& intrinsics = *sensor.intrinsics;
     text += "    intrinsics: {model: " + CameraModelNames()[static_cast<std::size_t>(intrinsics.model)] +
@@ -171,11 +175,12 @@ std::string ChecksText(const std::vector<QualityCheck>& checks) {
 }  // namespace
 
 void WriteCalibrationFile(const std::filesystem::path& path, const CalibrationResult& result) {
-  std::string text = std::string("format: ") + kResultFormat + "\n";
+  std::string text = "format: " + kResultFormat.Text() + "\n";
   text += "verdict: " + VerdictName(result.verdict) + "\n";
   text += LinesText("reasons", result.reasons);
   text += LinesText("warnings", result.warnings);
   text += ChecksText(result.checks);
+  text += RunText(result.run);
   text += "imu:\n  frame_id: " + QuotedYaml(result.imu_frame_id) + "\n";
   text += "  gyroscope_bias: " + Short(result.imu.gyroscope_bias) + "\n";
   text += "  accelerometer_bias: " + Short(result.imu.accelerometer_bias) + "\n";

@@ -6,8 +6,8 @@
 
 namespace mlic {
 
-// Writes calibration.yaml, format mlic_calibration/1. In the file sigmas of rotations are in degrees,
-// everything else in metres, seconds and radians; quaternions are x y z w.
+// Writes calibration.yaml, format mlic_calibration/1 (file_format.h). In the file sigmas of rotations are in
+// degrees, everything else in metres, seconds and radians; quaternions are x y z w.
 void WriteCalibrationFile(const std::filesystem::path& path, const CalibrationResult& result);
 
 // Reads such a file, a truth file too: absent keys keep their defaults, a verdict that is absent counts as

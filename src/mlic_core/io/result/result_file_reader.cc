@@ -3,10 +3,13 @@
 #include <cmath>
 
 #include "mlic_core/common/angles.h"
+#include "mlic_core/io/file_format.h"
+#include "mlic_core/io/result/correction_files.h"
 #include "mlic_core/io/result/ground_keys.h"
 #include "mlic_core/io/result/in_use_keys.h"
 #include "mlic_core/io/result/result_file.h"
 #include "mlic_core/io/result/result_names.h"
+#include "mlic_core/io/result/run_keys.h"
 #include "mlic_core/io/rig/rig_parsing.h"
 #include "mlic_core/io/yaml_reader.h"
 
@@ -126,6 +129,7 @@ SensorResult ReadSensor(const YamlReader& node) {
   if (node.Has("bound")) sensor.bound = ReadSigma(node, "bound");
   sensor.in_use = ReadInUse(node);
   ReadObservability(node, &sensor);
+  sensor.corrections = ReadCorrections(node);
   if (node.Has("intrinsics")) {
     sensor.intrinsics = ReadIntrinsics(node.Get("intrinsics"));
     ReadIntrinsicsQuality(node, &sensor);
@@ -217,8 +221,9 @@ PairResult ReadPair(const YamlReader& node) {
 
 CalibrationResult ReadCalibrationFile(const std::filesystem::path& path) {
   const YamlReader root = YamlReader::Open(path);
-  root.CheckIsMap(std::string("a calibration file that begins with format: ") + kResultFormat);
-  root.Get("format", std::string("expected format: ") + kResultFormat).Choice({kResultFormat});
+  const std::string format = "format: " + kResultFormat.Text();
+  root.CheckIsMap("a calibration file that begins with " + format);
+  ReadFormatVersion(root.Get("format", "expected " + format), kResultFormat);
   CalibrationResult result;
   if (root.Has("verdict")) {
     result.verdict = static_cast<Verdict>(root.Get("verdict").Choice(VerdictNames()));
@@ -230,6 +235,7 @@ CalibrationResult ReadCalibrationFile(const std::filesystem::path& path) {
   if (root.Has("checks")) {
     for (const YamlReader& check : root.Get("checks").Elements()) result.checks.push_back(ReadCheck(check));
   }
+  result.run = ReadRun(root);
   if (root.Has("imu")) ReadImu(root.Get("imu"), &result);
   const YamlReader sensors = root.Get("sensors", "give the calibrated sensors, or {} for none");
   for (const YamlReader& sensor : sensors.Entries()) {

@@ -15,7 +15,4 @@ const std::vector<std::string>& SensorVerdictNames();  // trusted, held, rejecte
 const std::vector<std::string>& VerdictNames();        // Verdict
 std::string VerdictName(Verdict verdict);
 
-// What `format` says.
-constexpr const char* kResultFormat = "mlic_calibration/1";
-
 }  // namespace mlic

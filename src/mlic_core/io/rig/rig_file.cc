@@ -4,6 +4,7 @@
 
 #include "mlic_core/common/angles.h"
 #include "mlic_core/geometry/so3.h"
+#include "mlic_core/io/file_format.h"
 #include "mlic_core/io/rig/rig_parsing.h"
 #include "mlic_core/io/text_file.h"
 #include "mlic_core/io/yaml_reader.h"
@@ -62,18 +63,31 @@ std::string Scalar(const std::string& text) {
   return emitter.c_str();
 }
 
+// Of a fixed sensor only what counts: what is left out is exact.
+template <typename Config>
+std::string SigmaText(const Config& sensor) {
+  const auto list = [](const Eigen::Vector3d& v) { return ShortList({v.x(), v.y(), v.z()}); };
+  Eigen::Vector3d position = sensor.guess->sigma_translation, angle = sensor.guess->sigma_rotation;
+  if (sensor.fixed) {
+    const HeldSigma held = sensor.held_sigma.value_or(HeldSigma());
+    position = held.translation;
+    angle = held.rotation;
+  }
+  std::string text;
+  if (!position.isZero()) text += "xyz: " + list(position);
+  if (!angle.isZero()) text += (text.empty() ? "" : ", ") + ("rpy_deg: " + list(angle * kDegreesPerRadian));
+  return text.empty() ? "" : "    sigma: {" + text + "}\n";
+}
+
 template <typename Config>
 std::string SensorText(const Config& sensor) {
   std::string text = "  " + sensor.name + ":\n    topic: " + Scalar(sensor.topic) + "\n";
   if (!sensor.frame_id.empty()) text += "    frame_id: " + Scalar(sensor.frame_id) + "\n";
   if (sensor.guess) {
     const ExtrinsicGuess& guess = *sensor.guess;
-    const Eigen::Vector3d& position = guess.sigma_translation;
-    const Eigen::Vector3d angle = guess.sigma_rotation * kDegreesPerRadian;
     text += "    T_imu_sensor: {xyz: " + List(guess.T_imu_sensor.translation) + ", " +
             RotationText(guess.T_imu_sensor.rotation) + "}\n";
-    text += "    sigma: {xyz: " + ShortList({position.x(), position.y(), position.z()}) +
-            ", rpy_deg: " + ShortList({angle.x(), angle.y(), angle.z()}) + "}\n";
+    text += SigmaText(sensor);
   }
   if (sensor.time_offset) text += "    time_offset: " + ShortNumber(*sensor.time_offset, 12) + "\n";
   if (sensor.fixed) text += "    fixed: true\n";
@@ -99,7 +113,8 @@ std::string CameraText(const CameraConfig& camera) {
 
 Rig LoadRigFile(const std::filesystem::path& path) {
   const YamlReader root = YamlReader::Open(path);
-  root.CheckKeys({"imu", "lidars", "cameras"});
+  if (root.Has("format")) ReadFormatVersion(root.Get("format"), kRigFormat);
+  root.CheckKeys({"format", "imu", "lidars", "cameras"});
   CheckFilledIn(root);
   Rig rig;
   const YamlReader imu = root.Get("imu", "give imu: {topic: ...}");
@@ -139,6 +154,7 @@ Rig LoadRigFile(const std::filesystem::path& path) {
 
 void WriteRigFile(const std::filesystem::path& path, const Rig& rig) {
   std::string text = "# MLIC rig file: how the sensors are arranged and where their data are.\n";
+  text += "format: " + kRigFormat.Text() + "\n";
   text += "imu:\n  topic: " + Scalar(rig.imu.topic) + "\n";
   if (!rig.imu.frame_id.empty()) text += "  frame_id: " + Scalar(rig.imu.frame_id) + "\n";
   if (rig.imu.noise) {

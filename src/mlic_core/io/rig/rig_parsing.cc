@@ -43,7 +43,9 @@ RigidTransform ParsePose(const YamlReader& pose) {
 Eigen::Vector3d ParseSigma(const YamlReader& sigma, const std::string& meaning) {
   const Eigen::Vector3d values = sigma.Vector3(meaning);
   if (values.minCoeff() <= 0.0) {
-    sigma.Fail("a standard deviation must be positive; to keep a sensor where it is use fixed: true");
+    sigma.Fail(
+        "a standard deviation must be positive; for a sensor that is known exactly use fixed: true without "
+        "it");
   }
   return values;
 }
@@ -66,6 +68,15 @@ std::optional<ExtrinsicGuess> ParseGuess(const YamlReader& sensor) {
   return guess;
 }
 
+// That of a fixed sensor, where the file gives one: what it leaves out is exact.
+std::optional<HeldSigma> ParseHeldSigma(const YamlReader& sensor, const ExtrinsicGuess& guess) {
+  if (!sensor.Has("sigma")) return std::nullopt;
+  HeldSigma held;
+  if (sensor.Get("sigma").Has("xyz")) held.translation = guess.sigma_translation;
+  if (sensor.Get("sigma").Has("rpy_deg")) held.rotation = guess.sigma_rotation;
+  return held;
+}
+
 // What LiDARs and cameras have in common.
 template <typename Config>
 void ParseSensor(const YamlReader& sensor, Config* config, bool* enabled) {
@@ -84,6 +95,7 @@ void ParseSensor(const YamlReader& sensor, Config* config, bool* enabled) {
   if (config->fixed && !config->guess) {
     sensor.Get("fixed").Fail("a fixed sensor stays at its T_imu_sensor; give T_imu_sensor too");
   }
+  if (config->fixed) config->held_sigma = ParseHeldSigma(sensor, *config->guess);
 }
 
 std::vector<double> ParseCameraIntrinsics(const YamlReader& intrinsics, CameraModel model) {
