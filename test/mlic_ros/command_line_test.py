@@ -60,6 +60,7 @@ class CommandLine(unittest.TestCase):
             for line in done.stdout.split("Exit status:")[0].splitlines():
                 if line.startswith("      "):
                     self.assertLessEqual(len(line), 80)
+                self.assertTrue(line.strip() or line == "", "an option without a description")
 
     def test_help_says_what_values_are(self):
         text = program("calibrate", "--help").stdout

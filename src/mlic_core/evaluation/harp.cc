@@ -142,7 +142,7 @@ cv::Mat LitPart::Mask() const {
   const auto bright = Quantile(
       std::vector<std::uint8_t>(brightest_.begin<std::uint8_t>(), brightest_.end<std::uint8_t>()), kBright);
   cv::Mat mask = brightest_ >= kLit * bright;
-  const int gap = brightest_.cols / kGapOfWidth;
+  const int gap = std::max(1, brightest_.cols / kGapOfWidth);
   cv::copyMakeBorder(mask, mask, gap, gap, gap, gap, cv::BORDER_REPLICATE);
   cv::morphologyEx(mask, mask, cv::MORPH_CLOSE, cv::getStructuringElement(cv::MORPH_RECT, {gap, gap}));
   mask = mask(cv::Rect(gap, gap, brightest_.cols, brightest_.rows)).clone();

@@ -32,7 +32,8 @@ std::vector<fs::path> PhotosIn(const fs::path& folder) {
 }
 
 cv::Mat LoadPhoto(const fs::path& path, const CameraIntrinsics& intrinsics) {
-  const cv::Mat photo = cv::imread(path.string(), cv::IMREAD_COLOR);
+  // As the sensor lies: calibrations are of messages, which no one turns upright.
+  const cv::Mat photo = cv::imread(path.string(), cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
   if (photo.empty()) throw InputError(path.string() + ": cannot be read as an image");
   if (photo.cols != intrinsics.width || photo.rows != intrinsics.height) {
     throw InputError(path.string() + ": is " + std::to_string(photo.cols) + " x " +

@@ -90,7 +90,10 @@ std::string HelpText(const CLI::App& app) {
   for (const CLI::App* group : GroupsOf(app)) {
     for (const CLI::Option* option : ArgumentsOfGroup(*group)) text += Described(*option);
   }
-  for (const CLI::Option* option : app.get_options()) text += Described(*option);
+  for (const CLI::Option* option : app.get_options()) {
+    if (!option->get_group().empty())
+      text += Described(*option);  // without one: for launch files, not for people
+  }
   return text + app.get_footer();
 }
 
