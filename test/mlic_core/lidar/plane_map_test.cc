@@ -117,5 +117,37 @@ TEST(PlaneMap, KeepsTheSidesOfAThinPanelApart) {
   EXPECT_GT(down, 4u);
 }
 
+// A wall with ribs that stand 0.2 m out of it, one for each metre, seen in ten scans. What of the ribs lies
+// within the wall's gate is all on one side of it and would draw the wall by some tenth of the noise.
+TEST(PlaneMap, IsNotDrawnByWhatStandsOnIt) {
+  Random random(4);
+  const Eigen::Vector3d sensor(3.0, 3.0, 1.5);
+  std::vector<MapSample> samples;
+  for (int scan = 0; scan < 10; ++scan) {
+    for (int i = 0; i < 6000; ++i) {
+      const double along = random.Uniform(0.0, 6.0), up = random.Uniform(0.0, 3.0);
+      const Eigen::Vector3d hit = i % 10 == 0
+                                      ? Eigen::Vector3d(random.Uniform(0.0, 0.2), std::floor(along) + 0.5, up)
+                                      : Eigen::Vector3d(0.0, along, up);
+      MapSample sample;
+      const Eigen::Vector3d view = (sensor - hit).normalized();
+      sample.position = (hit + kNoise * random.Normal() * view).cast<float>();
+      sample.view = view.cast<float>();
+      sample.time = scan;
+      sample.scan = scan;
+      sample.index = i;
+      samples.push_back(sample);
+    }
+  }
+  double drawn = 0.0, points = 0.0;
+  for (const MapPlane& plane : BuildPlaneMap(samples, kNoises, {})) {
+    if (std::abs(plane.plane.normal.x()) < 0.9) continue;
+    drawn += static_cast<double>(plane.samples.size()) * plane.center.x();
+    points += static_cast<double>(plane.samples.size());
+  }
+  ASSERT_GT(points, 20000.0);
+  EXPECT_LT(std::abs(drawn / points), 0.02 * kNoise);
+}
+
 }  // namespace
 }  // namespace mlic
