@@ -42,6 +42,7 @@ void Widen(Eigen::Index more, Accumulator* sum, std::vector<LandmarkCoupling>* c
 }
 
 constexpr int kOfLidar = 3;  // from: structural
+constexpr int kLevel = 2;    // of these, that of level planes; from: structural
 using OfLidar = Eigen::Matrix<double, kOfLidar, 1>;
 
 bool Within45Degrees(double cosine) { return cosine * cosine > 0.5; }
@@ -50,7 +51,7 @@ bool Within45Degrees(double cosine) { return cosine * cosine > 0.5; }
 OfLidar RangeRow(const PlaneObservation& o, const Plane& plane, RangeModel model) {
   const bool level = Within45Degrees(plane.normal.z());
   if (model == RangeModel::kOffsetAndSlope) return {1.0, ElevationOf(o.position), level ? 1.0 : 0.0};
-  return OfLidar::Unit(level ? 2 : Within45Degrees(o.cos_incidence) ? 0 : 1);
+  return OfLidar::Unit(level ? kLevel : Within45Degrees(o.cos_incidence) ? 0 : 1);
 }
 
 // Where the first parameter of a LiDAR stands among the widened calibration.
@@ -231,15 +232,23 @@ bool CorrectRanges(const JointProblem& problem, double correlation, CalibrationS
   return moved;
 }
 
-Eigen::MatrixXd ScatterOfRanges(const JointProblem& problem, const CalibrationState& state) {
+Eigen::MatrixXd ScatterOfRanges(const JointProblem& problem, const CalibrationState& state,
+                                double correlation) {
+  std::vector<FreeRanges> free = FreeOfCorrected(state);
+  for (FreeRanges& of_lidar : free) of_lidar[kLevel] = true;
   const std::optional<RangeErrors> found =
-      MeasureRangeErrors(problem, state, RangeModel::kOffsetAndSlope, FreeOfCorrected(state));
+      MeasureRangeErrors(problem, state, RangeModel::kOffsetAndSlope, free);
   const Eigen::Index size = Layout(state, problem.estimate_imu_matrices).calibration;
   if (!found) return Eigen::MatrixXd::Zero(size, size);
   Eigen::MatrixXd coupling = found->coupling;
-  // What level planes have besides is not corrected.
-  for (Eigen::Index level = 2; level < coupling.cols(); level += kOfLidar) coupling.col(level).setZero();
-  return coupling * found->covariance * coupling.transpose();
+  Eigen::VectorXd of_level = Eigen::VectorXd::Zero(size);  // of the gradient
+  for (std::size_t l = 0; l < free.size(); ++l) {
+    auto of_lidar = coupling.col(kOfLidar * static_cast<Eigen::Index>(l) + kLevel);
+    const double error = found->steps[l][kLevel], sigma = SigmasOf(*found, l, correlation)[kLevel];
+    if (std::abs(error) > kFarFromZero * sigma) of_level += error * of_lidar;
+    of_lidar.setZero();  // not corrected
+  }
+  return coupling * found->covariance * coupling.transpose() + of_level * of_level.transpose() / correlation;
 }
 
 }  // namespace mlic

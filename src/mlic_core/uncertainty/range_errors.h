@@ -44,8 +44,10 @@ bool AnyRangeCorrected(const CalibrationState& state);
 // sigma.
 bool CorrectRanges(const JointProblem& problem, double correlation, CalibrationState* state);
 
-// Of the corrections' own errors: what they add to the scatter of the gradient (ScatterOfPoints). Zero where
-// none is corrected.
-Eigen::MatrixXd ScatterOfRanges(const JointProblem& problem, const CalibrationState& state);
+// What adds to the scatter of the gradient (ScatterOfPoints): the corrections' own errors, and what points on
+// level planes err by beyond three sigmas, which is no error of ranges and stays in: the calibration is as
+// unsure as it would move without. Zero where none is corrected and none errs so. correlation: as above.
+Eigen::MatrixXd ScatterOfRanges(const JointProblem& problem, const CalibrationState& state,
+                                double correlation);
 
 }  // namespace mlic

@@ -108,6 +108,26 @@ TEST_F(WallsAround, ErrorsOfRoughGroundAreNoneOfTheRanges) {
   EXPECT_EQ(state_.ranges[0].offset, 0.0);
 }
 
+// It stays in the calibration, so this is as unsure as it would move without.
+TEST_F(WallsAround, ErrorsOfRoughGroundAreDoubt) {
+  AddWalls(0.0, 0.0, 0.03);
+  const Eigen::MatrixXd scatter = ScatterOfRanges(problem_, state_, 1.0);
+  const auto found =
+      MeasureRangeErrors(problem_, state_, RangeModel::kOffsetAndSlope, {{false, false, true}});
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->steps[0][2], -0.03, 0.003);
+  const Eigen::VectorXd moved_by = found->coupling.col(2) * found->steps[0][2];
+  ASSERT_GT(moved_by.norm(), 0.0);
+  EXPECT_LT((scatter - moved_by * moved_by.transpose()).norm(), 1e-6 * scatter.norm());
+  // What noise explains is none.
+  EXPECT_EQ(ScatterOfRanges(problem_, state_, 1e6).norm(), 0.0);
+}
+
+TEST_F(WallsAround, LevelPlanesWithoutErrorsAddNoDoubt) {
+  AddWalls(0.0, 0.0, 0.0);
+  EXPECT_EQ(ScatterOfRanges(problem_, state_, 1.0).norm(), 0.0);
+}
+
 TEST_F(WallsAround, NothingIsAskedOfHeldTrajectories) {
   AddWalls(0.02, 0.02, 0.02);
   EXPECT_FALSE(MeasureRangeErrors(problem_, state_, RangeModel::kOffsetAndSlope, {{false, false, false}}));
