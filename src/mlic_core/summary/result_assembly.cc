@@ -301,7 +301,7 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
                     CalibrationResult* result) {
   const CalibrationState& state = adjustment.state;
   Check(IsFinite(state), "the calibration holds what is not a number; please report this with the log");
-  Shown of_data{Analyze(adjustment, dataset), AnalyzeBound(adjustment, dataset)};
+  Shown of_data{Analyze(adjustment, dataset), AnalyzeBound(adjustment)};
   ObservabilityAnalysis& analysis = of_data.analysis;
   ReportAsHeld(adjustment.shown_before_hold, &analysis);
   InflateTimesFromAzimuth(dataset, &analysis);

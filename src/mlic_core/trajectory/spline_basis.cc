@@ -14,12 +14,8 @@ UniformKnots UniformKnots::Covering(double start, double end, double spacing) {
 }
 
 SplineBasis::SplineBasis(const UniformKnots& knots, double time)
-    : SplineBasis(knots,
-                  std::clamp(static_cast<int>(std::floor((time - knots.start) / knots.spacing)), 0,
-                             knots.Segments() - 1),
-                  time) {}
-
-SplineBasis::SplineBasis(const UniformKnots& knots, int segment, double time) : first(segment) {
+    : first(std::clamp(static_cast<int>(std::floor((time - knots.start) / knots.spacing)), 0,
+                       knots.Segments() - 1)) {
   const double u = (time - knots.start) / knots.spacing - first;
   const double u2 = u * u;
   const double u3 = u2 * u;

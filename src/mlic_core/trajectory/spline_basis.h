@@ -31,8 +31,6 @@ struct SplineBasis {
 
   // Times outside the span use the polynomial of the nearest segment.
   SplineBasis(const UniformKnots& knots, double time);
-  // With the polynomial of the segment of this control point, also at times beside it.
-  SplineBasis(const UniformKnots& knots, int first, double time);
 
   // The ordinary (not cumulative) coefficients: p = sum_j weight_j * p_j.
   static Eigen::Vector4d Weights(const Eigen::Vector4d& cumulative) {

@@ -33,6 +33,15 @@ void AddWanderOfExposure(const CalibrationState& state, ObservabilityAnalysis* a
   }
 }
 
+// The last solve's, without what of it is the noise's where that was measured of the same parameters.
+Eigen::MatrixXd InformationWithoutNoise(const Adjustment& adjustment) {
+  Eigen::MatrixXd information = LastInformation(adjustment);
+  const Eigen::MatrixXd& noise = adjustment.noise_information;
+  if (noise.rows() != information.rows()) return information;
+  const Layout layout(adjustment.state, adjustment.problem.estimate_imu_matrices);
+  return WithoutNoise(information, noise, CalibrationLimits(adjustment.state, layout));
+}
+
 }  // namespace
 
 double VarianceScale(const Adjustment& adjustment, const Dataset& dataset) {
@@ -52,12 +61,7 @@ Eigen::MatrixXd LastInformation(const Adjustment& adjustment) {
 }
 
 Eigen::MatrixXd ScaledInformation(const Adjustment& adjustment, const Dataset& dataset) {
-  const Eigen::MatrixXd information = LastInformation(adjustment);
-  const Eigen::MatrixXd& noise = adjustment.noise_information;
-  const double scale = VarianceScale(adjustment, dataset);
-  if (noise.rows() != information.rows()) return information / scale;  // not measured of these parameters
-  const Layout layout(adjustment.state, adjustment.problem.estimate_imu_matrices);
-  return WithoutNoise(information, noise, CalibrationLimits(adjustment.state, layout)) / scale;
+  return InformationWithoutNoise(adjustment) / VarianceScale(adjustment, dataset);
 }
 
 ObservabilityAnalysis Analyze(const Adjustment& adjustment, const Dataset& dataset) {
@@ -68,9 +72,8 @@ ObservabilityAnalysis Analyze(const Adjustment& adjustment, const Dataset& datas
   return analysis;
 }
 
-ObservabilityAnalysis AnalyzeBound(const Adjustment& adjustment, const Dataset& dataset) {
-  return AnalyzeCalibration(adjustment.problem, adjustment.state,
-                            VarianceScale(adjustment, dataset) * ScaledInformation(adjustment, dataset));
+ObservabilityAnalysis AnalyzeBound(const Adjustment& adjustment) {
+  return AnalyzeCalibration(adjustment.problem, adjustment.state, InformationWithoutNoise(adjustment));
 }
 
 double ChangeInSigmas(const Adjustment& adjustment, const Dataset& dataset, const CalibrationState& before) {

@@ -116,7 +116,7 @@ ObservabilityAnalysis Analyze(const Adjustment& adjustment, const Dataset& datas
 
 // The same from the measured noise alone, taken for white, with nothing that covariances grow by: the
 // Cramer-Rao bound of the model, which no unbiased estimate of these data is better than.
-ObservabilityAnalysis AnalyzeBound(const Adjustment& adjustment, const Dataset& dataset);
+ObservabilityAnalysis AnalyzeBound(const Adjustment& adjustment);
 
 // Largest change of a sensor since `before`, in sigmas of the last solve; very large where there was none or
 // a sigma is not a number.

@@ -56,7 +56,7 @@ TEST_F(OneCamera, ErrorsThatPointsShareAreInTheSigmaAndNotInTheBound) {
   Drift(5e-5);
   adjustment_.scale.correlation = 4.0;
   EXPECT_NEAR(OffsetSigma(), 2e-3, 2e-5);
-  EXPECT_NEAR(AnalyzeBound(adjustment_, dataset_).sigmas[0].time_offset, 1e-3, 1e-5);
+  EXPECT_NEAR(AnalyzeBound(adjustment_).sigmas[0].time_offset, 1e-3, 1e-5);
 }
 
 TEST_F(OneCamera, ThatNoSolveHasSeenIsNotShown) {
