@@ -144,6 +144,7 @@ void RosDisplay::OnRig(const Rig& rig) {
   imu_frame_ = FrameName(rig.imu.frame_id, "imu");
   scene_.SetRig(rig);
   status_.SetRig(rig);
+  scene_.ShowGuesses(status_.Get().sensors);
   PublishStatus();
   if (rig.cameras.empty()) return;
   tracks_ = AdvertisePictures(rig, "tracks", "tracks");
@@ -168,7 +169,7 @@ void RosDisplay::PublishPictures(const std::vector<std::string>& cameras,
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     scene_.Publish(topics->of_cameras.at(cameras[i]), MakeImage(pictures[i], cameras[i], now));
   }
-  scene_.Publish(topics->all, MakeImage(TilePictures(pictures, kTileWidth), "map", now));
+  scene_.Publish(topics->all, MakeImage(TilePictures(pictures, cameras, kTileWidth), "map", now));
 }
 
 const cv::Mat& RosDisplay::PhotoOf(const CameraView& view) {
