@@ -142,6 +142,25 @@ TEST(RigMarkers, NamesOfWhatIsFoundAndAGreyGuess) {
   for (const std_msgs::ColorRGBA& colour : guesses.colors) EXPECT_EQ(colour.r, colour.b);
 }
 
+TEST(RigMarkers, NamesOfSensorsInOnePlaceStandAboveOneAnother) {
+  Status status;
+  status.sensors.resize(3);
+  for (SensorStatus& sensor : status.sensors) {
+    sensor.state = SensorStatus::ESTIMATED;
+    sensor.transform.translation.x = 2.0;
+    sensor.transform.rotation.w = 1.0;
+  }
+  std::vector<visualization_msgs::Marker> names;
+  for (const visualization_msgs::Marker& marker : MakeRigMarkers(status, "imu").markers) {
+    if (marker.ns == "names") names.push_back(marker);
+  }
+  ASSERT_EQ(names.size(), 4u) << "the IMU's too";
+  for (std::size_t k = 2; k < names.size(); ++k) {
+    EXPECT_GT(names[k].pose.position.z - names[k - 1].pose.position.z, names[k].scale.z);
+    EXPECT_EQ(names[k].pose.position.x, names[k - 1].pose.position.x);
+  }
+}
+
 TEST(RigMarkers, TheOverlaySaysStageThenVerdict) {
   StatusBoard board = Started();
   EXPECT_EQ(MakeOverlay(board.Get()).markers.at(0).text.find("stage 2 of 2\njoint adjustment\n"), 0u);

@@ -115,10 +115,12 @@ void RosDisplay::PublishStatus() {
   message.paused = message.state == Status::RUNNING && pause_.IsPaused();
   scene_.Describe(&message);
   status_publisher_.publish(message);
-  const bool due =
-      now - last_overlay_ >= kSecondsBetweenStatus || message.state != Status::RUNNING || message.paused;
+  // The panel's view follows the map at once.
+  const bool due = now - last_overlay_ >= kSecondsBetweenStatus || message.state != Status::RUNNING ||
+                   message.paused || message.map_radius != overlay_radius_;
   if (!due) return;
   last_overlay_ = now;
+  overlay_radius_ = message.map_radius;
   scene_.Publish(overlay_, MakeOverlay(message));
 }
 

@@ -182,7 +182,7 @@ std::optional<Viewpoint> ViewOfMap(const Status& status) {
 }
 
 Viewpoint ViewOfSensor(const Status& status) {
-  constexpr double kLeastDistance = 1.0, kRigsAway = 3.0;  // m; from: structural
+  constexpr double kLeastDistance = 0.5, kRigsAway = 3.0;  // m; from: structural
   double rig = 0.0;
   for (const SensorStatus& sensor : status.sensors) {
     const geometry_msgs::Vector3& p = sensor.transform.translation;
