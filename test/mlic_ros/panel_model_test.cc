@@ -131,6 +131,10 @@ TEST(PanelModel, MessagesBeginWithTheWorstSigmasAndDoNotRepeatTheVerdict) {
   status.state = Status::PARTIAL;
   status.messages = {"a", "b", "c", "d"};
   EXPECT_EQ(MessageLines(status), "2 sensors, worst sigma 0.03 deg, 12 mm\na\nb\nc\n");
+  status.messages.clear();
+  status.sensors[1].reason = "a direction of translation is not shown by the drive";
+  EXPECT_EQ(MessageLines(status),
+            "2 sensors, worst sigma 0.03 deg, 0.0000 mm, * not all of it shown by the drive\n");
 }
 
 TEST(PanelModel, TheViewFollowsTheMap) {

@@ -135,17 +135,23 @@ std::vector<SensorRow> SensorRows(const Status& status) {
 std::string MessageLines(const Status& status) {
   std::string lines;
   double degrees = 0.0, metres = 0.0;
-  int given = 0;
+  int given = 0, noted = 0;
   for (const SensorStatus& sensor : status.sensors) {
     if (sensor.state != SensorStatus::TRUSTED || !sensor.has_sigma) continue;
     ++given;
+    // Along a direction that the drive does not show it would be the guess's.
+    if (!sensor.reason.empty()) {
+      ++noted;
+      continue;
+    }
     degrees = std::max(degrees, Largest(sensor.sigma_rotation_deg));
     metres = std::max(metres, Largest(sensor.sigma_translation));
   }
-  if (given > 0) {
-    lines = std::to_string(given) + (given == 1 ? " sensor" : " sensors") + ", worst sigma " +
-            ShortNumberText(degrees) + " deg, " + ShortNumberText(1e3 * metres) + " mm\n";
-  }
+  if (given > 0) lines = std::to_string(given) + (given == 1 ? " sensor" : " sensors");
+  if (given > noted)
+    lines += ", worst sigma " + ShortNumberText(degrees) + " deg, " + ShortNumberText(1e3 * metres) + " mm";
+  if (noted > 0) lines += ", * not all of it shown by the drive";
+  if (given > 0) lines += "\n";
   const std::string verdict = VerdictWord(status) + ": ";  // stands above already
   for (std::size_t k = 0; k < status.messages.size() && k < 3; ++k) {
     const std::string& line = status.messages[k];
