@@ -12,9 +12,10 @@ set -euo pipefail
 
 usage() { sed -n '2,8p' "$0" >&2; exit 1; }
 truth=""
-rig_name=handheld_stereo scenario=handheld guess=(--no-guess) work="a simulated drive and its calibration (4 minutes)"
+rig_name=handheld_stereo scenario=handheld work="a simulated drive and its calibration (4 minutes)"
+how=(--no-guess --image-rate 5)  # images take most of a walk's time; five in a second show as much
 if [ "${1:-}" = --full ]; then
-  rig_name=paper_rig scenario=figure_eight guess=() work="a simulated drive and its calibration"
+  rig_name=paper_rig scenario=figure_eight how=() work="a simulated drive and its calibration"
   shift
   [ $# -eq 0 ] || usage
 fi
@@ -59,7 +60,7 @@ simulate() {
   rm -rf "$folder/.done" "$output" "$folder/evaluation"
   echo "== simulating $duration s of $scenario, pictures included: $bag"
   rosrun mlic simulate --sensors "$sensors" --scenario "$scenario" --duration "$duration" --seed 1 --output "$bag" \
-    ${guess[@]+"${guess[@]}"}
+    ${how[@]+"${how[@]}"}
   touch "$folder/.done"
   echo "== simulated after $SECONDS s in all"
 }

@@ -61,3 +61,33 @@ require_host_name() {
       "put '127.0.0.1 localhost $(hostname)' into /etc/hosts" >&2
   fi
 }
+
+# Ends the script where one of these programs is missing.
+require_programs() {
+  local program
+  for program in "$@"; do
+    command -v "$program" >/dev/null ||
+      { echo "$(basename "$0"): no $program: run scripts/install_dependencies.sh" >&2; exit 1; }
+  done
+}
+
+# A screen of 1600 x 1000 that nobody sees, drawn in software, for what is started after it. Its files are in
+# $virtual_display.
+start_virtual_display() {
+  virtual_display=$(mktemp -d)
+  # Xvfb finds a free display by itself and writes its number.
+  Xvfb -displayfd 3 -screen 0 1600x1000x24 +extension GLX 3>"$virtual_display/number" >"$virtual_display/log" 2>&1 &
+  virtual_display_process=$!
+  for _ in $(seq 100); do [ -s "$virtual_display/number" ] && break; sleep 0.1; done
+  [ -s "$virtual_display/number" ] ||
+    { cat "$virtual_display/log" >&2; echo "$(basename "$0"): Xvfb did not start" >&2; exit 1; }
+  mkdir -m 700 "$virtual_display/runtime"
+  DISPLAY=:$(cat "$virtual_display/number")
+  export DISPLAY LIBGL_ALWAYS_SOFTWARE=1 XDG_RUNTIME_DIR=$virtual_display/runtime QT_X11_NO_MITSHM=1
+}
+
+stop_virtual_display() {
+  kill "$virtual_display_process" 2>/dev/null || true
+  wait "$virtual_display_process" 2>/dev/null || true
+  rm -rf "$virtual_display"
+}

@@ -53,6 +53,7 @@ declare -A optional=(
   [libjs-three]="reports draw the rig from above and from the side instead of turnable"
   [rviz]="no RViz: calibrate.launch works with rviz:=false only"
   [librviz-dev]="RViz shows no panel with stage, verdict and convergence"
+  [xdotool]="no scripts/record_rviz.sh"
   [xvfb]="no scripts/screenshot.sh"
   [imagemagick]="no scripts/screenshot.sh"
   [libgl1-mesa-dri]="no software OpenGL, so no scripts/screenshot.sh"

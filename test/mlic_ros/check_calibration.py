@@ -120,10 +120,11 @@ class CheckCalibration(unittest.TestCase):
 
     def test_colours(self):
         self.assertTrue(self.choose("/mlic/colour_by", "residual").success)
-        # Points, landmarks and path.
-        self.expect("/mlic/status", Status, lambda status: status.colour_by == "residual" and len(status.legend) == 7
-                    and status.legend[1] == "on its plane" and "landmarks" in status.legend[3]
-                    and "path" in status.legend[5] and len(status.legend_colours) == 7)
+        # Points, planes, landmarks and path.
+        self.expect("/mlic/status", Status, lambda status: status.colour_by == "residual" and len(status.legend) == 8
+                    and status.legend[1] == "on its plane" and "planes" in status.legend[3]
+                    and "landmarks" in status.legend[4] and "path" in status.legend[6]
+                    and len(status.legend_colours) == 8)
         self.assertTrue(self.choose("/mlic/colour_by", "sensor").success)
         self.assertFalse(self.choose("/mlic/colour_by", "weight").success)
 

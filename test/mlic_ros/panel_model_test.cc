@@ -55,6 +55,20 @@ TEST(PanelModel, ChangesKeepTheirSolveAndLeaveOutWhatWasNotMeasured) {
   EXPECT_GT(curve[2].value, 0.0);  // has a place on a logarithmic axis
 }
 
+TEST(PanelModel, SigmasAreInMillimetresAndSolvesWithoutResidualsLeaveNoPoint) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  Status status;
+  status.largest_sigmas = {kNan, 0.012, 0.003};
+  status.mean_squares = {kNan, 1.7, 0.98};
+  status.solve_stages = {3, 4, 4};
+  const std::vector<CurvePoint> sigmas = SigmaCurve(status), residuals = ResidualCurve(status);
+  ASSERT_EQ(sigmas.size(), 2u);
+  EXPECT_EQ(sigmas[0].solve, 1);
+  EXPECT_NEAR(sigmas[0].value, 12.0, 1e-9);
+  ASSERT_EQ(residuals.size(), 2u);
+  EXPECT_EQ(residuals[1].value, 0.98);
+}
+
 TEST(PanelModel, TheAxisHoldsAllValuesAndTheLine) {
   const LogAxis axis = FitLogAxis({{0, 250.0, 1}, {1, 0.04, 1}}, 1.0);
   EXPECT_EQ(axis.lowest, -2);
@@ -102,6 +116,27 @@ TEST(PanelModel, SensorsThatAreNotGivenHaveNoNumbers) {
   for (const SensorRow& row : rows) EXPECT_EQ(row.cells[2], "-");
 }
 
+TEST(PanelModel, MessagesBeginWithTheWorstSigmasAndDoNotRepeatTheVerdict) {
+  Status status;
+  EXPECT_EQ(MessageLines(status), "");
+  status.state = Status::INTERRUPTED;
+  status.messages = {"INTERRUPTED: no result was written"};
+  EXPECT_EQ(MessageLines(status), "no result was written\n");
+  SensorStatus front = Found("front"), rear = Found("rear"), lost = Found("lost");
+  for (SensorStatus* sensor : {&front, &rear}) sensor->state = SensorStatus::TRUSTED;
+  lost.state = SensorStatus::REJECTED;
+  for (SensorStatus* sensor : {&front, &rear, &lost}) sensor->has_sigma = true;
+  front.sigma_rotation_deg[1] = 0.03, rear.sigma_translation[2] = 0.012, lost.sigma_translation[0] = 9.0;
+  status.sensors = {front, rear, lost};
+  status.state = Status::PARTIAL;
+  status.messages = {"a", "b", "c", "d"};
+  EXPECT_EQ(MessageLines(status), "2 sensors, worst sigma 0.03 deg, 12 mm\na\nb\nc\n");
+  status.messages.clear();
+  status.sensors[1].reason = "a direction of translation is not shown by the drive";
+  EXPECT_EQ(MessageLines(status),
+            "2 sensors, worst sigma 0.03 deg, 0.0000 mm, * not all of it shown by the drive\n");
+}
+
 TEST(PanelModel, TheViewFollowsTheMap) {
   Status status;
   EXPECT_FALSE(ViewOfMap(status));
@@ -123,11 +158,11 @@ TEST(PanelModel, LegendAndRoundSayWhatTheSceneShows) {
   EXPECT_EQ(RoundText(status), "latest of 9");
   status.shown_round = 3;
   EXPECT_EQ(RoundText(status), "round 3 of 9");
-  status.legend = {"front", "rear"};
+  status.legend = {"front", "off by 3 px"};
   status.legend_colours = {0x0000ff, 0xff7f0e};
   const std::string html = LegendHtml(status);
   EXPECT_NE(html.find("color:#0000ff"), std::string::npos);
-  EXPECT_LT(html.find("#ff7f0e"), html.find("rear"));
+  EXPECT_LT(html.find("#ff7f0e"), html.find("off&nbsp;by&nbsp;3&nbsp;px")) << "an entry is not broken";
 }
 
 TEST(PanelModel, HiddenSensorsHaveNoCheckInTheirBox) {

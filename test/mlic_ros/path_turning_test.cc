@@ -36,17 +36,24 @@ TEST(PathTurning, AStraightDriveHasAScaleAndAShortOneIsStill) {
   EXPECT_EQ(TurningAlong(Drive(3.0, 9.0, 0.0)).scale, 5.0);
   EXPECT_EQ(TurningAlong(Drive(0.0, 0.0, 1.0)).rates, (std::vector<double>{0.0}));
   EXPECT_TRUE(TurningAlong({}).rates.empty());
-  EXPECT_TRUE(MakeTurningMarkers({}, {}).markers.empty());
+  EXPECT_TRUE(MakeTurningMarkers({}, {}, 0.0).markers.empty());
 }
 
 TEST(PathTurning, LongPathsAreThinnedOutAndColouredPointByPoint) {
   const std::vector<StampedPose> drive = Drive(120.0, 60.0, 0.4);
-  const auto line = MakeTurningMarkers(drive, TurningAlong(drive)).markers.at(0);
+  const auto line = MakeTurningMarkers(drive, TurningAlong(drive), 0.0).markers.at(0);
   EXPECT_EQ(line.header.frame_id, "map");
   EXPECT_LE(line.points.size(), 5000u);
   EXPECT_GE(line.points.size(), 4000u);
   ASSERT_EQ(line.points.size(), line.colors.size());
   EXPECT_LT(line.colors.front().r, line.colors.back().r);
+}
+
+TEST(PathTurning, TheLineEndsBeforeTheRig) {
+  const std::vector<StampedPose> drive = Drive(10.0, 5.0, 0.4);
+  const auto line = MakeTurningMarkers(drive, TurningAlong(drive), 0.5).markers.at(0);
+  EXPECT_NEAR(line.points.back().x, 9.5, 0.011);
+  EXPECT_EQ(line.colors.size(), line.points.size());
 }
 
 }  // namespace

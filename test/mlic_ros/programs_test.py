@@ -148,6 +148,14 @@ class Programs(unittest.TestCase):
         self.expect_error(export("kalibr"), "c.yaml: has no sensor that --format kalibr could hold", "camera")
         self.expect_error(export("kalibr", "--parent", "velodyne"), "leave out --parent")
         self.expect_error(export("pdf"), "pdf", "tf2")
+        self.expect_error(export("tf2", "--velodyne", robot), "--velodyne belongs to --format rings")
+        driver = self.write("vlp.yaml", "lasers:\n- {dist_correction: 0.5, vert_correction: 0.1}\n")
+        self.expect_error(export("rings", "--velodyne", driver), "no corrections of any LiDAR")
+        corrected = "time_offset: 0.01, corrections: {range_offset: 0.25, range_slope: 0, rings: []}}"
+        self.write("c.yaml", CALIBRATION.replace("time_offset: 0.01}", corrected))
+        self.expect_error(export("rings", "--velodyne", driver, "--lidar", "rear"), "no corrections of rear", "some of lidar")
+        merged = export("rings", "--velodyne", driver)
+        self.assertIn("- {dist_correction: 0.750000000, vert_correction: 0.1}", merged.stdout, merged.stderr)
         self.write("c.yaml", CALIBRATION.replace("imu:", "verdict: refused\nreasons: [parked]\nimu:"))
         self.expect_error(export("tf2"), "its verdict is refused", "parked")
 

@@ -47,14 +47,33 @@ TEST(Scene, ColoursTellLidarsSidesOfAPlaneAndPlanesApart) {
   const auto by_plane = ColoursOf(scene, Colouring::kPlane);
   EXPECT_EQ(by_plane[0], by_plane[1]);
   EXPECT_NE(by_plane[0], by_plane[3]);
-  EXPECT_EQ(PlaneColours(scene), (std::vector<std::uint32_t>{0xff0000u}));
+  EXPECT_EQ(PlaneColours(scene, Colouring::kPlane), (std::vector<std::uint32_t>{by_plane[0]}));
+  const std::uint32_t of_no_lidar = PlaneColours(scene, Colouring::kSensor).at(0);
+  EXPECT_NE(of_no_lidar, by_sensor[0]);
+  EXPECT_NE(of_no_lidar, by_sensor[1]);
+}
+
+TEST(Scene, PlanesWithMoreScatterThanMostStandOut) {
+  Scene scene;
+  const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
+  for (int plane = 0; plane < 4; ++plane) {
+    scene.planes.push_back(
+        {zero, Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY()});
+    for (const float side : {-1.0f, 1.0f})
+      scene.points.push_back(Point(side * (plane < 3 ? 0.02f : 0.07f), 0, plane));
+  }
+  const auto colours = PlaneColours(scene, Colouring::kResidual);
+  for (int plane = 0; plane < 3; ++plane) EXPECT_EQ(colours[static_cast<std::size_t>(plane)], 0xebebffu);
+  EXPECT_EQ(colours[3], 0xff0000u);
 }
 
 TEST(Scene, PlanesOfOthersGiveNoResiduals) {
   Scene scene = TwoLidars();
   scene.planes_of_points = false;
   EXPECT_EQ(ColoursOf(scene, Colouring::kResidual)[1], ColoursOf(scene, Colouring::kResidual)[0]);
-  EXPECT_TRUE(PlaneColours(scene).empty());
+  for (const Colouring colouring : {Colouring::kResidual, Colouring::kPlane}) {
+    EXPECT_EQ(PlaneColours(scene, colouring), PlaneColours(scene, Colouring::kSensor));
+  }
 }
 
 TEST(Scene, LegendHasOneColourForEachWord) {
@@ -114,6 +133,16 @@ TEST(RoundHistory, IsBoundedAndKeepsTheFirstAndTheLastRound) {
     EXPECT_EQ(history.Scenes().back().round, k + 1);
   }
   EXPECT_EQ(history.RoundCount(), kMany);
+}
+
+TEST(RoundHistory, TheFirstMapToCompareWithHasAllLidars) {
+  RoundHistory history;
+  Scene front = TwoLidars();
+  front.points.resize(1);
+  history.Add(front);
+  history.Add(TwoLidars());
+  history.Add(TwoLidars());
+  EXPECT_EQ(history.FirstOfAllLidars().round, 2);
 }
 
 TEST(RoundHistory, StepsBackAndForth) {

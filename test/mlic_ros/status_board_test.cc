@@ -61,16 +61,28 @@ TEST(StatusBoard, EveryRoundAddsToTheCurvesAndKeepsTheGuesses) {
   CalibrationSnapshot snapshot = Snapshot();
   board.AddSnapshot(snapshot);
   snapshot.change = 0.5;
+  snapshot.mean_square = 1.25;
+  snapshot.sigmas[1].translation = {0.001, 0.004, 0.002};
   board.AddSnapshot(snapshot);
   const Status& status = board.Get();
   EXPECT_TRUE(std::isnan(status.changes.at(0)));
   EXPECT_EQ(status.changes.at(1), 0.5);
   EXPECT_EQ(status.costs, (std::vector<double>{100.0, 100.0}));
+  EXPECT_TRUE(std::isnan(status.mean_squares.at(0)));
+  EXPECT_EQ(status.mean_squares.at(1), 1.25);
+  EXPECT_EQ(status.largest_sigmas.at(1), 0.004);
   EXPECT_EQ(status.solve_stages, (std::vector<int>{2, 2}));
   EXPECT_EQ(status.sensors.at(1).state, SensorStatus::ESTIMATED);
   EXPECT_EQ(status.sensors.at(1).transform.translation.x, -1.2);
   EXPECT_TRUE(status.sensors.at(1).has_guess);
   EXPECT_LT(status.map_radius, 200.0f) << "one far point decides what is looked at";
+}
+
+TEST(StatusBoard, TheFirstViewTakesInTheGuesses) {
+  EXPECT_EQ(StatusBoard().Get().map_radius, 0.0f);
+  const Status before = Started().Get();
+  EXPECT_GT(before.map_radius, 1.0f);
+  EXPECT_LT(before.map_radius, 3.0f);
 }
 
 TEST(StatusBoard, TheResultSaysWhatBecameOfEachSensor) {
@@ -103,10 +115,19 @@ TEST(StatusBoard, NothingIsTrustedOfWhatIsRefused) {
   EXPECT_EQ(board.Get().sensors.at(0).state, SensorStatus::ESTIMATED);
 }
 
+TEST(RigMarkers, GuessesAreThereBeforeTheFirstRound) {
+  const visualization_msgs::MarkerArray array = MakeRigMarkers(Started().Get(), "imu");
+  ASSERT_EQ(array.markers.size(), 5u) << "none of before; two names, axes, guesses";
+  EXPECT_EQ(array.markers[1].text, "IMU");
+  EXPECT_EQ(array.markers[2].text, "rear") << "front has neither pose nor guess";
+  EXPECT_LT(array.markers[2].color.r, array.markers[1].color.r);
+  EXPECT_LT(array.markers[2].pose.position.x, -1.0);
+  EXPECT_EQ(array.markers[3].points.size(), 2u * 3u) << "the IMU's";
+  EXPECT_EQ(array.markers[4].points.size(), 2u * 3u) << "there is no way from a guess to itself";
+}
+
 TEST(RigMarkers, NamesOfWhatIsFoundAndAGreyGuess) {
   StatusBoard board = Started();
-  EXPECT_EQ(MakeRigMarkers(board.Get(), "imu").markers.size(), 3u)
-      << "none of before; the IMU's name and axes";
   board.AddSnapshot(Snapshot());
   const visualization_msgs::MarkerArray array = MakeRigMarkers(board.Get(), "imu");
   std::vector<std::string> names;
@@ -121,9 +142,31 @@ TEST(RigMarkers, NamesOfWhatIsFoundAndAGreyGuess) {
   for (const std_msgs::ColorRGBA& colour : guesses.colors) EXPECT_EQ(colour.r, colour.b);
 }
 
+TEST(RigMarkers, NamesOfSensorsInOnePlaceStandAboveOneAnother) {
+  Status status;
+  status.sensors.resize(3);
+  for (SensorStatus& sensor : status.sensors) {
+    sensor.state = SensorStatus::ESTIMATED;
+    sensor.transform.translation.x = 2.0;
+    sensor.transform.rotation.w = 1.0;
+  }
+  std::vector<visualization_msgs::Marker> names;
+  for (const visualization_msgs::Marker& marker : MakeRigMarkers(status, "imu").markers) {
+    if (marker.ns == "names") names.push_back(marker);
+  }
+  ASSERT_EQ(names.size(), 4u) << "the IMU's too";
+  for (std::size_t k = 2; k < names.size(); ++k) {
+    EXPECT_GT(names[k].pose.position.z - names[k - 1].pose.position.z, names[k].scale.z);
+    EXPECT_EQ(names[k].pose.position.x, names[k - 1].pose.position.x);
+  }
+}
+
 TEST(RigMarkers, TheOverlaySaysStageThenVerdict) {
   StatusBoard board = Started();
   EXPECT_EQ(MakeOverlay(board.Get()).markers.at(0).text.find("stage 2 of 2\njoint adjustment\n"), 0u);
+  Status paused = board.Get();
+  paused.paused = true;
+  EXPECT_EQ(MakeOverlay(paused).markers.at(0).text, "PAUSED\nstage 2 of 2: joint adjustment");
   board.SetEnd(Status::INTERRUPTED, "INTERRUPTED: by the user");
   EXPECT_EQ(MakeOverlay(board.Get()).markers.at(0).text, "INTERRUPTED");
 }

@@ -36,6 +36,8 @@ class YamlReader {
   const std::string& Path() const { return path_; }
   // The last part of the path: the key or index of this node.
   const std::string& Name() const { return name_; }
+  // Of the node's first byte in the file.
+  std::size_t Offset() const { return static_cast<std::size_t>(node_.Mark().pos); }
   // Where this node stands, "FILE:LINE", for messages about two places.
   std::string Where() const;
 

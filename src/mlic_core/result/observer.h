@@ -29,6 +29,7 @@ struct CalibrationSnapshot {
   std::string stage;
   int iteration = 0;
   double cost = 0.0;                      // sum of squared whitened residuals, after the solve
+  std::optional<double> mean_square;      // of these residuals; none before the first solve
   std::optional<double> change;           // largest of a sensor in this round, in its sigmas
   std::vector<std::string> sensor_names;  // LiDARs, then cameras
   std::vector<std::string> sensor_frames;

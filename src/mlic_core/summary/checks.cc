@@ -92,7 +92,7 @@ void AddExcitation(const Given& sensor, const ObservabilityAnalysis::Sensor& sho
   } else if (sensor.guess && !guess_contradicted && IsRotationKnown(shown)) {
     rotation.refuses = false;
     rotation.failure = sensor.name + ": the motion shows its rotation less well than its guess has it, ";
-    rotation.failure += "there the given T_imu_sensor decides";
+    rotation.failure += "there the given T_imu_sensor, or the prior's, decides";
     rotation.remedy = "nothing is wrong where that is right; turn about more axes to see it in the data";
   }
   QualityCheck offset = make("excitation_time_offset", shown.least_time_offset, 1e3, "ms");
@@ -106,7 +106,7 @@ void AddExcitation(const Given& sensor, const ObservabilityAnalysis::Sensor& sho
     translation.remedy = "give the T_imu_sensor that maps points of the sensor into the IMU's frame";
   } else if (sensor.guess) {
     translation.refuses = false;
-    translation.failure = not_shown + "there it stands at the given T_imu_sensor";
+    translation.failure = not_shown + "there it stands at the given T_imu_sensor, or the prior's";
   } else {
     translation.failure = not_shown + "and the rig file gives no T_imu_sensor to fall back on";
   }

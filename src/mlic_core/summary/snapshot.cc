@@ -81,6 +81,7 @@ CalibrationSnapshot MakeSnapshot(const std::string& stage, int iteration, const 
   snapshot.stage = stage;
   snapshot.iteration = iteration;
   snapshot.cost = adjustment.last_solve.last_cost;
+  if (adjustment.last_solve.solved) snapshot.mean_square = MeanSquaredResidual(adjustment, dataset);
   for (const LidarConfig& lidar : rig.lidars) {
     snapshot.sensor_names.push_back(lidar.name);
     snapshot.sensor_frames.push_back(lidar.frame_id.empty() ? lidar.name : lidar.frame_id);

@@ -44,11 +44,15 @@ Eigen::MatrixXd InformationWithoutNoise(const Adjustment& adjustment) {
 
 }  // namespace
 
-double VarianceScale(const Adjustment& adjustment, const Dataset& dataset) {
+double MeanSquaredResidual(const Adjustment& adjustment, const Dataset& dataset) {
   const SolveSummary& solve = adjustment.last_solve;
   const double residuals =
       static_cast<double>(std::max<std::size_t>(1, solve.observations + 2 * solve.landmark_observations));
-  const double scatter = std::max(1.0, solve.last_cost / (residuals + 6.0 * ImuSampleCount(dataset)));
+  return solve.last_cost / (residuals + 6.0 * ImuSampleCount(dataset));
+}
+
+double VarianceScale(const Adjustment& adjustment, const Dataset& dataset) {
+  const double scatter = std::max(1.0, MeanSquaredResidual(adjustment, dataset));
   const double unsettled = adjustment.rounds.unsettled;
   return scatter * adjustment.scale.correlation * (1.0 + unsettled * unsettled);
 }

@@ -95,8 +95,11 @@ struct Adjustment {
   std::vector<std::string> lines;  // what the present stage has reported so far
 };
 
-// By how much variances exceed those of the last solve's information: the mean squared whitened residual
-// where that is above one, the points' correlation, and what rounds still differ by.
+// Of the last solve's whitened residuals: one where they are as large as their noise.
+double MeanSquaredResidual(const Adjustment& adjustment, const Dataset& dataset);
+
+// By how much variances exceed those of the last solve's information: the mean squared residual where that is
+// above one, the points' correlation, and what rounds still differ by.
 double VarianceScale(const Adjustment& adjustment, const Dataset& dataset);
 
 // The last solve's information of the calibration; zero where only damped steps had a solution.

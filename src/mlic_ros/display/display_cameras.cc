@@ -32,6 +32,7 @@ namespace {
 
 constexpr double kFrustumLength = 0.5;   // m
 constexpr int kStepsAlongImageEdge = 8;  // of a frustum's outline
+constexpr double kNameHeight = 0.055;    // of a camera's name on its tile, of the tile's width
 
 // Where the ray of a pixel ends; pixels that the model does not cover are drawn in towards the centre.
 geometry_msgs::Point EndOfRay(const CameraIntrinsics& intrinsics, const Eigen::Vector2d& pixel) {
@@ -45,6 +46,18 @@ geometry_msgs::Point EndOfRay(const CameraIntrinsics& intrinsics, const Eigen::V
   point.y = kFrustumLength * bearing.y();
   point.z = kFrustumLength * bearing.z();
   return point;
+}
+
+// Along the lower edge, where the pictures' own legends are not.
+void WriteName(const std::string& name, cv::Mat* tile) {
+  const double scale = tile->cols * kNameHeight / 22.0;  // capitals of that font are 22 px high
+  const int thickness = std::max(1, static_cast<int>(std::lround(2.0 * scale)));
+  int below = 0;
+  const cv::Size size = cv::getTextSize(name, cv::FONT_HERSHEY_SIMPLEX, scale, thickness, &below);
+  const cv::Rect back(0, tile->rows - size.height - below - 8, size.width + 16, size.height + below + 8);
+  cv::rectangle(*tile, back & cv::Rect(0, 0, tile->cols, tile->rows), cv::Scalar::all(20), cv::FILLED);
+  cv::putText(*tile, name, {8, tile->rows - below - 4}, cv::FONT_HERSHEY_SIMPLEX, scale, cv::Scalar::all(240),
+              thickness, cv::LINE_AA);
 }
 
 std::vector<Eigen::Vector2d> ImageOutline(const CameraIntrinsics& intrinsics) {
@@ -64,9 +77,9 @@ std::vector<Eigen::Vector2d> ImageOutline(const CameraIntrinsics& intrinsics) {
 
 std::uint32_t ColourOfError(float error) {
   const float share = std::clamp(error / kLargeReprojectionError, 0.0f, 1.0f);
-  const auto red = static_cast<std::uint32_t>(255.0f * std::min(1.0f, 2.0f * share));
-  const auto green = static_cast<std::uint32_t>(255.0f * std::min(1.0f, 2.0f - 2.0f * share));
-  return (red << 16) | (green << 8) | 40u;
+  // From white to red: no colour that a LiDAR has.
+  const auto rest = static_cast<std::uint32_t>(255.0f * (1.0f - share));
+  return 0xff0000u | (rest << 8) | rest;
 }
 
 sensor_msgs::PointCloud2 MakeLandmarkCloud(const std::vector<LandmarkMark>& landmarks,
@@ -123,7 +136,8 @@ sensor_msgs::Image MakeImage(const cv::Mat& picture, const std::string& frame, c
   return *cv_bridge::CvImage(header, "bgr8", picture).toImageMsg();
 }
 
-cv::Mat TilePictures(const std::vector<cv::Mat>& pictures, int tile_width) {
+cv::Mat TilePictures(const std::vector<cv::Mat>& pictures, const std::vector<std::string>& names,
+                     int tile_width) {
   if (pictures.empty()) return {};
   const int columns = static_cast<int>(std::sqrt(static_cast<double>(pictures.size())));
   const int rows = (static_cast<int>(pictures.size()) + columns - 1) / columns;
@@ -139,6 +153,7 @@ cv::Mat TilePictures(const std::vector<cv::Mat>& pictures, int tile_width) {
                          picture.rows * tile_width / picture.cols);
     cv::Mat tile = tiled(place);
     cv::resize(picture, tile, place.size(), 0.0, 0.0, cv::INTER_AREA);
+    WriteName(names[i], &tile);
   }
   return tiled;
 }

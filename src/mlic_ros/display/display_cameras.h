@@ -16,7 +16,7 @@ namespace mlic {
 // Messages that show what cameras add to a calibration.
 
 constexpr float kLargeReprojectionError = 3.0f;  // px, beyond which the colour is the same; from: structural
-std::uint32_t ColourOfError(float error);        // px; 0xRRGGBB from green (none) over yellow to red
+std::uint32_t ColourOfError(float error);        // px; 0xRRGGBB from white (none) to red
 
 // Fields x y z, rgb (by its error), error f32 (px), observations u16, in frame map.
 sensor_msgs::PointCloud2 MakeLandmarkCloud(const std::vector<LandmarkMark>& landmarks,
@@ -28,9 +28,10 @@ visualization_msgs::MarkerArray MakeFrustumMarkers(const CalibrationSnapshot& sn
 // A picture (CV_8UC3, BGR) as a message.
 sensor_msgs::Image MakeImage(const cv::Mat& picture, const std::string& frame, const ros::Time& stamp);
 
-// The pictures in a grid, no wider than it is high, each shrunk to a tile of this width; black where there is
-// none.
-cv::Mat TilePictures(const std::vector<cv::Mat>& pictures, int tile_width);
+// The pictures in a grid of no more columns than rows, each shrunk to a tile of this width with its name
+// large enough for a narrow window; black where there is none.
+cv::Mat TilePictures(const std::vector<cv::Mat>& pictures, const std::vector<std::string>& names,
+                     int tile_width);
 
 // A name as part of a topic: what ROS does not allow becomes an underscore.
 std::string TopicPart(const std::string& name);

@@ -28,16 +28,7 @@ namespace {
 
 constexpr std::size_t kMostPoints = 400000;  // from: guard, what RViz draws fluently
 constexpr const char* kMapFrame = "map";
-constexpr float kPlaneOpacity = 0.6f;  // from: structural
-
-std_msgs::ColorRGBA ColourOf(const Eigen::Vector3d& normal) {
-  std_msgs::ColorRGBA colour;
-  colour.r = static_cast<float>(0.25 + 0.75 * std::abs(normal.x()));
-  colour.g = static_cast<float>(0.25 + 0.75 * std::abs(normal.y()));
-  colour.b = static_cast<float>(0.25 + 0.75 * std::abs(normal.z()));
-  colour.a = kPlaneOpacity;
-  return colour;
-}
+constexpr float kPlaneOpacity = 0.5f;  // from: structural
 
 SensorStatus MakeStatus(const std::string& name, const std::string& frame,
                         const SensorCalibration& calibration, const PoseSigma* sigma) {
@@ -118,8 +109,7 @@ visualization_msgs::MarkerArray MakePlaneMarkers(const std::vector<PlanePatch>& 
   const double reach = std::sqrt(3.0);
   for (std::size_t k = 0; k < planes.size(); ++k) {
     const PlanePatch& plane = planes[k];
-    const std_msgs::ColorRGBA colour =
-        colours.empty() ? ColourOf(plane.normal) : ToColour(colours[k], kPlaneOpacity);
+    const std_msgs::ColorRGBA colour = ToColour(colours[k], kPlaneOpacity);
     const Eigen::Vector3d u = reach * plane.axis_u, v = reach * plane.axis_v;
     const std::array<Eigen::Vector3d, 4> corners{plane.center - u - v, plane.center + u - v,
                                                  plane.center + u + v, plane.center - u + v};

@@ -29,7 +29,7 @@ geometry_msgs::TransformStamped MakeFrame(const std::string& parent, const std::
 // tf2's form of a frame name (no leading slash); `fallback` where it is empty.
 std::string FrameName(const std::string& frame, const std::string& fallback);
 
-// Each plane as a rectangle of its extent. colours: 0xRRGGBB of each; empty: by the direction of its normal.
+// Each plane as a rectangle of its extent. colours: 0xRRGGBB of each.
 visualization_msgs::MarkerArray MakePlaneMarkers(const std::vector<PlanePatch>& planes,
                                                  const std::vector<std::uint32_t>& colours,
                                                  const ros::Time& stamp);

@@ -72,7 +72,7 @@ std::uint32_t ColourOfRate(double rate, double scale) {
 }
 
 visualization_msgs::MarkerArray MakeTurningMarkers(const std::vector<StampedPose>& trajectory,
-                                                   const PathTurning& turning) {
+                                                   const PathTurning& turning, double clearance) {
   visualization_msgs::MarkerArray array;
   if (trajectory.empty()) return array;
   visualization_msgs::Marker line;
@@ -83,8 +83,11 @@ visualization_msgs::MarkerArray MakeTurningMarkers(const std::vector<StampedPose
   line.pose.orientation.w = 1.0;
   line.scale.x = std::clamp(kLineWidth * Extent(trajectory), kNarrowest, kWidest);
   line.color.a = 1.0f;
+  const Eigen::Vector3d rig = trajectory.back().pose.translation;
+  std::size_t end = trajectory.size();
+  while (end > 0 && (trajectory[end - 1].pose.translation - rig).norm() < clearance) --end;
   const std::size_t stride = (trajectory.size() + kMostPlaces - 1) / kMostPlaces;
-  for (std::size_t k = 0; k < trajectory.size(); k += stride) {
+  for (std::size_t k = 0; k < end; k += stride) {
     line.points.push_back(ToPoint(trajectory[k].pose.translation));
     line.colors.push_back(ToColour(ColourOfRate(turning.rates[k], turning.scale), 1.0f));
   }

@@ -20,8 +20,9 @@ PathTurning TurningAlong(const std::vector<StampedPose>& trajectory);
 
 std::uint32_t ColourOfRate(double rate, double scale);  // 0xRRGGBB
 
-// The path as one line of these colours, with at most so many points as RViz draws fluently; in frame map.
+// The path as one line of these colours, with at most so many points as RViz draws fluently; in frame map. It
+// ends so far before the last pose, m: the rig is drawn there, and the line would lie over a small one.
 visualization_msgs::MarkerArray MakeTurningMarkers(const std::vector<StampedPose>& trajectory,
-                                                   const PathTurning& turning);
+                                                   const PathTurning& turning, double clearance);
 
 }  // namespace mlic

@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <vector>
 
 #include "mlic_ros/display/display_messages.h"
 #include "mlic_ros/display/status_text.h"
@@ -12,12 +14,12 @@ namespace {
 
 // Constants of this file, from: structural, how RViz shows it.
 
-constexpr double kLeastRig = 0.15;      // m, what the rig's size counts as at least
-constexpr double kAxis = 0.35;          // of the rig's size
-constexpr double kText = 0.16;          // likewise
-constexpr double kOverlayText = 0.06;   // of the map's radius
-constexpr double kOverlayHeight = 0.9;  // likewise
-constexpr double kRadiusBefore = 12.0;  // m, before there is a map: that of the first view
+constexpr double kLeastRig = 0.15;       // m, what the rig's size counts as at least
+constexpr double kAxis = 0.25;           // of the rig's size
+constexpr double kText = 0.08;           // likewise
+constexpr double kOverlayText = 0.06;    // of the map's radius
+constexpr double kOverlayHeight = 1.05;  // likewise: above the map's far edge as the view comes
+constexpr double kRadiusBefore = 12.0;   // m, before there is a map: that of the first view
 
 using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
@@ -65,6 +67,27 @@ void AddAxes(const Eigen::Isometry3d& pose, double length, bool grey, Marker* li
   }
 }
 
+// Places of names in one another's way: those that would be are lifted along the IMU's z.
+class NamePlaces {
+ public:
+  explicit NamePlaces(double text) : text_(text) {}
+  Eigen::Vector3d Free(Eigen::Vector3d wanted) {
+    constexpr double kWidth = 6.0,
+                     kHeight = 1.6;  // of the text's height; from: structural, as seen from above
+    const auto in_the_way = [&](const Eigen::Vector3d& other) {
+      const Eigen::Vector3d between = wanted - other;
+      return between.head<2>().norm() < kWidth * text_ && std::abs(between.z()) < kHeight * text_;
+    };
+    while (std::any_of(taken_.begin(), taken_.end(), in_the_way)) wanted.z() += kHeight * text_;
+    taken_.push_back(wanted);
+    return wanted;
+  }
+
+ private:
+  double text_;  // height, m
+  std::vector<Eigen::Vector3d> taken_;
+};
+
 }  // namespace
 
 MarkerArray NoMarkers(const std::string& frame) {
@@ -74,37 +97,51 @@ MarkerArray NoMarkers(const std::string& frame) {
   return array;
 }
 
-MarkerArray MakeRigMarkers(const Status& status, const std::string& imu_frame) {
+double RigSize(const std::vector<SensorStatus>& sensors) {
   double size = kLeastRig;
-  for (const SensorStatus& sensor : status.sensors) {
+  for (const SensorStatus& sensor : sensors) {
     if (IsFound(sensor.state)) size = std::max(size, ToPose(sensor.transform).translation().norm());
+    if (sensor.has_guess) size = std::max(size, ToPose(sensor.guess).translation().norm());
   }
+  return size;
+}
+
+MarkerArray MakeRigMarkers(const Status& status, const std::string& imu_frame) {
+  const double size = RigSize(status.sensors);
   Marker axes = MakeMarker(imu_frame, "sensors", Marker::LINE_LIST);
   Marker guesses = MakeMarker(imu_frame, "guesses", Marker::LINE_LIST);
-  axes.scale.x = 0.03 * size;
-  guesses.scale.x = 0.015 * size;
+  axes.scale.x = 0.02 * size;
+  guesses.scale.x = 0.01 * size;
   MarkerArray array = NoMarkers(imu_frame);  // of sensors that are no longer shown
-  const auto name = [&](const std::string& text, const Eigen::Vector3d& place) {
+  const std_msgs::ColorRGBA grey = Colour(0.55f, 0.55f, 0.55f);
+  NamePlaces places(kText * size);
+  const auto name = [&](const std::string& text, const Eigen::Vector3d& place) -> Marker& {
     Marker label = MakeMarker(imu_frame, "names", Marker::TEXT_VIEW_FACING);
     label.id = static_cast<int>(array.markers.size());
     label.text = text;
     label.scale.z = kText * size;
-    label.pose.position = ToPoint(place);
+    label.pose.position = ToPoint(places.Free(place));
     array.markers.push_back(label);
+    return array.markers.back();
   };
   AddAxes(Eigen::Isometry3d::Identity(), 0.7 * kAxis * size, false, &axes);
   name("IMU", -kText * size * Eigen::Vector3d::UnitZ());
   for (const SensorStatus& sensor : status.sensors) {
-    if (!IsFound(sensor.state)) continue;
-    const Eigen::Isometry3d pose = ToPose(sensor.transform);
-    AddAxes(pose, kAxis * size, false, &axes);
+    const bool found = IsFound(sensor.state);
+    if (!found && !sensor.has_guess) continue;
+    const Eigen::Isometry3d guess = ToPose(sensor.guess), pose = found ? ToPose(sensor.transform) : guess;
     // Outwards from the IMU, where the others' names are not.
     const Eigen::Vector3d& p = pose.translation();
-    name(sensor.name, p + kText * size * (p.norm() > 0.0 ? p.normalized() : Eigen::Vector3d::UnitZ()));
+    const Eigen::Vector3d outwards = p.norm() > 0.0 ? p.normalized() : Eigen::Vector3d::UnitZ();
+    Marker& label = name(sensor.name, p + kText * size * outwards);
+    if (found) {
+      AddAxes(pose, kAxis * size, false, &axes);
+    } else {
+      label.color = grey;
+    }
     if (!sensor.has_guess) continue;
-    const Eigen::Isometry3d guess = ToPose(sensor.guess);
     AddAxes(guess, kAxis * size, true, &guesses);
-    AddLine(guess.translation(), p, Colour(0.55f, 0.55f, 0.55f), &guesses);
+    if (found) AddLine(guess.translation(), p, grey, &guesses);
   }
   array.markers.push_back(axes);
   if (!guesses.points.empty()) array.markers.push_back(guesses);
@@ -122,6 +159,7 @@ MarkerArray MakeOverlay(const Status& status) {
     if (colon != std::string::npos) text.text.replace(colon, 2, "\n");
     text.text += "\n" + ProgressLine(status);
   }
+  if (status.paused) text.text = VerdictWord(status) + "\n" + text.text;
   if (const std::string shown = ShownRoundLine(status); !shown.empty()) text.text += "\n" + shown;
   const std::array<float, 3> colour = VerdictColour(status);
   text.color = Colour(colour[0], colour[1], colour[2]);

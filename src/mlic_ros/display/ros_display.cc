@@ -115,10 +115,12 @@ void RosDisplay::PublishStatus() {
   message.paused = message.state == Status::RUNNING && pause_.IsPaused();
   scene_.Describe(&message);
   status_publisher_.publish(message);
-  const bool due =
-      now - last_overlay_ >= kSecondsBetweenStatus || message.state != Status::RUNNING || message.paused;
+  // The panel's view follows the map at once.
+  const bool due = now - last_overlay_ >= kSecondsBetweenStatus || message.state != Status::RUNNING ||
+                   message.paused || message.map_radius != overlay_radius_;
   if (!due) return;
   last_overlay_ = now;
+  overlay_radius_ = message.map_radius;
   scene_.Publish(overlay_, MakeOverlay(message));
 }
 
@@ -144,6 +146,7 @@ void RosDisplay::OnRig(const Rig& rig) {
   imu_frame_ = FrameName(rig.imu.frame_id, "imu");
   scene_.SetRig(rig);
   status_.SetRig(rig);
+  scene_.ShowGuesses(status_.Get().sensors);
   PublishStatus();
   if (rig.cameras.empty()) return;
   tracks_ = AdvertisePictures(rig, "tracks", "tracks");
@@ -168,7 +171,7 @@ void RosDisplay::PublishPictures(const std::vector<std::string>& cameras,
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     scene_.Publish(topics->of_cameras.at(cameras[i]), MakeImage(pictures[i], cameras[i], now));
   }
-  scene_.Publish(topics->all, MakeImage(TilePictures(pictures, kTileWidth), "map", now));
+  scene_.Publish(topics->all, MakeImage(TilePictures(pictures, cameras, kTileWidth), "map", now));
 }
 
 const cv::Mat& RosDisplay::PhotoOf(const CameraView& view) {

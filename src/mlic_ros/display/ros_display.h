@@ -86,6 +86,7 @@ class RosDisplay : public JobObserver {
   std::optional<CalibrationSnapshot> last_;  // without its views
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   double last_progress_ = 0.0, last_overlay_ = -1.0;  // s since the start
+  float overlay_radius_ = 0.0f;                       // m, of the map that the overlay stands over
   DisplayServices services_;
   ros::WallTimer heartbeat_, blinker_;  // the last ones made, the first ones to end
 };

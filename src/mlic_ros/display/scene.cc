@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <set>
 
+#include "mlic_core/common/order_statistics.h"
 #include "mlic_ros/display/display_cameras.h"
 #include "mlic_ros/display/status_text.h"
 
@@ -14,7 +16,9 @@ namespace {
 // Constants of this file, from: structural, how RViz shows it.
 
 constexpr double kLargeResidual = 0.05;  // m, beyond which the colour is the same
+constexpr double kLeastScatter = 1e-3;   // m, what points without noise count as
 constexpr std::uint32_t kNoPlane = 0x808080;
+constexpr std::uint32_t kPlainPlane = 0x6c7484;  // behind its points, whose colours say what there is to say
 
 // Colours that keep apart on a dark ground; LiDARs and planes take them in turn.
 constexpr std::array<std::uint32_t, 8> kColours{0x4dafff, 0xff7f0e, 0x5adc5a, 0xf05078,
@@ -118,8 +122,10 @@ std::vector<std::uint32_t> ColoursOf(const Scene& scene, Colouring colouring) {
   return colours;
 }
 
-std::vector<std::uint32_t> PlaneColours(const Scene& scene) {
-  if (!scene.planes_of_points) return {};
+namespace {
+
+// By the rms of their points' residuals, beside that of most planes.
+std::vector<std::uint32_t> ByResidual(const Scene& scene) {
   std::vector<double> squares(scene.planes.size(), 0.0);
   std::vector<int> counts(scene.planes.size(), 0);
   for (const MapPoint& point : scene.points) {
@@ -129,10 +135,38 @@ std::vector<std::uint32_t> PlaneColours(const Scene& scene) {
     squares[static_cast<std::size_t>(point.plane)] += residual * residual;
     ++counts[static_cast<std::size_t>(point.plane)];
   }
-  std::vector<std::uint32_t> colours;
+  std::vector<double> scatters;
   for (std::size_t k = 0; k < squares.size(); ++k) {
-    colours.push_back(OfResidual(std::sqrt(squares[k] / std::max(1, counts[k]))));
+    scatters.push_back(std::sqrt(squares[k] / std::max(1, counts[k])));
   }
+  const double most = std::max(kLeastScatter, Median(scatters));
+  std::vector<std::uint32_t> colours;
+  for (const double scatter : scatters) {
+    colours.push_back(
+        OfResidual(kLargeResidual * std::max(0.0, scatter / most - 1.0) / (kLargeScatter - 1.0)));
+  }
+  return colours;
+}
+
+std::size_t LidarsWithPoints(const Scene& scene) {
+  std::set<int> lidars;
+  for (const MapPoint& point : scene.points) lidars.insert(point.lidar);
+  return lidars.size();
+}
+
+}  // namespace
+
+const Scene& RoundHistory::FirstOfAllLidars() const {
+  return *std::max_element(scenes_.begin(), scenes_.end(), [](const Scene& a, const Scene& b) {
+    return LidarsWithPoints(a) < LidarsWithPoints(b);
+  });
+}
+
+std::vector<std::uint32_t> PlaneColours(const Scene& scene, Colouring colouring) {
+  std::vector<std::uint32_t> colours(scene.planes.size(), kPlainPlane);
+  if (!scene.planes_of_points || colouring == Colouring::kSensor) return colours;
+  if (colouring == Colouring::kResidual) return ByResidual(scene);
+  for (std::size_t k = 0; k < colours.size(); ++k) colours[k] = InTurn(static_cast<int>(k));
   return colours;
 }
 
@@ -183,6 +217,10 @@ void SetLegend(Colouring colouring, const Scene& scene, Status* status) {
       add("-" + limit, OfResidual(-kLargeResidual));
       add("on its plane", OfResidual(0.0));
       add("+" + limit, OfResidual(kLargeResidual));
+      if (scene.planes_of_points && !scene.planes.empty()) {
+        add("planes: " + std::to_string(std::lround(kLargeScatter)) + " times the usual scatter",
+            OfResidual(kLargeResidual));
+      }
       break;
     case Colouring::kPlane:
       add("planes in turn", InTurn(0));

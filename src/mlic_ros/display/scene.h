@@ -42,6 +42,9 @@ class RoundHistory {
   // The kept round that `word` names, seen from the shown one (0: the latest state): "first", "previous",
   // "next" or a number, for which the nearest one is taken. Null: the latest state.
   const Scene* Find(const std::string& word, int shown) const;
+  // The first one with points of the most LiDARs: before it each LiDAR has a map of its own. There is a
+  // round.
+  const Scene& FirstOfAllLidars() const;
   // Null where it is not kept.
   const Scene* At(int round) const;
 
@@ -56,8 +59,11 @@ const char* NameOf(Colouring colouring);
 
 // 0xRRGGBB of each point; where its plane is not known as of residual zero.
 std::vector<std::uint32_t> ColoursOf(const Scene& scene, Colouring colouring);
-// By the rms of its points' residuals; empty where the points' planes are others.
-std::vector<std::uint32_t> PlaneColours(const Scene& scene);
+// Likewise of each plane. By residual: from white to red where its points scatter kLargeScatter times as far
+// about it as those of most planes do. Grey by sensor, as a plane is no one LiDAR's, and where the points'
+// planes are others.
+constexpr double kLargeScatter = 3.0;  // from: structural
+std::vector<std::uint32_t> PlaneColours(const Scene& scene, Colouring colouring);
 // Without the points of hidden LiDARs and the hidden cameras' frustums.
 Scene WithoutHidden(const Scene& scene, const std::set<std::string>& hidden);
 // The sensors where the rig file has them, of those that have a guess, with the map of `first`.

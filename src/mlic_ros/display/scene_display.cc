@@ -1,5 +1,6 @@
 #include "mlic_ros/display/scene_display.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "mlic_core/common/join.h"
@@ -10,6 +11,12 @@
 #include "mlic_ros/display/status_text.h"
 
 namespace mlic {
+namespace {
+
+constexpr double kRigsClear = 1.5,
+                 kMostClear = 0.6;  // of a rig's size; m. from: structural
+
+}  // namespace
 
 SceneDisplay::SceneDisplay(const ros::NodeHandle& node, std::string frame_prefix)
     : node_(node),
@@ -36,6 +43,11 @@ void SceneDisplay::SetRig(const Rig& rig) {
   if (rig.cameras.empty()) return;
   landmarks_ = node_.advertise<sensor_msgs::PointCloud2>("/mlic/landmarks", 1, true);
   cameras_ = node_.advertise<visualization_msgs::MarkerArray>("/mlic/cameras", 1, true);
+}
+
+void SceneDisplay::ShowGuesses(const std::vector<SensorStatus>& sensors) {
+  latest_.sensors = sensors;
+  PublishRig(latest_);
 }
 
 void SceneDisplay::AddRound(Scene scene) {
@@ -76,23 +88,22 @@ const Scene* SceneDisplay::Chosen() const {
 void SceneDisplay::Show() {
   const Scene* chosen = Chosen();
   if (chosen == nullptr) return;
-  Scene whole = shows_guess_ ? WithGuesses(*chosen, history_.Scenes().front()) : *chosen;
+  Scene whole = shows_guess_ ? WithGuesses(*chosen, history_.FirstOfAllLidars()) : *chosen;
   // Else the map that has more points would stand out, and not what has changed.
   if (blinks_) ThinOut(RoundHistory::kMostPoints, &whole);
   const Scene scene = WithoutHidden(whole, hidden_);
   const ros::Time now = ros::Time::now();
   if (!scene.planes.empty()) {
     // Hidden LiDARs' points count, too: the planes are everybody's.
-    std::vector<std::uint32_t> colours;
-    if (colouring_ == Colouring::kResidual) colours = PlaneColours(whole);
-    Publish(voxel_map_, MakePlaneMarkers(scene.planes, colours, now));
+    Publish(voxel_map_, MakePlaneMarkers(scene.planes, PlaneColours(whole, colouring_), now));
   }
   if (!scene.lidars.empty()) {
     Publish(voxel_map_points_, MakeMapCloud(scene.points, ColoursOf(scene, colouring_), now));
   }
   if (!scene.trajectory.empty()) {
     Publish(trajectory_, MakePath(scene.trajectory, now));
-    Publish(excitation_, MakeTurningMarkers(scene.trajectory, scene.turning));
+    const double clearance = std::min(kRigsClear * RigSize(scene.sensors), kMostClear);
+    Publish(excitation_, MakeTurningMarkers(scene.trajectory, scene.turning, clearance));
   }
   if (landmarks_) Publish(landmarks_, MakeLandmarkCloud(scene.landmarks, now));
   if (cameras_) Publish(cameras_, scene.frustums.markers.empty() ? NoMarkers(imu_frame_) : scene.frustums);

@@ -25,6 +25,8 @@ class SceneDisplay {
   SceneDisplay(const ros::NodeHandle& node, std::string frame_prefix);
 
   void SetRig(const Rig& rig);
+  // Where the rig file has them, until there is a round.
+  void ShowGuesses(const std::vector<SensorStatus>& sensors);
   void AddRound(Scene scene);
   void SetResult(Scene scene);
 

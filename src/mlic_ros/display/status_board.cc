@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "mlic_core/common/join.h"
 #include "mlic_ros/display/display_messages.h"
@@ -24,6 +25,29 @@ SensorStatus AsGiven(const Config& config, bool is_camera) {
   sensor.has_guess = config.guess.has_value();
   if (config.guess) sensor.guess = ToMessage(config.guess->T_imu_sensor);
   return sensor;
+}
+
+double Length(const geometry_msgs::Vector3& v) { return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z); }
+
+// About the IMU, with room for the sensors' axes and names.
+void MeasureGuesses(Status* status) {
+  constexpr double kLeastRadius = 0.5, kReaches = 1.6;  // m, of the farthest guess; from: structural
+  double farthest = -1.0;
+  for (const SensorStatus& sensor : status->sensors) {
+    if (sensor.has_guess) farthest = std::max(farthest, Length(sensor.guess.translation));
+  }
+  if (farthest >= 0.0) status->map_radius = static_cast<float>(std::max(kLeastRadius, kReaches * farthest));
+}
+
+double LargestTranslationSigma(const std::vector<SensorStatus>& sensors) {
+  double largest = std::numeric_limits<double>::quiet_NaN();
+  for (const SensorStatus& sensor : sensors) {
+    // fmax: the other one of a NaN.
+    for (const double sigma : sensor.sigma_translation) {
+      if (sensor.has_sigma) largest = std::fmax(largest, sigma);
+    }
+  }
+  return largest;
 }
 
 // Mean of the points, and the radius that most of them lie within.
@@ -103,6 +127,7 @@ void StatusBoard::SetRig(const Rig& rig) {
   status_.sensors.clear();
   for (const LidarConfig& lidar : rig.lidars) status_.sensors.push_back(AsGiven(lidar, false));
   for (const CameraConfig& camera : rig.cameras) status_.sensors.push_back(AsGiven(camera, true));
+  MeasureGuesses(&status_);
 }
 
 void StatusBoard::Tick(double now) {
@@ -124,9 +149,14 @@ bool StatusBoard::SetProgress(const std::string& stage, double fraction, double 
 void StatusBoard::AddSnapshot(const CalibrationSnapshot& snapshot) {
   status_.iteration = snapshot.iteration;
   status_.costs.push_back(snapshot.cost);
-  status_.changes.push_back(snapshot.change.value_or(std::numeric_limits<double>::quiet_NaN()));
+  const auto or_nan = [](std::optional<double> value) {
+    return value.value_or(std::numeric_limits<double>::quiet_NaN());
+  };
+  status_.mean_squares.push_back(or_nan(snapshot.mean_square));
+  status_.changes.push_back(or_nan(snapshot.change));
   status_.solve_stages.push_back(progress_.StageNumber());
   for (const SensorStatus& sensor : MakeSensorStatus(snapshot)) Put(sensor);
+  status_.largest_sigmas.push_back(LargestTranslationSigma(status_.sensors));
   MeasureMap(snapshot.points, &status_);
 }
 

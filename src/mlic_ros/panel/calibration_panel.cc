@@ -4,10 +4,12 @@
 #include <rviz/display_context.h>
 #include <rviz/display_group.h>
 #include <rviz/visualization_manager.h>
+#include <rviz/window_manager_interface.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
 #include <QComboBox>
+#include <QEvent>
 #include <QHBoxLayout>
 #include <QHeaderView>
 #include <QLabel>
@@ -23,6 +25,8 @@
 
 namespace mlic {
 namespace {
+
+constexpr const char *kPause = "Pa&use", *kContinue = "Contin&ue";
 
 QString ToText(const std::string& text) { return QString::fromStdString(text); }
 
@@ -50,6 +54,7 @@ QTableWidget* MakeTable(QWidget* parent) {
   for (const char* title : SensorRow::Titles()) titles << title;
   table->setHorizontalHeaderLabels(titles);
   table->verticalHeader()->hide();
+  table->verticalHeader()->setDefaultSectionSize(table->fontMetrics().height() + 6);  // ten sensors in view
   table->horizontalHeader()->setSectionResizeMode(QHeaderView::ResizeToContents);
   table->horizontalHeader()->setStretchLastSection(true);
   table->horizontalHeader()->setHighlightSections(false);
@@ -70,7 +75,8 @@ CalibrationPanel::CalibrationPanel(QWidget* parent) : rviz::Panel(parent) {
   progress_ = new QProgressBar(this);
   progress_->setRange(0, 1000);
   changes_ = new CurveView("largest change of a sensor in a round, in its sigmas", 1.0, "one sigma", this);
-  costs_ = new CurveView("cost", 0.0, "", this);
+  sigmas_ = new CurveView("largest sigma of a sensor's position, mm", 0.0, "", this);
+  residuals_ = new CurveView("mean squared residual over its variance", 1.0, "as their noise", this);
   sensors_ = MakeTable(this);
   legend_ = new QLabel(this);
   legend_->setTextFormat(Qt::RichText);
@@ -82,14 +88,14 @@ CalibrationPanel::CalibrationPanel(QWidget* parent) : rviz::Panel(parent) {
                           static_cast<QWidget*>(stage_), static_cast<QWidget*>(progress_)}) {
     all->addWidget(widget);
   }
-  all->addWidget(changes_, 4);
-  all->addWidget(costs_, 3);
-  all->addWidget(sensors_, 3);
+  for (CurveView* curve : {changes_, sigmas_, residuals_}) all->addWidget(curve, 2);
+  all->addWidget(sensors_, 5);
   all->addLayout(MakeSceneButtons());
   all->addWidget(legend_);
   all->addLayout(MakeRunButtons());
   all->addWidget(answer_);
   connect(sensors_, &QTableWidget::cellClicked, this, [this](int row, int) { LookAt(row); });
+  connect(sensors_, &QTableWidget::cellActivated, this, [this](int row, int) { LookAt(row); });
   connect(sensors_, &QTableWidget::itemChanged, this,
           [this](const QTableWidgetItem* item) { OnItemChanged(*item); });
   ShowVerdict();
@@ -105,14 +111,18 @@ QPushButton* CalibrationPanel::MakeButton(const QString& text, const QString& ti
 }
 
 QHBoxLayout* CalibrationPanel::MakeSceneButtons() {
-  previous_ = MakeButton("<", "The round before the shown one (service /mlic/round)");
-  next_ = MakeButton(">", "The round after the shown one (service /mlic/round)");
-  latest_ = MakeButton("Latest", "The latest state again (service /mlic/round)");
+  previous_ = MakeButton("<", "The round before the shown one; Alt+Left (service /mlic/round)");
+  next_ = MakeButton(">", "The round after the shown one; Alt+Right (service /mlic/round)");
+  previous_->setShortcut(Qt::ALT | Qt::Key_Left);
+  next_->setShortcut(Qt::ALT | Qt::Key_Right);
+  latest_ = MakeButton("&Latest", "The latest state again (service /mlic/round)");
   round_ = new QLabel(this);
   blink_ =
-      MakeButton("Blink", "Shows guesses and first map by turns with what is shown (service /mlic/blink)");
+      MakeButton("&Blink", "Shows guesses and first map by turns with what is shown (service /mlic/blink)");
   blink_->setCheckable(true);
   colour_by_ = new QComboBox(this);
+  auto* colour_by_text = new QLabel("colour b&y", this);
+  colour_by_text->setBuddy(colour_by_);
   colour_by_->setToolTip("What the points' colours say (service /mlic/colour_by)");
   for (const char* word : {"sensor", "residual", "plane"}) colour_by_->addItem(word);
   connect(previous_, &QPushButton::clicked, this, [this] { Choose("/mlic/round", "previous"); });
@@ -124,24 +134,23 @@ QHBoxLayout* CalibrationPanel::MakeSceneButtons() {
   auto* row = new QHBoxLayout;
   for (QWidget* widget :
        {static_cast<QWidget*>(previous_), static_cast<QWidget*>(round_), static_cast<QWidget*>(next_),
-        static_cast<QWidget*>(latest_), static_cast<QWidget*>(blink_),
-        static_cast<QWidget*>(new QLabel("colour by", this)), static_cast<QWidget*>(colour_by_)}) {
+        static_cast<QWidget*>(latest_), static_cast<QWidget*>(blink_), static_cast<QWidget*>(colour_by_text),
+        static_cast<QWidget*>(colour_by_)}) {
     row->addWidget(widget);
   }
   return row;
 }
 
 QHBoxLayout* CalibrationPanel::MakeRunButtons() {
-  whole_map_ = MakeButton("Whole map", "Looks at the whole map, and follows it");
-  pause_ =
-      MakeButton("Pause", "The calibration stands still until it is pressed again (service /mlic/pause)");
+  whole_map_ = MakeButton("&Whole map", "Looks at the whole map, and follows it");
+  pause_ = MakeButton(kPause, "The calibration stands still until it is pressed again (service /mlic/pause)");
   pause_->setCheckable(true);
   export_ =
-      MakeButton("Export now",
+      MakeButton("&Export now",
                  "Writes the state of the last round into the folder unfinished of the output directory, "
                  "marked as not finished (service /mlic/export)");
   cancel_ = MakeButton(
-      "Cancel", "Ends the calibration as Ctrl-C does; finished stages are kept (service /mlic/cancel)");
+      "&Cancel", "Ends the calibration as Ctrl-C does; finished stages are kept (service /mlic/cancel)");
   connect(whole_map_, &QPushButton::clicked, this, [this] { LookAtMap(); });
   connect(pause_, &QPushButton::clicked, this, [this](bool on) { Switch("/mlic/pause", on); });
   connect(export_, &QPushButton::clicked, this, [this] { Trigger("/mlic/export"); });
@@ -156,8 +165,15 @@ void CalibrationPanel::onInitialize() {
   // RViz calls back in its own thread, in which widgets may be changed.
   status_subscriber_ = node_.subscribe<Status>("/mlic/status", 1,
                                                [this](const Status::ConstPtr& status) { OnStatus(*status); });
+  if (!ros::param::param("~asks_to_save", true))
+    vis_manager_->getWindowManager()->getParentWindow()->installEventFilter(this);
   AwaitImages("/mlic/tracks");
   AwaitImages("/mlic/projections");
+}
+
+bool CalibrationPanel::eventFilter(QObject* window, QEvent* event) {
+  if (event->type() == QEvent::Close) static_cast<QWidget*>(window)->setWindowModified(false);
+  return rviz::Panel::eventFilter(window, event);
 }
 
 void CalibrationPanel::AwaitImages(const std::string& topic) {
@@ -214,7 +230,7 @@ void CalibrationPanel::ShowScene() {
   for (QPushButton* button : {next_, latest_}) button->setEnabled(status_.shown_round > 0);
   blink_->setChecked(status_.blinks);
   pause_->setChecked(status_.paused);
-  pause_->setText(status_.paused ? "Go on" : "Pause");
+  pause_->setText(status_.paused ? kContinue : kPause);
   for (QPushButton* button : {pause_, cancel_}) button->setEnabled(running);
   export_->setEnabled(running && status_.rounds > 0);
   // The configuration looks at the frames that calibrate_node has by itself.
@@ -223,13 +239,13 @@ void CalibrationPanel::ShowScene() {
 }
 
 void CalibrationPanel::OnStatus(const Status& status) {
+  if (status.state != status_.state) answer_->clear();  // it was of what has ended
   status_ = status;
   toggled_ = false;  // of a box that was not changed by a click
   const bool running = status.state == Status::RUNNING;
   verdict_->setText(ToText(VerdictWord(status)));
   ShowVerdict();
-  std::string lines;
-  for (std::size_t k = 0; k < status.messages.size() && k < 3; ++k) lines += status.messages[k] + "\n";
+  const std::string lines = MessageLines(status);
   messages_->setText(ToText(lines).trimmed());
   messages_->setVisible(!lines.empty());
   stage_->setText(running ? ToText(StageLine(status)) : "");
@@ -237,7 +253,8 @@ void CalibrationPanel::OnStatus(const Status& status) {
   progress_->setValue(static_cast<int>(1000.0f * status.run_progress));
   progress_->setFormat(ToText(ProgressLine(status)));
   changes_->Show(ChangeCurve(status));
-  costs_->Show(CostCurve(status));
+  sigmas_->Show(SigmaCurve(status));
+  residuals_->Show(ResidualCurve(status));
   ShowSensors();
   ShowScene();
   const std::optional<Viewpoint> map = ViewOfMap(status);

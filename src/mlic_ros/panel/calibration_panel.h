@@ -31,6 +31,8 @@ class CalibrationPanel : public rviz::Panel {
  public:
   explicit CalibrationPanel(QWidget* parent = nullptr);
   void onInitialize() override;
+  // Of RViz' window: where the private parameter asks_to_save is false it closes without a question.
+  bool eventFilter(QObject* window, QEvent* event) override;
 
  private:
   void OnStatus(const Status& status);
@@ -38,6 +40,7 @@ class CalibrationPanel : public rviz::Panel {
   void ShowSensors();
   void LookAt(int row);
   void LookAtMap();
+  // Pressed by the mouse, or with Alt and the letter after the text's &.
   QPushButton* MakeButton(const QString& text, const QString& tip);
   QHBoxLayout* MakeSceneButtons();
   QHBoxLayout* MakeRunButtons();
@@ -62,7 +65,7 @@ class CalibrationPanel : public rviz::Panel {
   QLabel *verdict_, *messages_, *stage_, *legend_, *round_, *answer_;
   QComboBox* colour_by_;
   QProgressBar* progress_;
-  CurveView *changes_, *costs_;
+  CurveView *changes_, *sigmas_, *residuals_;
   QTableWidget* sensors_;
   QPushButton *cancel_, *whole_map_, *pause_, *export_, *previous_, *next_, *latest_, *blink_;
 };

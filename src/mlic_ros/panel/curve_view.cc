@@ -17,7 +17,7 @@ constexpr int kLeft = 44, kTop = 30, kMargin = 8;  // px
 
 CurveView::CurveView(const QString& title, double line, const QString& line_text, QWidget* parent)
     : QWidget(parent), title_(title), line_text_(line_text), line_(line) {
-  setMinimumHeight(110);
+  setMinimumHeight(84);
 }
 
 void CurveView::Show(std::vector<CurvePoint> curve) {
@@ -72,7 +72,8 @@ void CurveView::paintEvent(QPaintEvent*) {
     painter.setPen(QPen(kLine, 1.5, Qt::DashLine));
     const double y = height_of(line_);
     painter.drawLine(QPointF(area.left(), y), QPointF(area.right(), y));
-    painter.drawText(QRectF(area.left(), y - 17.0, area.width(), 16.0), Qt::AlignRight, line_text_);
+    const double above = y - 17.0 < area.top() ? y + 1.0 : y - 17.0;  // the title's place is not its
+    painter.drawText(QRectF(area.left(), above, area.width(), 16.0), Qt::AlignLeft, line_text_);
   }
   QPolygonF places;
   for (const CurvePoint& point : curve_) {

@@ -66,7 +66,15 @@ std::vector<CurvePoint> ChangeCurve(const Status& status) {
   return Curve(status.changes, kLargestChange, status);
 }
 
-std::vector<CurvePoint> CostCurve(const Status& status) { return Curve(status.costs, HUGE_VAL, status); }
+std::vector<CurvePoint> SigmaCurve(const Status& status) {
+  std::vector<double> millimetres;
+  for (const double sigma : status.largest_sigmas) millimetres.push_back(1e3 * sigma);
+  return Curve(millimetres, HUGE_VAL, status);
+}
+
+std::vector<CurvePoint> ResidualCurve(const Status& status) {
+  return Curve(status.mean_squares, HUGE_VAL, status);
+}
 
 double LogAxis::Place(double value) const {
   const double power = std::log10(std::max(value, std::pow(10.0, lowest)));
@@ -94,8 +102,8 @@ std::string ShortNumberText(double value) {
 }
 
 const std::array<const char*, SensorRow::kColumns>& SensorRow::Titles() {
-  static const std::array<const char*, kColumns> kTitles{"sensor",     "state",     "offset, ms",
-                                                         "sigma, deg", "sigma, mm", "from the guess"};
+  static const std::array<const char*, kColumns> kTitles{"sensor",     "state",     "offset\nms",
+                                                         "sigma\ndeg", "sigma\nmm", "from\nthe guess"};
   return kTitles;
 }
 
@@ -124,13 +132,44 @@ std::vector<SensorRow> SensorRows(const Status& status) {
   return rows;
 }
 
+std::string MessageLines(const Status& status) {
+  std::string lines;
+  double degrees = 0.0, metres = 0.0;
+  int given = 0, noted = 0;
+  for (const SensorStatus& sensor : status.sensors) {
+    if (sensor.state != SensorStatus::TRUSTED || !sensor.has_sigma) continue;
+    ++given;
+    // Along a direction that the drive does not show it would be the guess's.
+    if (!sensor.reason.empty()) {
+      ++noted;
+      continue;
+    }
+    degrees = std::max(degrees, Largest(sensor.sigma_rotation_deg));
+    metres = std::max(metres, Largest(sensor.sigma_translation));
+  }
+  if (given > 0) lines = std::to_string(given) + (given == 1 ? " sensor" : " sensors");
+  if (given > noted)
+    lines += ", worst sigma " + ShortNumberText(degrees) + " deg, " + ShortNumberText(1e3 * metres) + " mm";
+  if (noted > 0) lines += ", * not all of it shown by the drive";
+  if (given > 0) lines += "\n";
+  const std::string verdict = VerdictWord(status) + ": ";  // stands above already
+  for (std::size_t k = 0; k < status.messages.size() && k < 3; ++k) {
+    const std::string& line = status.messages[k];
+    lines += (line.rfind(verdict, 0) == 0 ? line.substr(verdict.size()) : line) + "\n";
+  }
+  return lines;
+}
+
 std::string LegendHtml(const Status& status) {
   std::string html;
   for (std::size_t k = 0; k < status.legend.size() && k < status.legend_colours.size(); ++k) {
     char square[64];
-    std::snprintf(square, sizeof(square), "<span style='color:#%06x'>&#9632;</span> ",
+    std::snprintf(square, sizeof(square), "<span style='color:#%06x'>&#9632;</span>&nbsp;",
                   static_cast<unsigned>(status.legend_colours[k]));
-    html += square + status.legend[k] + " &nbsp; ";
+    html += square;
+    // An entry stays in one line.
+    for (const char letter : status.legend[k]) html += letter == ' ' ? "&nbsp;" : std::string(1, letter);
+    html += " &nbsp; ";
   }
   return html;
 }
@@ -142,14 +181,14 @@ std::string RoundText(const Status& status) {
 }
 
 std::optional<Viewpoint> ViewOfMap(const Status& status) {
-  constexpr double kRadiiAway = 2.6;  // from: structural, a field of view of 45 deg and some margin
+  constexpr double kRadiiAway = 2.9;  // from: structural, a field of view of 45 deg and some margin
   if (status.map_radius <= 0.0f) return std::nullopt;
   const geometry_msgs::Point& center = status.map_center;
   return Viewpoint{center.x, center.y, center.z, kRadiiAway * status.map_radius};
 }
 
 Viewpoint ViewOfSensor(const Status& status) {
-  constexpr double kLeastDistance = 1.0, kRigsAway = 3.0;  // m; from: structural
+  constexpr double kLeastDistance = 0.5, kRigsAway = 3.0;  // m; from: structural
   double rig = 0.0;
   for (const SensorStatus& sensor : status.sensors) {
     const geometry_msgs::Vector3& p = sensor.transform.translation;

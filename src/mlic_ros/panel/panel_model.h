@@ -18,9 +18,11 @@ struct CurvePoint {
   int stage = 0;  // number of the stage
 };
 
-// Largest change of a sensor in each round, in its sigmas; of the solves that it was measured in.
+// Each of the solves that it was measured in: largest change of a sensor in a round, in its sigmas; largest
+// sigma of a sensor's translation, mm; mean squared residual.
 std::vector<CurvePoint> ChangeCurve(const Status& status);
-std::vector<CurvePoint> CostCurve(const Status& status);
+std::vector<CurvePoint> SigmaCurve(const Status& status);
+std::vector<CurvePoint> ResidualCurve(const Status& status);
 
 // A logarithmic axis over whole decades.
 struct LogAxis {
@@ -48,6 +50,9 @@ struct SensorRow {
 };
 
 std::vector<SensorRow> SensorRows(const Status& status);
+
+// Below the verdict: the worst sigmas of a result, and up to three of its reasons and warnings.
+std::string MessageLines(const Status& status);
 
 // What the points' colours say, each word in its colour.
 std::string LegendHtml(const Status& status);

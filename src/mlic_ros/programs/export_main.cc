@@ -1,5 +1,5 @@
-// export --calibration C.yaml --format FORMAT [--parent FRAME] [--urdf ROBOT.urdf] [--output FILE]: a
-// calibration as another program reads it. Exit statuses see program.h.
+// export --calibration C.yaml --format FORMAT [--parent FRAME] [--urdf ROBOT.urdf] [--velodyne FILE.yaml
+// [--lidar NAME]] [--output FILE]: a calibration as another program reads it. Exit statuses see program.h.
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -15,6 +15,7 @@
 #include "mlic_core/io/result/robot_model.h"
 #include "mlic_core/io/result/sensor_tree.h"
 #include "mlic_core/io/result/urdf_merge.h"
+#include "mlic_core/io/result/velodyne_calibration.h"
 #include "mlic_core/io/text_file.h"
 #include "mlic_ros/programs/program.h"
 
@@ -24,8 +25,8 @@ namespace {
 namespace fs = std::filesystem;
 
 struct ExportOptions {
-  std::string format, parent;
-  fs::path calibration, urdf, output;
+  std::string format, parent, lidar;
+  fs::path calibration, urdf, velodyne, output;
 };
 
 CalibrationResult ReadCalibration(const fs::path& path) {
@@ -87,6 +88,32 @@ ExportedFile Merged(const ExportOptions& options, const CalibrationResult& calib
   return {"", model.Text()};
 }
 
+// The LiDAR whose corrections are meant: the named one, or the only one that has any.
+const SensorResult& CorrectedLidar(const ExportOptions& options, const CalibrationResult& calibration) {
+  std::vector<std::string> names;
+  const SensorResult* chosen = nullptr;
+  for (const SensorResult& sensor : calibration.sensors) {
+    if (!sensor.corrections.Any()) continue;
+    names.push_back(sensor.name);
+    if (options.lidar.empty() || options.lidar == sensor.name) chosen = &sensor;
+  }
+  if (chosen == nullptr) {
+    throw InputError(options.calibration.string() + ": no corrections of " +
+                     (options.lidar.empty() ? "any LiDAR" : options.lidar) +
+                     (names.empty() ? "" : "; there are some of " + Joined(names)));
+  }
+  if (options.lidar.empty() && names.size() > 1)
+    throw InputError("--velodyne: corrected are " + Joined(names) + "; say by --lidar whose file it is");
+  return *chosen;
+}
+
+// The driver's own file with the corrections in it.
+ExportedFile DriverFile(const ExportOptions& options) {
+  const CalibrationResult calibration = ReadCalibration(options.calibration);
+  const SensorResult& lidar = CorrectedLidar(options, calibration);
+  return {"", WithCorrections(options.velodyne, lidar.name, lidar.corrections)};
+}
+
 std::vector<ExportedFile> FilesFor(const ExportOptions& options, const ExportFormat& format) {
   const CalibrationResult calibration = ReadCalibration(options.calibration);
   for (const std::string& note : FramesOf(calibration).notes)
@@ -102,14 +129,19 @@ std::vector<ExportedFile> FilesFor(const ExportOptions& options, const ExportFor
 
 int Export(const ExportOptions& options) {
   const ExportFormat& format = ExportFormatNamed(options.format);
+  if (!options.velodyne.empty() && options.format != "rings")
+    throw InputError("--velodyne belongs to --format rings");
+  if (!options.lidar.empty() && options.velodyne.empty()) throw InputError("--lidar belongs to --velodyne");
   if (format.place == ExportFormat::Place::kNone && !(options.parent.empty() && options.urdf.empty())) {
     throw InputError("--format " + options.format +
                      " has poses in frames of its own: leave out --parent and --urdf");
   }
-  if (format.several && options.output.empty()) {
+  const bool several = format.several && options.velodyne.empty();
+  if (several && options.output.empty()) {
     throw InputError("--format " + options.format + " has several files: give a directory by --output");
   }
-  const std::vector<ExportedFile> files = FilesFor(options, format);
+  const std::vector<ExportedFile> files =
+      options.velodyne.empty() ? FilesFor(options, format) : std::vector{DriverFile(options)};
   if (files.empty()) {
     throw InputError(options.calibration.string() + ": has no sensor that --format " + options.format +
                      " could hold: it needs " + format.needs);
@@ -118,7 +150,7 @@ int Export(const ExportOptions& options) {
     if (options.output.empty()) {
       std::fputs(file.text.c_str(), stdout);
     } else {
-      WriteFileAtomically(format.several ? options.output / file.name : options.output, file.text);
+      WriteFileAtomically(several ? options.output / file.name : options.output, file.text);
     }
   }
   return kTrusted;
@@ -131,7 +163,7 @@ int main(int argc, char** argv) {
   CLI::App app("Writes a calibration as another program reads it; docs/exports.md says which file goes where",
                "export");
   mlic::ExportOptions options;
-  std::string calibration, urdf, output;
+  std::string calibration, urdf, velodyne, output;
   std::vector<std::string> names;
   for (const mlic::ExportFormat& format : mlic::ExportFormats()) names.push_back(format.name);
   app.add_option("--calibration", calibration, "a calibration.yaml")->required()->type_name("FILE");
@@ -144,6 +176,13 @@ int main(int argc, char** argv) {
          "the robot's model: says where the IMU is in --parent, and with --format urdf is written with the "
          "calibration in it")
       ->type_name("FILE");
+  app.add_option(
+         "--velodyne", velodyne,
+         "velodyne_pointcloud's calibration file of the LiDAR, which --format rings then writes with the "
+         "corrections in it")
+      ->type_name("FILE");
+  app.add_option("--lidar", options.lidar, "of several corrected LiDARs the one of --velodyne")
+      ->type_name("NAME");
   app.add_option("--output", output,
                  "file, or directory where the format has several; by default the terminal")
       ->type_name("PATH");
@@ -153,6 +192,7 @@ int main(int argc, char** argv) {
   if (!mlic::ParseArguments(app, argc, argv, status)) return status;
   options.calibration = calibration;
   options.urdf = urdf;
+  options.velodyne = velodyne;
   options.output = output;
   return mlic::RunProgram("export", [&] { return mlic::Export(options); });
 }

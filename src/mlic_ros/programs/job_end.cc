@@ -30,11 +30,13 @@ std::string UnobservableOf(const std::vector<Results>& results) {
 std::string Given(const CalibrationResult& result) {
   const LargestSigmas worst = FindLargestSigmas(result);
   const std::size_t count = result.sensors.size();
+  const std::string rotation = worst.rotation > 0.0 ? ShortNumber(worst.rotation * 180.0 / M_PI, 2) + " deg"
+                                                    : "no IMU axis of rotation observable";
   const std::string translation = worst.translation > 0.0 ? ShortNumber(1e3 * worst.translation, 2) + " mm"
                                                           : "no IMU axis of translation observable";
-  return std::to_string(count) + (count == 1 ? " sensor" : " sensors") + ", worst sigma " +
-         ShortNumber(worst.rotation * 180.0 / M_PI, 2) + " deg, " + translation + ", " +
-         ShortNumber(1e3 * worst.time_offset, 2) + " ms" + UnobservableOf(result.sensors);
+  return std::to_string(count) + (count == 1 ? " sensor" : " sensors") + ", worst sigma " + rotation + ", " +
+         translation + ", " + ShortNumber(1e3 * worst.time_offset, 2) + " ms" +
+         UnobservableOf(result.sensors);
 }
 
 std::string GivenPairs(const CalibrationResult& result) {

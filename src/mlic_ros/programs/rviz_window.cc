@@ -42,7 +42,9 @@ std::string DisplayProblem() {
     dup2(output, STDOUT_FILENO);
     dup2(output, STDERR_FILENO);
   }
-  execlp("rviz", "rviz", "-d", config, "__name:=mlic_rviz", static_cast<char*>(nullptr));
+  // Else closing it would ask whether to write the view of this map into the package's configuration.
+  execlp("rviz", "rviz", "-d", config, "__name:=mlic_rviz", "_asks_to_save:=false",
+         static_cast<char*>(nullptr));
   constexpr char kMissing[] = "there is no program rviz in PATH: install it\n";
   if (write(STDERR_FILENO, kMissing, sizeof(kMissing) - 1) < 0) _exit(126);
   _exit(127);

@@ -38,6 +38,7 @@ struct Arguments {
   std::string world = "of_scenario";
   std::uint64_t world_seed = 1;
   int moving = 0;
+  double image_rate = 0.0;  // Hz; 0: as the sensors file has it
   bool no_guess = false;
   bool noise_free = false;
   bool harp = false;
@@ -76,6 +77,11 @@ void AddOptions(CLI::App& app, Arguments& a) {
   app.add_option("--moving", a.moving, "how many cars, people or doors move in --world")
       ->check(CLI::Range(0, 100))
       ->type_name("NUMBER");
+  app.add_option(
+         "--image-rate", a.image_rate,
+         "images per second of every camera, which take most of the time; 0: as the sensors file has it")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("HZ");
   app.add_flag(
       "--harp", a.harp,
       "no drive, but photos of straight bars by each camera, NAME/01.png and so on, for evaluate --harp");
@@ -191,7 +197,10 @@ void Run(const Arguments& arguments) {
     throw InputError("--output " + bag.string() + ": the directory " + bag.parent_path().string() +
                      " does not exist; make it first");
   }
-  const sim::SensorSet sensors = sim::LoadSensorSet(arguments.sensors);
+  sim::SensorSet sensors = sim::LoadSensorSet(arguments.sensors);
+  for (sim::SimulatedCamera& camera : sensors.cameras) {
+    if (arguments.image_rate > 0.0) camera.rate = arguments.image_rate;
+  }
   sim::SimulationOptions options;
   options.scenario = sim::ScenarioFromName(arguments.scenario);
   options.duration = arguments.duration;

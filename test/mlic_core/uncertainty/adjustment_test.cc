@@ -59,6 +59,14 @@ TEST_F(OneCamera, ErrorsThatPointsShareAreInTheSigmaAndNotInTheBound) {
   EXPECT_NEAR(AnalyzeBound(adjustment_).sigmas[0].time_offset, 1e-3, 1e-5);
 }
 
+TEST_F(OneCamera, ResidualsCountOnceForEachOfTheirDimensions) {
+  adjustment_.last_solve.observations = 100;
+  adjustment_.last_solve.landmark_observations = 10;
+  dataset_.drives[0].imu.resize(20);
+  adjustment_.last_solve.last_cost = 60.0;
+  EXPECT_NEAR(MeanSquaredResidual(adjustment_, dataset_), 60.0 / (100.0 + 20.0 + 120.0), 1e-12);
+}
+
 TEST_F(OneCamera, ThatNoSolveHasSeenIsNotShown) {
   const ObservabilityAnalysis analysis = Analyze(adjustment_, dataset_);
   ASSERT_EQ(analysis.sensors.size(), 1u);

@@ -21,6 +21,8 @@ constexpr int kTrackFractionBits = 4;  // OpenCV draws at fractions of a pixel i
 
 // Small photos are enlarged until lines and text have room.
 constexpr int kLeastWidth = 800;  // px
+// Large ones are looked at at half their size, and smaller.
+constexpr int kWidthOfThinLines = 640;  // px, of the picture for each px of a line's width
 
 int Enlargement(int image_width) { return (kLeastWidth + image_width - 1) / image_width; }
 
@@ -35,13 +37,14 @@ class Canvas {
     }
     picture_.convertTo(picture_, CV_8UC3, kBehindTracks);
     if (scale_ > 1) cv::resize(picture_, picture_, {}, scale_, scale_, cv::INTER_LINEAR);
+    thickness_ = std::max(1, picture_.cols / kWidthOfThinLines);
   }
   void Line(const Eigen::Vector2f& a, const Eigen::Vector2f& b, const cv::Scalar& colour) {
-    cv::line(picture_, Fixed(a), Fixed(b), colour, 1, cv::LINE_AA, kTrackFractionBits);
+    cv::line(picture_, Fixed(a), Fixed(b), colour, thickness_, cv::LINE_AA, kTrackFractionBits);
   }
   void Ring(const Eigen::Vector2f& centre) {
-    cv::circle(picture_, Fixed(centre), 3 << kTrackFractionBits, kRingColour, 1, cv::LINE_AA,
-               kTrackFractionBits);
+    cv::circle(picture_, Fixed(centre), (2 + thickness_) << kTrackFractionBits, kRingColour, thickness_,
+               cv::LINE_AA, kTrackFractionBits);
   }
   float Scale() const { return static_cast<float>(scale_); }
   cv::Mat& picture() { return picture_; }
@@ -56,6 +59,7 @@ class Canvas {
             static_cast<int>(std::lround(kFraction * enlarged.y()))};
   }
   int scale_;
+  int thickness_ = 1;  // px
   cv::Mat picture_;
 };
 
