@@ -369,8 +369,10 @@ int main(int argc, char** argv) {
     conclusion = mlic::LastLine(evaluation.text);
     return mlic::kTrusted;
   });
-  if (!end.line.empty()) conclusion = end.line;
-  if (!end.line.empty()) std::fprintf(stderr, "%s\n", end.line.c_str());
+  if (!end.line.empty()) {
+    conclusion = end.line;
+    std::fprintf(stderr, "%s\n", end.line.c_str());
+  }
   if (end_launch) mlic::EndLaunchWith(end.status, conclusion);
   return end.status;
 }
