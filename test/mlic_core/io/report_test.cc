@@ -151,6 +151,7 @@ TEST(Report, DrawsTheRigStillWithItsGuess) {
 TEST(Report, LaysTheGuessOverTheResultOnThePhoto) {
   CalibrationResult result = SampleResult();
   EXPECT_TRUE(Contains(ReportOf(result), "left of the line the rig file's guess, right of it the result"));
+  EXPECT_TRUE(Contains(ReportOf(result), " m (red) to "));
   result.projections[0].guess.clear();
   EXPECT_TRUE(Contains(ReportOf(result), "left of the line before the photos were matched"));
   result.projections.clear();
