@@ -59,7 +59,7 @@ TEST(Report, GivesOneRowToEachKindOfCheckThatPassed) {
     result.checks.push_back(check);
   }
   const std::string html = ChecksTable(result), shown = html.substr(0, html.find("<details>"));
-  EXPECT_TRUE(Contains(shown, "lidar_1<small>nearest of 3</small>"));
+  EXPECT_TRUE(Contains(shown, "lidar_1<small>of 3, nearest to its limit</small>"));
   EXPECT_FALSE(Contains(shown, "lidar_0"));
   EXPECT_TRUE(Contains(html.substr(shown.size()), "lidar_0"));
   result.checks[0].value = 1671.0;
@@ -247,6 +247,19 @@ TEST(Report, PartialNamesTheRejectedAndStillSaysHowToUseTheRest) {
   EXPECT_TRUE(Contains(html, "cam_left: its images are dark"));
   EXPECT_TRUE(Contains(html, "static_transforms.launch"));
   EXPECT_FALSE(Contains(html, "Record again with turns"));
+}
+
+TEST(Report, OfPairsAloneSaysAboutWhatTheyStand) {
+  CalibrationResult result = SampleResult();
+  result.verdict = Verdict::kPartial;
+  result.root = "front_lidar";
+  result.sensors.clear();
+  result.pairs[0].unobservable = {
+      {UnobservableDirection::Quantity::kTranslation, Eigen::Vector3d::UnitZ(), 0.2}};
+  const std::string html = ReportOf(result);
+  EXPECT_FALSE(Contains(html, "<b>0</b>")) << "no count of sensors where there are none";
+  EXPECT_TRUE(Contains(html, "Some directions of the pairs, marked <b>unobservable</b> below"));
+  EXPECT_TRUE(Contains(html, "href=\"#frames\">about front_lidar</a>"));
 }
 
 // A straight drive: along the way, and in time, nothing shows where one LiDAR is to the other.
