@@ -9,6 +9,7 @@
 #include "mlic_core/common/join.h"
 #include "mlic_core/evaluation/birds_eye.h"
 #include "mlic_core/evaluation/epipolar_error.h"
+#include "mlic_core/evaluation/layering.h"
 #include "mlic_core/evaluation/map_builder.h"
 #include "mlic_core/evaluation/map_colours.h"
 #include "mlic_core/evaluation/map_evaluation.h"
@@ -17,6 +18,7 @@
 #include "mlic_core/evaluation/methods/method_table.h"
 #include "mlic_core/evaluation/methods/pairwise_method.h"
 #include "mlic_core/evaluation/repeatability.h"
+#include "mlic_core/evaluation/single_frames.h"
 #include "mlic_core/evaluation/trajectory_error.h"
 #include "mlic_core/evaluation/turned_entropy.h"
 #include "mlic_core/io/result/result_file.h"
@@ -33,6 +35,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMostMapPoints = 1000000;  // from: guard, memory and time
+
+constexpr const char* kTruth = "truth";
 
 class Silence : public ProgressSink {
  public:
@@ -148,6 +152,31 @@ void EvaluateReprojection(const DriveEvaluationOptions& options, const Rig& rig,
                   TableOf(columns), "reprojection_errors.csv", CsvOf(columns));
 }
 
+// The map's layers before and after, and what all sensors of a kind see at one moment.
+void DrawLidars(const Rig& rig, const Drive& drive, const Compared& compared,
+                const CancellationToken& cancellation, Evaluation* evaluation) {
+  if (rig.lidars.empty()) return;
+  std::vector<std::string> names;
+  for (const LidarConfig& lidar : rig.lidars) names.push_back(lidar.name);
+  const std::size_t stride = CountPoints(drive) / kMostMapPoints + 1;
+  std::vector<MapState> states;
+  const auto add = [&](const std::string& title, const CalibrationResult& poses) {
+    cancellation.ThrowIfCancelled();
+    states.push_back({title, BuildMap(drive, names, compared.trajectory, poses, stride), {}});
+    for (const SensorResult& sensor : poses.sensors) states.back().sensors.push_back(sensor.name);
+  };
+  const CalibrationResult guess = AtGuesses(compared.calibration, rig);
+  if (!guess.sensors.empty()) add("guess of the rig file", guess);
+  for (const Other& other : compared.others) {
+    if (other.name != kTruth) add(other.name, WithPosesOf(compared.calibration, other.sensors));
+  }
+  add("calibration", compared.calibration);
+  const cv::Mat layering = DrawLayering(states);
+  if (!layering.empty()) evaluation->pictures.emplace_back("layering.png", layering);
+  const cv::Mat scans = DrawScansFromAbove(drive, names, compared.calibration, compared.trajectory);
+  if (!scans.empty()) evaluation->pictures.emplace_back("single_scans.png", scans);
+}
+
 // The ground from above and the coloured map: what a person sees of a calibration.
 void DrawPictures(const Rig& rig, const Drive& drive, const Compared& compared,
                   const CancellationToken& cancellation, Evaluation* evaluation) {
@@ -165,6 +194,8 @@ void DrawPictures(const Rig& rig, const Drive& drive, const Compared& compared,
   } else {
     text += "no birds_eye.png: calibration.yaml has no ground, or not that of a vehicle\n";
   }
+  const cv::Mat panorama = DrawPanorama(drive, cameras, compared.calibration, compared.trajectory);
+  if (!panorama.empty()) evaluation->pictures.emplace_back("panorama.png", panorama);
   if (!lidars.empty()) {
     const std::size_t stride = CountPoints(drive) / kMostMapPoints + 1;
     const std::vector<MapPoint> map =
@@ -225,10 +256,11 @@ void EvaluateData(const DriveEvaluationOptions& options, const BagSet& bags, Com
   const Drive& drive = dataset.drives.front();
   CalibrateRivals(options, rig, dataset, cancellation, compared, evaluation);
   if (compared->truth)
-    compared->others.push_back({"truth", "sensors at the truth", "truth", *compared->truth});
+    compared->others.push_back({kTruth, "sensors at the truth", "truth", *compared->truth});
   EvaluateMaps(bags, rig, drive, *compared, cancellation, evaluation);
   EvaluateCameras(options, rig, drive, *compared, cancellation, evaluation);
   EvaluateReprojection(options, rig, dataset, *compared, cancellation, evaluation);
+  DrawLidars(rig, drive, *compared, cancellation, evaluation);
   DrawPictures(rig, drive, *compared, cancellation, evaluation);
 }
 
