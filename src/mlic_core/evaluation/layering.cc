@@ -21,7 +21,7 @@ using Eigen::Vector3d;
 constexpr double kSurfaceCell = 1.0;  // m, in which surfaces are sought
 constexpr std::size_t kFewest = 200;  // points of a cell
 constexpr double kThickest = 0.06;    // m, standard deviation across a surface, of a cell that is one
-constexpr double kAlong = 1.0, kAcross = 0.2, kDepth = 0.15;  // m, half of what a section shows
+constexpr double kAlong = 1.0, kAcross = 0.2, kDepth = 0.25;  // m, half of what a section shows
 constexpr double kScale = 280.0, kEnlarged = 3.0;             // px/m along; across times as much
 constexpr int kTitleHeight = 26, kGap = 10;                   // px
 const cv::Scalar kSectionGround(30, 30, 30), kScaleBar(220, 220, 220);
@@ -97,7 +97,7 @@ cv::Mat DrawSection(const std::vector<MapPoint>& map, const std::vector<cv::Scal
     const cv::Point at(static_cast<int>(std::lround((kAlong + place.along.dot(p)) * kScale)),
                        static_cast<int>(std::lround((kAcross - place.normal.dot(p)) * kScale * kEnlarged)));
     if (!cv::Rect(0, 0, width, height).contains(at)) continue;
-    cv::circle(section, at, 1, colours[static_cast<std::size_t>(point.lidar)], cv::FILLED);
+    cv::circle(section, at, 2, colours[static_cast<std::size_t>(point.lidar)], cv::FILLED);
   }
   // 5 cm across.
   const int length = static_cast<int>(0.05 * kScale * kEnlarged);

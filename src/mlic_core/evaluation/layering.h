@@ -19,7 +19,7 @@ struct MapState {
 // The same cross-section through the map in each state, one below the other: how the layers that LiDARs make
 // of one surface come together. Left through a wall, right through the ground, at the places that most LiDARs
 // see well in the last state; 2 m of the surface, 20 cm to either side of it enlarged three times, what lies
-// within 15 cm of the section; a colour for each LiDAR. Empty without points on such a surface.
+// within 25 cm of the section; a colour for each LiDAR. Empty without points on such a surface.
 cv::Mat DrawLayering(const std::vector<MapState>& states);
 
 }  // namespace mlic
