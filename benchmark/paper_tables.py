@@ -99,24 +99,34 @@ def table(title, note, header, lines):
     print()
 
 
+METHODS = {'hand_eye': 'hand-eye', 'pairwise': 'pairwise'}  # rivals of one run, by evaluate's names
+
+
 def accuracy(out):
-    found = {row['name']: row for row in rows_of(out / 'repeatability/repeatability.csv')}
+    def found(name):
+        return {row['name']: row for row in rows_of(out / name / 'repeatability.csv')}
+    joint = found('repeatability')
+    rivals = {method: found('repeatability_' + method) for method in METHODS}
     lines = []
     for paper in ACCURACY:
-        row = pair_of(found, paper.name)
-        if row is None:
+        if pair_of(joint, paper.name) is None:
             continue
         axes = 'xyz'[:len(paper.spread)]
 
-        def norm(prefix, suffix='', axes=axes):
-            return math.sqrt(sum(float(row[prefix + axis + suffix]) ** 2 for axis in axes))
-        lines.append([paper.kind, paper.name, number(math.hypot(*paper.spread), 2), number(100 * norm('spread_'), 2),
-                      number(math.hypot(*paper.turn), 3), number(norm('spread_rotation_', '_deg', 'xyz'), 4),
-                      number(paper.rmse_cm, 3), number(100 * norm('rmse_'), 3), number(paper.rmse_deg, 3),
-                      number(norm('rmse_rotation_', '_deg', 'xyz'), 4)])
-    table(f'Accuracy over {len(segments(out))} segments', 'the paper\'s table 1; +- in cm and deg, norms over the axes; to the IMU '
-          'x and y only, as the paper has no z there; RMSE: the paper\'s about its mean, ours about the truth',
-          ['', '', 'paper +- cm', 'ours', 'paper +- deg', 'ours', 'paper RMSE cm', 'ours', 'paper RMSE deg', 'ours'], lines)
+        def norm(rows, prefix, suffix='', axes=axes, scale=1.0, name=paper.name):
+            row = pair_of(rows, name)
+            return None if row is None else scale * math.sqrt(sum(float(row[prefix + axis + suffix]) ** 2 for axis in axes))
+        centimetres = [norm(rows, 'rmse_', scale=100) for rows in (joint, *rivals.values())]
+        degrees = [norm(rows, 'rmse_rotation_', '_deg', 'xyz') for rows in (joint, *rivals.values())]
+        lines.append([paper.kind, paper.name, number(math.hypot(*paper.spread), 2),
+                      number(norm(joint, 'spread_', scale=100), 2), number(math.hypot(*paper.turn), 3),
+                      number(norm(joint, 'spread_rotation_', '_deg', 'xyz'), 4), number(paper.rmse_cm, 3),
+                      *(number(value, 3) for value in centimetres), number(paper.rmse_deg, 3),
+                      *(number(value, 4) for value in degrees)])
+    names = ['ours', *METHODS.values()]
+    table(f'Accuracy over {len(segments(out))} segments', 'the paper\'s table 1; +- in cm and deg, norms over the axes; to the '
+          'IMU x and y only, as the paper has no z there; RMSE: the paper\'s about its mean, the others about the truth',
+          ['', '', 'paper +- cm', 'ours', 'paper +- deg', 'ours', 'paper RMSE cm', *names, 'paper RMSE deg', *names], lines)
 
 
 def values_of(out, file, kind, key, value):
@@ -130,15 +140,15 @@ def values_of(out, file, kind, key, value):
 
 
 def reprojection(out):
-    of = collections.defaultdict(list)
-    for segment in segments(out):
-        for name, sensor in yaml.safe_load((segment / 'calibration/calibration.yaml').read_text())['sensors'].items():
-            if 'held_out_matches' in sensor:
-                of[name].append(sensor['held_out_matches'])
-    lines = [[name, number(paper, 2), number(mean([held['median'] for held in of[name]]), 2),
-              number(mean([held['rms'] for held in of[name]]), 2)] for name, paper in REPROJECTION.items() if of[name]]
-    table('Reprojection of the LiDAR map into the camera', 'table 3, px; ours: matches that no solve used, with the map of '
-          'all LiDARs', ['', 'paper', 'ours, median', 'ours, rms'], lines)
+    def pixels(state, camera):
+        found = values_of(out, 'reprojection_errors.csv', {'calibration': state, 'lidar': 'all'}, lambda row: row['camera'],
+                          'median_px')
+        return number(found.get(camera), 2)
+    lines = [[name, number(paper, 2), *(pixels(state, name) for state in ('calibration', 'truth', *METHODS))]
+             for name, paper in REPROJECTION.items()]
+    table('Reprojection of the LiDAR map into the camera', 'table 3, px; the paper\'s mean, else medians over matches of the map '
+          'of all LiDARs with photos that no solve used', ['', 'paper', 'ours', 'truth', *METHODS.values()],
+          [line for line in lines if line[2]])
 
 
 def groups(out):
@@ -163,27 +173,29 @@ def groups(out):
 def entropy(out):
     turned = {degrees: values_of(out, 'turned_entropy.csv', {'degrees': degrees}, lambda row: row['lidar'], 'mean')
               for degrees in ('0.0', '0.1', '0.5')}
-    truth = values_of(out, 'map_quality_truth.csv', {'kind': 'map_entropy'}, lambda row: row['name'], 'value')
+    maps = {state: values_of(out, f'map_quality_{state}.csv', {'kind': 'map_entropy'}, lambda row: row['name'], 'value')
+            for state in ('truth', *METHODS)}
     lines = [[name, number(paper[0], 3), number(max(paper[1:]) - paper[0], 3), number(turned['0.0'].get(name), 3),
-              number(truth.get(name), 3)] +
+              *(number(of_state.get(name), 3) for of_state in maps.values())] +
              [number(turned[degrees][name] - turned['0.0'][name], 3) for degrees in ('0.1', '0.5')]
              for name, paper in ENTROPY.items() if name in turned['0.0']]
     table('Map entropy of each LiDAR', 'table 5, nats; maps of different places cannot be compared, their rise when the '
-          'LiDAR is turned can', ['', 'paper', 'rise at 0.5 deg', 'ours', 'truth', 'rise at 0.1 deg', 'at 0.5 deg'], lines)
+          'LiDAR is turned can', ['', 'paper', 'rise at 0.5 deg', 'ours', 'truth', *METHODS.values(), 'rise at 0.1 deg',
+                                  'at 0.5 deg'], lines)
 
 
 def thickness(out):
     found = {state: values_of(out, file, {'kind': 'overlap_thickness'}, lambda row: row['name'], 'value')
-             for state, file in (('ours', 'map_quality.csv'), ('before', 'map_quality_initial.csv'),
-                                 ('truth', 'map_quality_truth.csv'))}
+             for state, file in (('ours', 'map_quality.csv'), ('truth', 'map_quality_truth.csv'),
+                                 *((method, f'map_quality_{method}.csv') for method in METHODS))}
 
     def centimetres(state, pair):
         value = pair_of(found[state], pair)
         return number(None if value is None else 100 * value, 2)
-    lines = [[pair, number(paper[0], 2), number(paper[1], 2), centimetres('ours', pair), centimetres('truth', pair),
-              centimetres('before', pair)] for pair, paper in THICKNESS.items()]
-    table('Thickness where two LiDARs overlap', 'table 6, cm, of the map; before: hand-eye with the guess as prior',
-          ['', 'paper', 'paper, hand-eye', 'ours', 'truth', 'before'], [line for line in lines if line[3]])
+    lines = [[pair, number(paper[0], 2), number(paper[1], 2), *(centimetres(state, pair) for state in found)]
+             for pair, paper in THICKNESS.items()]
+    table('Thickness where two LiDARs overlap', 'table 6, cm, of the map; other methods on our trajectory',
+          ['', 'paper', 'paper, hand-eye', 'ours', 'truth', *METHODS.values()], [line for line in lines if line[3]])
 
 
 def epipolar(out):
@@ -191,10 +203,10 @@ def epipolar(out):
         found = values_of(out, 'epipolar_errors.csv', {'calibration': state}, lambda row: row['a'] + '/' + row['b'],
                           'median_px')
         return number(pair_of(found, pair), 3)
-    lines = [[pair, number(paper[0], 2), number(paper[1], 2), pixels('calibration', pair), pixels('truth', pair),
-              pixels('before the joint adjustment', pair)] for pair, paper in EPIPOLAR.items()]
-    table('Epipolar errors', 'table 7, px, median of new matches in images that no solve used; before: cameras are already '
-          'bundle-adjusted', ['', 'paper', 'paper, hand-eye', 'ours', 'truth', 'before'],
+    lines = [[pair, number(paper[0], 2), number(paper[1], 2),
+              *(pixels(state, pair) for state in ('calibration', 'truth', *METHODS))] for pair, paper in EPIPOLAR.items()]
+    table('Epipolar errors', 'table 7, px, median of new matches in images that no solve used',
+          ['', 'paper', 'paper, hand-eye', 'ours', 'truth', *METHODS.values()],
           [line for line in lines if line[3]])
 
 

@@ -1,12 +1,14 @@
 #!/usr/bin/env bash
 # The tables of the paper (arXiv 2501.02821) on its vehicle, simulated: six figure-eights of 20 s, each calibrated by
-# itself, beside the paper's numbers, what the true calibration gives, and the state before the joint adjustment.
+# itself, beside the paper's numbers, what the true calibration gives, and other methods on the same drives (hand-eye,
+# pairwise: docs/method.md, section 13).
 #   paper_tables.sh OUT [SENSORS]      default: config/simulation/paper_rig.yaml; paper_rig_lidars.yaml is 20 times faster
 # OUT gets the drives (1.3 GB each with cameras), the calibrations, CSV files and tables.md. What is there already is not
-# done again. With cameras a drive takes about 25 minutes of two cores to simulate and 10 to calibrate.
+# done again. With cameras a drive takes about 25 minutes of two cores to simulate and 10 to calibrate, and the pairwise
+# calibration as long as one of two sensors for each sensor.
 set -euo pipefail
 . "$(dirname "$0")/../scripts/environment.sh"
-[ $# -ge 1 ] || { sed -n '4,6p' "$0" >&2; exit 1; }
+[ $# -ge 1 ] || { sed -n '5,8p' "$0" >&2; exit 1; }
 mkdir -p "$1"
 out=$(cd "$1" && pwd)
 sensors=${2:-config/simulation/paper_rig.yaml}
@@ -37,7 +39,8 @@ for seed in 1 2 3 4 5 6; do
   calibrate "$segment/drive.bag" "$segment/drive_rig.yaml" "$segment/calibration"
   if [ ! -f "$segment/evaluation/evaluation.txt" ]; then
     "$programs/evaluate" --bag "$segment/drive.bag" --rig "$segment/drive_rig.yaml" --truth "$segment/drive_truth.yaml" \
-      --calibration "$segment/calibration/calibration.yaml" --output "$segment/evaluation" >/dev/null
+      --calibration "$segment/calibration/calibration.yaml" --method hand_eye --method pairwise \
+      --output "$segment/evaluation" >/dev/null
   fi
 done
 # The same rig in all: the truths differ in the biases of the IMU alone.
@@ -51,4 +54,8 @@ for group in front_back left_right; do
 done
 "$programs/evaluate" --calibration "$out"/segment_?/calibration/calibration.yaml \
   --truth "$out/segment_1/drive_truth.yaml" --output "$out/repeatability" >/dev/null
+for method in hand_eye pairwise; do
+  "$programs/evaluate" --calibration "$out"/segment_?/evaluation/"$method.yaml" \
+    --truth "$out/segment_1/drive_truth.yaml" --output "$out/repeatability_$method" >/dev/null
+done
 /usr/bin/python3 benchmark/paper_tables.py --tables "$out" | tee "$out/tables.md"

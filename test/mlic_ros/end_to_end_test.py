@@ -51,16 +51,16 @@ class EndToEnd(unittest.TestCase):
         calibration = yaml.safe_load((output / 'calibration.yaml').read_text())
         self.assertEqual(calibration['format'], 'mlic_calibration/1')
         self.assertEqual(calibration['verdict'], 'trusted')
-        self.check_evaluation(drive, output, truth)
+        self.check_evaluation(drive, output, rig, truth)
         urdf = subprocess.run(['check_urdf', output / 'sensors.urdf.xacro'], capture_output=True, text=True)
         self.assertEqual(urdf.returncode, 0, urdf.stdout + urdf.stderr)
         launch = xml.etree.ElementTree.parse(output / 'static_transforms.launch').getroot()
         self.assertEqual([node.get('pkg') for node in launch.iter('node')], ['tf2_ros'])
 
-    def check_evaluation(self, drive, calibration, truth):
+    def check_evaluation(self, drive, calibration, rig, truth):
         output = self.folder / 'evaluation'
         arguments = ['--bag', drive, '--calibration', calibration / 'calibration.yaml', '--output', output]
-        done = run('evaluate', *arguments, '--truth', truth)
+        done = run('evaluate', *arguments, '--truth', truth, '--method', 'hand_eye', '--rig', rig)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertEqual((output / 'evaluation.txt').read_text(), done.stdout)
         with (output / 'errors.csv').open() as file:
@@ -74,12 +74,21 @@ class EndToEnd(unittest.TestCase):
             with (output / name).open() as file:
                 entropies.append(float(next(row['value'] for row in csv.DictReader(file) if row['name'] == 'all')))
         self.assertLess(abs(entropies[0] - entropies[1]), 0.05, 'the map is as crisp as with the true calibration')
+        with (output / 'methods.csv').open() as file:
+            methods = {row['method']: float(row['rotation_deg']) for row in csv.DictReader(file)}
+        self.assertEqual(list(methods), ['joint', 'hand_eye'])
+        self.assertLess(methods['joint'], methods['hand_eye'])
+        self.assertLess(methods['hand_eye'], 0.5)
+        done = run('evaluate', '--calibration', output / 'hand_eye.yaml', output / 'hand_eye.yaml', '--truth', truth,
+                   '--output', self.folder / 'hand_eye')
+        self.assertEqual(done.returncode, 0, 'a rival is a calibration file like others: ' + done.stderr)
         # Without a truth the old comparison goes; bad input is one line, and nothing is written.
         self.assertEqual(run('evaluate', *arguments).returncode, 0)
         self.assertFalse((output / 'errors.csv').exists())
         shutil.rmtree(output)
         for bad, part in [(['--reference-topic', '/not/there'], '/not/there'),
                           (['--reference-topic', '/imu/data'], 'nav_msgs/Odometry'),
+                          (['--method', 'pairwise'], '--rig'),
                           (['--truth', self.folder / 'none.yaml'], 'none.yaml')]:
             done = run('evaluate', *arguments, *bad)
             self.assertEqual(done.returncode, 1, done.stderr)

@@ -81,7 +81,11 @@ void AddDrive(CalibrationResult& result) {
 
 ResidualSummary SampleResidual(const std::string& sensor, const std::string& unit, double sigma,
                                double width) {
-  ResidualSummary summary{sensor, unit, sigma, 0.97, {}, {}, {}, 0.0, {}};
+  ResidualSummary summary;
+  summary.sensor = sensor;
+  summary.unit = unit;
+  summary.sigma = sigma;
+  summary.inlier_share = 0.97;
   for (int bin = 0; bin < 50; ++bin) {
     const double x = (-5.0 + 0.2 * (bin + 0.5)) / width;
     summary.histogram.push_back(std::round(40000.0 * std::exp(-0.5 * x * x)));
@@ -243,6 +247,21 @@ CalibrationResult SampleResult() {
       SampleResidual("front_lidar", "m", 0.02, 1.0), SampleResidual("left_lidar", "m", 0.02, 1.1),
       SampleResidual("right_lidar", "m", 0.02, 0.9), SampleResidual("gyroscope", "rad/s", 0.004, 1.0),
       SampleResidual("accelerometer", "m/s^2", 0.05, 1.4)};
+  // A gyroscope whose bias jumps about its z axis in the last third of the drive.
+  ResidualSummary& gyroscope = result.residuals[3];
+  for (int i = 0; i < 60; ++i) {
+    gyroscope.bias_over_time.emplace_back(1e-4 * std::sin(0.9 * i), 0.0, i < 40 ? 0.0 : 2e-3);
+    gyroscope.bias_sigma_over_time.push_back(Eigen::Vector3d::Constant(3e-4));
+  }
+  result.rounds = {{"joint", 812.0},
+                   {"joint", 3.1},
+                   {"joint", 0.4},
+                   {"joint with cameras", 5.2},
+                   {"joint with cameras", 0.083}};
+  result.run = RunRecord{"1.2.0",
+                         "calibrate --rig rig.yaml --bag 'drive <1>.bag'",
+                         {{"/data/drive <1>.bag", "0f3c"}, {"/data/rig.yaml", "a719"}},
+                         {{"intrinsics", "trajectory"}}};
   AddCameraResiduals(result);
   AddProjection(result);
   for (const SensorResult& sensor : result.sensors) {

@@ -5,9 +5,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "mlic_core/common/angles.h"
-#include "mlic_core/common/parallel.h"
-#include "mlic_core/evaluation/fresh_matches.h"
-#include "mlic_core/evaluation/photo_pose.h"
+#include "mlic_core/evaluation/photo_mosaic.h"
 #include "mlic_core/evaluation/pose_interpolation.h"
 #include "mlic_core/result/vehicle_axes.h"
 
@@ -16,12 +14,11 @@ namespace {
 
 // Constants of this file, from: structural, how a picture looks.
 
-using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kMostScatterDeg = 2.0;  // of a vehicle's inclination
 constexpr int kNameHeight = 16;          // px
-const cv::Scalar kUnseen(30, 30, 30), kMark(255, 255, 255), kShadow(0, 0, 0);
+const cv::Scalar kMark(255, 255, 255);
 
 // The ground at one moment: its point below the IMU and its axes, in the map frame.
 struct GroundFrame {
@@ -49,44 +46,6 @@ GroundFrame FrameAt(const CalibrationResult& calibration, const std::vector<Stam
   return frame;
 }
 
-// What one photo shows of each place of the ground, and with what weight.
-struct GroundPhoto {
-  cv::Mat colour;  // CV_8UC3
-  cv::Mat weight;  // CV_32F, 0 where it does not see the place
-};
-
-GroundPhoto LayOut(const cv::Mat& photo, const cv::Mat& mask, const PhotoPose& pose, const GroundFrame& frame,
-                   const BirdsEyeOptions& options) {
-  const int size = static_cast<int>(std::lround(2.0 * options.half_width / options.pixel));
-  cv::Mat x(size, size, CV_32F, cv::Scalar(-1)), y = x.clone();
-  GroundPhoto laid{cv::Mat(), cv::Mat(size, size, CV_32F, cv::Scalar(0))};
-  ParallelFor(static_cast<std::size_t>(size), [&](std::size_t row) {
-    const int v = static_cast<int>(row);
-    for (int u = 0; u < size; ++u) {
-      Vector2d pixel;
-      double distance = 0.0;
-      const Vector3d place = frame.At((u + 0.5) * options.pixel - options.half_width,
-                                      options.half_width - (v + 0.5) * options.pixel);
-      if (!pose.See(place, &pixel, &distance)) continue;
-      const cv::Point nearest(static_cast<int>(std::lround(pixel.x())),
-                              static_cast<int>(std::lround(pixel.y())));
-      if (!mask.empty() && mask.at<std::uint8_t>(nearest) == 0) continue;
-      x.at<float>(v, u) = static_cast<float>(pixel.x());
-      y.at<float>(v, u) = static_cast<float>(pixel.y());
-      laid.weight.at<float>(v, u) = static_cast<float>(pose.WeightOf(pixel, distance));
-    }
-  });
-  cv::Mat colour = photo;
-  if (photo.channels() == 1) cv::cvtColor(photo, colour, cv::COLOR_GRAY2BGR);
-  cv::remap(colour, laid.colour, x, y, cv::INTER_LINEAR);
-  return laid;
-}
-
-void Label(const std::string& text, const cv::Point& place, cv::Mat* picture) {
-  cv::putText(*picture, text, place, cv::FONT_HERSHEY_SIMPLEX, 0.5, kShadow, 3, cv::LINE_AA);
-  cv::putText(*picture, text, place, cv::FONT_HERSHEY_SIMPLEX, 0.5, kMark, 1, cv::LINE_AA);
-}
-
 // A cross where the IMU is, rings of whole metres, and the cameras' names where they are.
 void DrawMarks(const std::vector<std::pair<std::string, Vector3d>>& cameras, const GroundFrame& frame,
                const BirdsEyeOptions& options, cv::Mat* picture) {
@@ -99,7 +58,8 @@ void DrawMarks(const std::vector<std::pair<std::string, Vector3d>>& cameras, con
   for (double radius = 5.0; radius < options.half_width; radius += 5.0) {
     const int in_pixels = static_cast<int>(radius / options.pixel);
     cv::circle(*picture, centre, in_pixels, kMark, 1, cv::LINE_AA);
-    Label(std::to_string(static_cast<int>(radius)) + " m", {centre.x + 4, centre.y - in_pixels - 4}, picture);
+    LabelPicture(std::to_string(static_cast<int>(radius)) + " m", {centre.x + 4, centre.y - in_pixels - 4},
+                 picture);
   }
   cv::drawMarker(*picture, centre, kMark, cv::MARKER_CROSS, 14, 2);
   std::vector<int> rows[2];  // of the names to either side: one each
@@ -113,10 +73,10 @@ void DrawMarks(const std::vector<std::pair<std::string, Vector3d>>& cameras, con
     while (std::any_of(taken_rows.begin(), taken_rows.end(), is_near)) row += kNameHeight / 2;
     taken_rows.push_back(row);
     const int width = cv::getTextSize(name, cv::FONT_HERSHEY_SIMPLEX, 0.5, 1, nullptr).width;
-    Label(name, {to_the_left ? dot.x - 8 - width : dot.x + 8, row}, picture);
+    LabelPicture(name, {to_the_left ? dot.x - 8 - width : dot.x + 8, row}, picture);
   }
   cv::arrowedLine(*picture, {24, 70}, {24, 20}, kMark, 2, cv::LINE_AA, 0, 0.25);
-  Label("ahead", {36, 36}, picture);
+  LabelPicture("ahead", {36, 36}, picture);
 }
 
 }  // namespace
@@ -131,36 +91,17 @@ BirdsEye DrawBirdsEye(const Drive& drive, const std::vector<std::string>& names,
                       const BirdsEyeOptions& options) {
   const TimeNs time = MiddleOf(trajectory);
   const GroundFrame frame = FrameAt(calibration, trajectory, time);
+  const int size = static_cast<int>(std::lround(2.0 * options.half_width / options.pixel));
+  PhotoMosaic mosaic =
+      ComposePhotos(drive, names, calibration, trajectory, time, {size, size}, [&](int u, int v) {
+        return frame.At((u + 0.5) * options.pixel - options.half_width,
+                        options.half_width - (v + 0.5) * options.pixel);
+      });
   BirdsEye view;
   view.seconds = SecondsSince(drive.epoch, time);
-  const int size = static_cast<int>(std::lround(2.0 * options.half_width / options.pixel));
-  cv::Mat sum(size, size, CV_32FC3, cv::Scalar::all(0)), weight(size, size, CV_32F, cv::Scalar(0));
-  std::vector<std::pair<std::string, Vector3d>> places;
-  for (std::size_t c = 0; c < names.size() && c < drive.cameras.size(); ++c) {
-    const SensorResult* camera = FindCamera(calibration, names[c]);
-    if (camera == nullptr) continue;
-    const CameraRecording& recording = drive.cameras[c];
-    const std::optional<std::size_t> image = NearestPhoto(recording, *camera, drive, trajectory, time);
-    if (!image) continue;
-    const std::optional<PhotoPose> pose =
-        PhotoPose::Of(*camera, trajectory, TimeFrom(drive.epoch, recording.images->Time(*image)));
-    if (!pose) continue;
-    const GroundPhoto laid = LayOut(recording.images->Load(*image), recording.mask, *pose, frame, options);
-    if (cv::countNonZero(laid.weight) == 0) continue;
-    cv::Mat colour, weights;
-    laid.colour.convertTo(colour, CV_32FC3);
-    cv::merge(std::vector<cv::Mat>(3, laid.weight), weights);
-    sum += colour.mul(weights);
-    weight += laid.weight;
-    view.cameras.push_back(camera->name);
-    places.emplace_back(camera->name, pose->Centre());
-  }
-  cv::Mat weights, mean;
-  cv::merge(std::vector<cv::Mat>(3, cv::max(weight, 1e-12)), weights);
-  cv::divide(sum, weights, mean);
-  mean.convertTo(view.picture, CV_8UC3);
-  view.picture.setTo(kUnseen, weight == 0.0f);
-  DrawMarks(places, frame, options, &view.picture);
+  view.picture = std::move(mosaic.picture);
+  for (const auto& [name, centre] : mosaic.cameras) view.cameras.push_back(name);
+  DrawMarks(mosaic.cameras, frame, options, &view.picture);
   return view;
 }
 

@@ -5,6 +5,7 @@
 
 #include "mlic_core/common/angles.h"
 #include "mlic_core/common/join.h"
+#include "mlic_core/common/padded.h"
 #include "mlic_core/evaluation/movements.h"
 
 namespace mlic {
@@ -36,10 +37,6 @@ std::string Finding(const BodyMovement& body) {
   }
   if (!open.empty()) finding += "; not checked: " + Joined(open);
   return finding;
-}
-
-std::string Padded(const std::string& text, std::size_t width) {
-  return text + std::string(text.size() < width ? width - text.size() : 1, ' ');
 }
 
 }  // namespace

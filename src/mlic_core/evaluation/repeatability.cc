@@ -37,7 +37,7 @@ std::vector<NamedPose> PosesOf(const CalibrationResult& calibration) {
   for (const SensorResult& sensor : calibration.sensors) {
     poses.push_back({std::string(NameOfType(sensor)) + "-imu", sensor.name, sensor.calibration.T_imu_sensor});
   }
-  for (const PairResult& pair : calibration.pairs) {
+  for (const PairResult& pair : PairsOf(calibration)) {
     const SensorResult *a = FindSensor(calibration, pair.a), *b = FindSensor(calibration, pair.b);
     if (a != nullptr && b != nullptr)
       poses.push_back({KindOfPair(*a, *b), pair.a + "/" + pair.b, pair.T_a_b});

@@ -40,20 +40,6 @@ double OffsetError(const SensorResult& result, const SensorResult& truth) {
   return result.calibration.time_offset - TrueOffset(truth, result);
 }
 
-std::vector<PairResult> PairsOf(const CalibrationResult& result) {
-  if (!result.pairs.empty()) return result.pairs;
-  std::vector<PairResult> pairs;
-  for (std::size_t a = 0; a < result.sensors.size(); ++a) {
-    for (std::size_t b = a + 1; b < result.sensors.size(); ++b) {
-      const SensorResult &first = result.sensors[a], &second = result.sensors[b];
-      pairs.push_back({first.name, second.name,
-                       first.calibration.T_imu_sensor.Inverse() * second.calibration.T_imu_sensor,
-                       PoseSigma()});
-    }
-  }
-  return pairs;
-}
-
 // Root mean square of the numbers among them; NaN without any.
 double RootMeanSquare(const Eigen::Vector3d& v) {
   double sum = 0.0;
@@ -126,6 +112,20 @@ const SensorResult* FindSensor(const CalibrationResult& result, const std::strin
     if (sensor.name == name) return &sensor;
   }
   return nullptr;
+}
+
+std::vector<PairResult> PairsOf(const CalibrationResult& result) {
+  if (!result.pairs.empty()) return result.pairs;
+  std::vector<PairResult> pairs;
+  for (std::size_t a = 0; a < result.sensors.size(); ++a) {
+    for (std::size_t b = a + 1; b < result.sensors.size(); ++b) {
+      const SensorResult &first = result.sensors[a], &second = result.sensors[b];
+      pairs.push_back({first.name, second.name,
+                       first.calibration.T_imu_sensor.Inverse() * second.calibration.T_imu_sensor,
+                       PoseSigma()});
+    }
+  }
+  return pairs;
 }
 
 double PoseError::RotationDegrees() const { return kDegreesPerRadian * rotation.norm(); }

@@ -35,6 +35,9 @@ struct TruthComparison {
 // The result's sensor of this name; null where it has none.
 const SensorResult* FindSensor(const CalibrationResult& result, const std::string& name);
 
+// The result's own pairs, or all pairs of its sensors (without sigmas) when it lists none.
+std::vector<PairResult> PairsOf(const CalibrationResult& result);
+
 // The truth in the axes that the result's IMU has: where its accelerometer's rotation to the gyroscope was
 // estimated the gyroscope's, and about the axes where it was held those of the accelerometer. The true
 // rotation between the two is the truth's accelerometer_matrix. Poses turn with the axes; pairs, offsets and
@@ -42,8 +45,7 @@ const SensorResult* FindSensor(const CalibrationResult& result, const std::strin
 CalibrationResult InAxesOf(const CalibrationResult& result, const CalibrationResult& truth);
 
 // Against the truth in the result's axes (InAxesOf). Sensors are matched by name; those the truth does not
-// know are left out. Pairs: the result's own, or all pairs of its sensors (without sigmas) when it lists
-// none.
+// know are left out. Pairs: PairsOf.
 TruthComparison CompareWithTruth(const CalibrationResult& result, const CalibrationResult& truth);
 
 // For people: degrees, millimetres, milliseconds; a * marks a translation that was not observable. title:

@@ -265,6 +265,7 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     AssociateAndSolve(context, many, probes, &adjustment);
     const double change = ChangeInSigmas(adjustment, context.dataset, before);
     rounds.last_change = change;
+    rounds.history.push_back({NameOf(options.landmarks), change});
     if (many && !rounds.noise_measured) {
       MeasureNoise(context, {adjustment.problem, adjustment.state}, &adjustment);
     }

@@ -134,6 +134,12 @@ struct MapPoint {
   int plane = -1;  // index of its plane in the map, -1 for none
 };
 
+// One round of association and solve of a joint adjustment.
+struct RoundSummary {
+  std::string stage;
+  double change = 0.0;  // largest of a sensor, in its sigmas
+};
+
 // How one stage went, for the report.
 struct StageSummary {
   std::string name;
@@ -162,6 +168,10 @@ struct ResidualSummary {
   double rms = 0.0;                       // of all, in units of `unit`; of each coordinate for cameras
   ResidualField over_image;               // cameras only
   double drift = 0.0;  // rms of the means over time bins beyond what white residuals leave, in their sigmas
+  // Of gyroscope and accelerometer, of each time bin: by how much its samples alone would have the bias
+  // beyond the one that is given, and the sigma of that where noise is white; in units of `unit`, along the
+  // axes.
+  std::vector<Eigen::Vector3d> bias_over_time, bias_sigma_over_time;
 };
 
 // Where one image sees a landmark, where the calibration projects it to, and where the same camera's images
@@ -268,6 +278,7 @@ struct CalibrationResult {
   std::vector<std::vector<StampedPose>> trajectories;  // T_map_imu, one for each drive, IMU clock
   std::vector<MapPoint> map;                           // of the first drive
   std::vector<StageSummary> stages;
+  std::vector<RoundSummary> rounds;  // of all joint adjustments, in their order
   std::vector<ResidualSummary> residuals;
   std::vector<SensorHalves> halves;           // of the sensors that took part
   std::vector<CameraView> views;              // one of each camera; for pictures, not kept in files

@@ -66,6 +66,39 @@ class ResidualCollector {
   std::vector<double> squares_, sums_, counts_;  // of each time bin; sums_: of whitened residuals
 };
 
+// Means over time of one of the IMU's sensors along each axis.
+class BiasCollector {
+ public:
+  // sigma: of a sample.
+  BiasCollector(const Eigen::Vector3d& sigma, double start, double end)
+      : sigma_(sigma),
+        start_(start),
+        width_((end - start) / kTimeBins),
+        sums_(kTimeBins, Eigen::Vector3d::Zero()),
+        counts_(kTimeBins, 0.0) {}
+  // residual: what is modelled less what was measured.
+  void Add(double time, const Eigen::Vector3d& residual) {
+    const auto bin =
+        static_cast<std::size_t>(std::clamp(static_cast<int>((time - start_) / width_), 0, kTimeBins - 1));
+    sums_[bin] -= residual;
+    counts_[bin] += 1.0;
+  }
+  // Bins are those of the residuals over time.
+  void FillIn(ResidualSummary* summary) const {
+    for (std::size_t b = 0; b < counts_.size(); ++b) {
+      if (counts_[b] == 0.0) continue;
+      summary->bias_over_time.push_back(sums_[b] / counts_[b]);
+      summary->bias_sigma_over_time.push_back(sigma_ / std::sqrt(counts_[b]));
+    }
+  }
+
+ private:
+  Eigen::Vector3d sigma_;
+  double start_, width_;
+  std::vector<Eigen::Vector3d> sums_;
+  std::vector<double> counts_;
+};
+
 // Sums of reprojection errors by cells of the image.
 class FieldCollector {
  public:
@@ -148,8 +181,11 @@ std::vector<ResidualSummary> SummarizeResiduals(const Rig& rig, const Dataset& d
   ResidualCollector gyroscope("gyroscope", "rad/s", std::sqrt(imu.gyroscope.squaredNorm() / 3.0), start, end);
   ResidualCollector accelerometer("accelerometer", "m/s^2", std::sqrt(imu.accelerometer.squaredNorm() / 3.0),
                                   start, end);
+  BiasCollector gyroscope_bias(imu.gyroscope, start, end), accelerometer_bias(imu.accelerometer, start, end);
   const ImuResiduals residuals = EvaluateImuResiduals(dataset, state, 0);
   for (std::size_t k = 0; k < residuals.times.size(); ++k) {
+    gyroscope_bias.Add(residuals.times[k], residuals.values[k].head<3>());
+    accelerometer_bias.Add(residuals.times[k], residuals.values[k].tail<3>());
     for (int a = 0; a < 3; ++a) {
       gyroscope.Add(residuals.times[k], residuals.values[k][a], residuals.values[k][a] / imu.gyroscope[a]);
       accelerometer.Add(residuals.times[k], residuals.values[k][3 + a],
@@ -162,7 +198,9 @@ std::vector<ResidualSummary> SummarizeResiduals(const Rig& rig, const Dataset& d
     summaries.push_back(std::move(summary));
   }
   summaries.push_back(gyroscope.Finish());
+  gyroscope_bias.FillIn(&summaries.back());
   summaries.push_back(accelerometer.Finish());
+  accelerometer_bias.FillIn(&summaries.back());
   return summaries;
 }
 

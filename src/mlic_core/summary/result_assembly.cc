@@ -351,6 +351,7 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
   result->guesses = GuessesOf(rig);
   result->initial_sensors = InitialSensors(rig, adjustment.initial, shown);
   result->pairs = MakePairs(sensors, shown, lost, of_data);
+  result->rounds = adjustment.rounds.history;
   result->imu = state.Imu(0);
   result->gravity = state.Gravity();
   result->alignment = AlignmentOf(adjustment);

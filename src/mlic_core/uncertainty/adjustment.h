@@ -52,7 +52,8 @@ struct JointRounds {
   // By how many of its sigmas the last round moved the calibration where rounds were over before it was
   // settled, else 0: part of the sigmas.
   double unsettled = 0.0;
-  double last_change = 0.0;  // by how many of its sigmas the last round moved the calibration
+  double last_change = 0.0;           // by how many of its sigmas the last round moved the calibration
+  std::vector<RoundSummary> history;  // all rounds until now, those with other landmarks too
 };
 
 // By what the last solve's information is too good, measured once the calibration is settled.

@@ -102,4 +102,17 @@ CalibrationResult WithPosesOf(const CalibrationResult& calibration, const Calibr
   return moved;
 }
 
+CalibrationResult AtGuesses(const CalibrationResult& calibration, const Rig& rig) {
+  CalibrationResult moved = calibration;
+  moved.sensors.clear();
+  for (const LidarConfig& lidar : rig.lidars) {
+    const auto found = std::find_if(calibration.sensors.begin(), calibration.sensors.end(),
+                                    [&](const SensorResult& sensor) { return sensor.name == lidar.name; });
+    if (found == calibration.sensors.end() || !lidar.guess) continue;
+    moved.sensors.push_back(*found);
+    moved.sensors.back().calibration.T_imu_sensor = lidar.guess->T_imu_sensor;
+  }
+  return moved;
+}
+
 }  // namespace mlic

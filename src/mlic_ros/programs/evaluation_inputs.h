@@ -29,4 +29,8 @@ Rig RigOfCalibration(const BagSet& bags, const CalibrationResult& calibration);
 // it lacks are left out.
 CalibrationResult WithPosesOf(const CalibrationResult& calibration, const CalibrationResult& other);
 
+// A calibration whose LiDARs stand where the rig file guesses them; those without a guess, and cameras, are
+// left out. Its time offsets stay: a guess seldom has any.
+CalibrationResult AtGuesses(const CalibrationResult& calibration, const Rig& rig);
+
 }  // namespace mlic

@@ -46,6 +46,18 @@ PoseSpread Named(const Repeatability& found, const std::string& name) {
   throw std::runtime_error("no pose " + name);
 }
 
+// As those of other methods: their pairs follow from their sensors.
+TEST(Repeatability, PairsNeedNotBeListed) {
+  std::vector<CalibrationResult> listed{Drawn(1, 1.0), Drawn(2, 1.0)}, bare = listed;
+  for (CalibrationResult& calibration : bare) calibration.pairs.clear();
+  const std::string name = listed[0].pairs[0].a + "/" + listed[0].pairs[0].b;
+  const PoseSpread expected = Named(MeasureRepeatability(listed, nullptr), name);
+  const PoseSpread found = Named(MeasureRepeatability(bare, nullptr), name);
+  EXPECT_GT(expected.translation_spread.norm(), 1e-5);
+  EXPECT_LT((found.translation_spread - expected.translation_spread).norm(), 1e-12);
+  EXPECT_LT((found.rotation_spread - expected.rotation_spread).norm(), 1e-12);
+}
+
 TEST(Repeatability, SpreadAndErrorsAreThoseThatWereDrawn) {
   std::vector<CalibrationResult> calibrations;
   for (std::uint64_t seed = 1; seed <= 400; ++seed) calibrations.push_back(Drawn(seed, 1.0));

@@ -125,6 +125,9 @@ TEST(Overlays, OfGuessAndResultShareTheirColours) {
   EXPECT_EQ(at(pictures.before, 140, 40), red);
   EXPECT_EQ(at(pictures.before, 100, 40), bare);
   EXPECT_EQ(at(pictures.before, 180, 40), bare) << "the guess, not the state before the last stage";
+  EXPECT_EQ(at(pictures.before, 4, 4), bare) << "no title, which the line between the two would cut";
+  EXPECT_NEAR(pictures.range.near, 2.0f, 0.1f);
+  EXPECT_NEAR(pictures.range.far, 20.0f, 0.5f);
   projection.guess.clear();
   EXPECT_EQ(at(DrawOverlays(photo, projection).before, 180, 40), red);
 }

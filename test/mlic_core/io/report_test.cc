@@ -1,12 +1,15 @@
 #include "mlic_core/io/report/report.h"
 
 #include <cstdlib>
+#include <sstream>
+#include <vector>
 
 #include "mlic_core/common/random.h"
 #include "mlic_core/io/pictures/track_picture.h"
 #include "mlic_core/io/report/embedded_image.h"
 #include "mlic_core/io/report/page_texts.h"
 #include "mlic_core/io/report/report_checks.h"
+#include "mlic_core/io/report/report_figures.h"
 #include "mlic_core/io/report/report_next_step.h"
 #include "mlic_core/io/report/report_verdict.h"
 #include "mlic_core/io/text_file.h"
@@ -56,7 +59,7 @@ TEST(Report, GivesOneRowToEachKindOfCheckThatPassed) {
     result.checks.push_back(check);
   }
   const std::string html = ChecksTable(result), shown = html.substr(0, html.find("<details>"));
-  EXPECT_TRUE(Contains(shown, "lidar_1<small>nearest of 3</small>"));
+  EXPECT_TRUE(Contains(shown, "lidar_1<small>of 3, nearest to its limit</small>"));
   EXPECT_FALSE(Contains(shown, "lidar_0"));
   EXPECT_TRUE(Contains(html.substr(shown.size()), "lidar_0"));
   result.checks[0].value = 1671.0;
@@ -85,9 +88,9 @@ TEST(Report, ExplainsEachCheckOfTheDocuments) {
 TEST(Report, IsOrderedByUse) {
   const std::string html = ReportOf(SampleResult());
   std::size_t last = 0;
-  for (const char* part :
-       {"<h1>Trusted</h1>", "id=\"checks\"", "id=\"next\"", "id=\"rig\"", "id=\"sensors\"", "id=\"frames\"",
-        "id=\"overlays\"", "id=\"pairs\"", "id=\"log\">\n<details><summary>"}) {
+  for (const char* part : {"<h1>Trusted</h1>", "id=\"checks\"", "id=\"next\"", "id=\"rig\"", "id=\"sensors\"",
+                           "id=\"frames\"", "id=\"overlays\"", "id=\"pairs\"", "id=\"convergence\"",
+                           "id=\"run\"", "id=\"log\">\n<details><summary>"}) {
     const std::size_t at = html.find(part);
     ASSERT_NE(at, std::string::npos) << part;
     EXPECT_GT(at, last) << part;
@@ -151,10 +154,63 @@ TEST(Report, DrawsTheRigStillWithItsGuess) {
 TEST(Report, LaysTheGuessOverTheResultOnThePhoto) {
   CalibrationResult result = SampleResult();
   EXPECT_TRUE(Contains(ReportOf(result), "left of the line the rig file's guess, right of it the result"));
+  EXPECT_TRUE(Contains(ReportOf(result), " m (red) to "));
   result.projections[0].guess.clear();
   EXPECT_TRUE(Contains(ReportOf(result), "left of the line before the photos were matched"));
   result.projections.clear();
   EXPECT_FALSE(Contains(ReportOf(result), "id=\"overlays\""));
+}
+
+// Guesses are 10, 5 and 2 cm off along the IMU's axes, and 0.07 rad about z.
+TEST(Report, SaysByHowMuchTheGuessWasOff) {
+  CalibrationResult result = SampleResult();
+  const std::string html = ReportOf(result), section = html.substr(html.find("id=\"change\""));
+  EXPECT_TRUE(Contains(
+      section.substr(0, section.find("</section>")),
+      "data-label=\"turned by, &deg;\">4.011</td><td class=\"n\" data-label=\"x, mm\">-100.0</td>"
+      "<td class=\"n\" data-label=\"y, mm\">50.0</td><td class=\"n\" data-label=\"z, mm\">-20.0</td>"));
+  result.guesses.clear();
+  EXPECT_FALSE(Contains(ReportOf(result), "id=\"change\""));
+}
+
+TEST(Report, ShowsHowItCameAbout) {
+  CalibrationResult result = SampleResult();
+  const std::string html = ReportOf(result);
+  EXPECT_TRUE(Contains(html, "aria-label=\"change of the calibration by rounds\""));
+  EXPECT_TRUE(Contains(html, "</i>joint with cameras</span>"));
+  EXPECT_TRUE(Contains(html, "aria-label=\"angular rates of the IMU\""));
+  EXPECT_TRUE(Contains(html, "aria-label=\"bias of the gyroscope over time\""));
+  EXPECT_FALSE(Contains(html, "bias of the accelerometer over time")) << "there is none in the sample";
+  EXPECT_TRUE(Contains(html, "<code>calibrate --rig rig.yaml --bag &#39;drive &lt;1&gt;.bag&#39;</code>"));
+  EXPECT_TRUE(Contains(html, "<td>/data/drive &lt;1&gt;.bag</td><td><code>0f3c</code></td>"));
+  EXPECT_TRUE(Contains(html, "<tr><th>intrinsics</th><td>trajectory</td></tr>"));
+  result.rounds.clear();
+  result.trajectories.clear();
+  result.run.reset();
+  const std::string without = ReportOf(result);
+  for (const char* id : {"id=\"convergence\"", "id=\"motion\"", "id=\"run\""}) {
+    EXPECT_FALSE(Contains(without, id)) << id;
+  }
+}
+
+// Ten times more is one step up, whatever the values.
+TEST(PlotFigure, OfPowersOfTen) {
+  const auto heights = [](bool logarithmic) {
+    const std::string svg = PlotFigure(
+        {"sample", "round", {{"#123456", {{1, 0.01}, {2, 0.1}, {3, 1.0}, {4, -1.0}}}}, {}, logarithmic});
+    const std::size_t at = svg.find("points=\"") + 8;
+    std::istringstream points(svg.substr(at, svg.find('"', at) - at));
+    std::vector<double> found;
+    double x = 0.0, y = 0.0;
+    for (char comma = 0; points >> x >> comma >> y;) found.push_back(y);
+    return found;
+  };
+  const std::vector<double> powers = heights(true), plain = heights(false);
+  ASSERT_EQ(powers.size(), 3u) << "what is not positive has no logarithm";
+  EXPECT_NEAR(powers[0] - powers[1], powers[1] - powers[2], 0.11);
+  EXPECT_GT(powers[0] - powers[1], 20.0);
+  ASSERT_EQ(plain.size(), 4u);
+  EXPECT_LT(plain[0] - plain[1], 0.2 * (plain[1] - plain[2]));
 }
 
 TEST(Report, SaysWhereTheTimeWent) {
@@ -191,6 +247,19 @@ TEST(Report, PartialNamesTheRejectedAndStillSaysHowToUseTheRest) {
   EXPECT_TRUE(Contains(html, "cam_left: its images are dark"));
   EXPECT_TRUE(Contains(html, "static_transforms.launch"));
   EXPECT_FALSE(Contains(html, "Record again with turns"));
+}
+
+TEST(Report, OfPairsAloneSaysAboutWhatTheyStand) {
+  CalibrationResult result = SampleResult();
+  result.verdict = Verdict::kPartial;
+  result.root = "front_lidar";
+  result.sensors.clear();
+  result.pairs[0].unobservable = {
+      {UnobservableDirection::Quantity::kTranslation, Eigen::Vector3d::UnitZ(), 0.2}};
+  const std::string html = ReportOf(result);
+  EXPECT_FALSE(Contains(html, "<b>0</b>")) << "no count of sensors where there are none";
+  EXPECT_TRUE(Contains(html, "Some directions of the pairs, marked <b>unobservable</b> below"));
+  EXPECT_TRUE(Contains(html, "href=\"#frames\">about front_lidar</a>"));
 }
 
 // A straight drive: along the way, and in time, nothing shows where one LiDAR is to the other.

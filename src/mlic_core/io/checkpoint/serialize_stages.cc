@@ -119,6 +119,7 @@ auto Members(LandmarkSet& set) { return std::tie(set.points, set.observations, s
 // Of the problem what rounds hand on: planes are found anew in each, and guesses are the rig file's.
 auto Members(DriveTerms& drive) { return std::tie(drive.imu_sigma, drive.landmarks); }
 auto Members(CameraTerms& camera) { return std::tie(camera.fixed, camera.given_intrinsics); }
+auto Members(RoundSummary& round) { return std::tie(round.stage, round.change); }
 auto Members(Adjustment& adjustment) {
   return std::tie(
       adjustment.state, adjustment.contradicted_guesses, adjustment.plane_noise, adjustment.problem.drives,
@@ -126,10 +127,10 @@ auto Members(Adjustment& adjustment) {
       adjustment.map.cameras_before, adjustment.map.noise, adjustment.map.held_out,
       adjustment.rounds.landmarks, adjustment.rounds.done, adjustment.rounds.points_per_scan,
       adjustment.rounds.alignment_tried, adjustment.rounds.noise_measured, adjustment.rounds.clocks_reviewed,
-      adjustment.rounds.matrices_judged, adjustment.rounds.ranges_measured, adjustment.constant_clocks,
-      adjustment.alignment_covariance, adjustment.noise_information, adjustment.problem.imu.alignment_held,
-      adjustment.problem.imu.gravity_sigma, adjustment.problem.imu.matrix_sigma,
-      adjustment.problem.estimate_imu_matrices, adjustment.lines);
+      adjustment.rounds.matrices_judged, adjustment.rounds.ranges_measured, adjustment.rounds.history,
+      adjustment.constant_clocks, adjustment.alignment_covariance, adjustment.noise_information,
+      adjustment.problem.imu.alignment_held, adjustment.problem.imu.gravity_sigma,
+      adjustment.problem.imu.matrix_sigma, adjustment.problem.estimate_imu_matrices, adjustment.lines);
 }
 
 template <>

@@ -83,11 +83,6 @@ cv::Mat DrawPoints(const cv::Mat& photo, const std::vector<ProjectedPoint>& poin
   return panel;
 }
 
-// m, the range of depths that the colours span.
-struct DepthRange {
-  float near = 0.0f, far = 0.0f;
-};
-
 DepthRange RangeOf(const std::vector<ProjectedPoint>& points) {
   std::vector<float> depths;
   for (const ProjectedPoint& point : points) depths.push_back(point.depth);
@@ -95,15 +90,22 @@ DepthRange RangeOf(const std::vector<ProjectedPoint>& points) {
   return {near, std::max(1.01f * near, Quantile(depths, 0.98))};
 }
 
-cv::Mat DrawInRange(const cv::Mat& photo, const std::vector<ProjectedPoint>& points, const DepthRange& range,
-                    const std::string& when) {
+cv::Mat DrawInRange(const cv::Mat& photo, const std::vector<ProjectedPoint>& points,
+                    const DepthRange& range) {
   const auto [near, far] = range;
   std::vector<float> share;
   for (const ProjectedPoint& point : points) {
     share.push_back(1.0f - std::log(std::max(point.depth, near) / near) / std::log(far / near));
   }
-  cv::Mat panel = DrawPoints(photo, points, share);
-  Label("LiDAR by depth " + when + ", " + FixedNumber(near, 1) + " m (red) to " + FixedNumber(far, 0) + " m",
+  return DrawPoints(photo, points, share);
+}
+
+cv::Mat DrawWithLegend(const cv::Mat& photo, const std::vector<ProjectedPoint>& points,
+                       const std::string& when) {
+  const DepthRange range = RangeOf(points);
+  cv::Mat panel = DrawInRange(photo, points, range);
+  Label("LiDAR by depth " + when + ", " + FixedNumber(range.near, 1) + " m (red) to " +
+            FixedNumber(range.far, 0) + " m",
         &panel);
   return panel;
 }
@@ -179,7 +181,7 @@ cv::Mat DrawRendering(const cv::Mat& rendering, const cv::Size& size) {
 cv::Mat DrawByDepth(const cv::Mat& photo, const std::vector<ProjectedPoint>& points,
                     const std::string& when) {
   if (points.empty()) return DrawPoints(InColour(photo), {}, {});
-  return DrawInRange(InColour(photo), points, RangeOf(points), when);
+  return DrawWithLegend(InColour(photo), points, when);
 }
 
 cv::Mat DrawProjection(const cv::Mat& photo, const CameraProjection& projection) {
@@ -187,8 +189,8 @@ cv::Mat DrawProjection(const cv::Mat& photo, const CameraProjection& projection)
   const cv::Mat matches = DrawMatches(colour, projection);
   const cv::Mat panels[6] = {matches,
                              DrawRendering(projection.rendering, matches.size()),
-                             DrawInRange(colour, projection.before, RangeOf(projection.before), "before"),
-                             DrawInRange(colour, projection.after, RangeOf(projection.after), "after"),
+                             DrawWithLegend(colour, projection.before, "before"),
+                             DrawWithLegend(colour, projection.after, "after"),
                              DrawByIntensity(colour, projection.before, "before"),
                              DrawByIntensity(colour, projection.after, "after")};
   cv::Mat picture(3 * matches.rows, 2 * matches.cols, CV_8UC3);
@@ -202,10 +204,8 @@ cv::Mat DrawProjection(const cv::Mat& photo, const CameraProjection& projection)
 OverlayPair DrawOverlays(const cv::Mat& photo, const CameraProjection& projection) {
   const cv::Mat colour = InColour(photo);
   const DepthRange range = RangeOf(projection.after);
-  const bool guessed = !projection.guess.empty();
-  return {DrawInRange(colour, guessed ? projection.guess : projection.before, range,
-                      guessed ? "at the guess" : "before"),
-          DrawInRange(colour, projection.after, range, "as found")};
+  return {DrawInRange(colour, projection.guess.empty() ? projection.before : projection.guess, range),
+          DrawInRange(colour, projection.after, range), range};
 }
 
 void WriteProjectionPictures(const std::filesystem::path& directory,

@@ -15,10 +15,16 @@ namespace mlic {
 // logarithmic), before and after; LiDAR points by intensity, before and after. photo: CV_8UC1 or CV_8UC3.
 cv::Mat DrawProjection(const cv::Mat& photo, const CameraProjection& projection);
 
+// m, the range of depths that the colours span, from red to blue.
+struct DepthRange {
+  float near = 0.0f, far = 0.0f;
+};
+
 // The photo with the LiDAR points by depth, both with one scale of colours: at the guess (where there is
-// none, before the last stage), and after.
+// none, before the last stage), and after. Without titles, as one is laid over the other.
 struct OverlayPair {
   cv::Mat before, after;
+  DepthRange range;
 };
 OverlayPair DrawOverlays(const cv::Mat& photo, const CameraProjection& projection);
 

@@ -7,6 +7,7 @@
 #include "mlic_core/io/report/page_texts.h"
 #include "mlic_core/io/report/report_cameras.h"
 #include "mlic_core/io/report/report_checks.h"
+#include "mlic_core/io/report/report_course.h"
 #include "mlic_core/io/report/report_data.h"
 #include "mlic_core/io/report/report_figures.h"
 #include "mlic_core/io/report/report_ground.h"
@@ -96,6 +97,7 @@ void WriteReport(const std::filesystem::path& path, const CalibrationResult& res
       {"next", "Next step", NextStep(result, place)},
       {"rig", "The rig", RigFigure(drawing, turnable)},
       {"sensors", "Where the sensors are", SensorTable(result)},
+      {"change", "Change from the guess", ChangeFromGuess(drawing)},
       {"ground", "Over the ground", GroundTable(result)},
       {"frames", "About any sensor, frame and clock", result.Usable() ? FrameChoice(drawing) : ""},
       {"overlays", "The LiDARs on the photos", Overlays(result)},
@@ -104,9 +106,12 @@ void WriteReport(const std::filesystem::path& path, const CalibrationResult& res
       {"intrinsics", "Camera intrinsics", CameraTable(result)},
       {"camera-residuals", "Camera residuals", CameraResiduals(result)},
       {"drive", "The drive from above", TopViewFigure(result)},
+      {"motion", "How it moved", Motion(result)},
+      {"convergence", "Convergence", Convergence(result)},
       {"residuals", "Residuals", result.residuals.empty() ? "" : ResidualSection(result)},
       {"halves", "Halves of the drive", HalvesTable(result)},
-      {"imu", "IMU", result.sensors.empty() ? "" : ImuTable(result)},
+      {"imu", "IMU", result.sensors.empty() ? "" : ImuTable(result) + BiasOverTime(result)},
+      {"run", "How it was made", HowItWasMade(result)},
       {"log", "Time and log", result.stages.empty() ? "" : StageTable(result), true},
   };
   WriteFileAtomically(path, FillPage(kPageHtml, {{"title", "MLIC: " + VerdictName(result.verdict)},

@@ -65,7 +65,8 @@ std::string Summary(const std::vector<QualityCheck>& checks) {
       if (worst == nullptr || Strain(check) > Strain(*worst)) worst = &check;
     }
     if (worst == nullptr) continue;
-    const std::string others = count > 1 ? "<small>nearest of " + std::to_string(count) + "</small>" : "";
+    const std::string others =
+        count > 1 ? "<small>of " + std::to_string(count) + ", nearest to its limit</small>" : "";
     passed += Row(*worst, EscapeXml(worst->sensor) + others, true);
   }
   return Table(failed + passed);
@@ -76,7 +77,8 @@ std::string Summary(const std::vector<QualityCheck>& checks) {
 std::string MeaningOf(const std::string& check) {
   static const std::map<std::string, std::string> kMeanings = {
       {"convergence", "by how many sigmas the last round (association and solve) moved the calibration"},
-      {"pairs_convergence", "the same, of LiDARs calibrated to each other without the IMU"},
+      {"pairs_convergence",
+       "by how many sigmas the last round moved LiDARs that are calibrated to each other without the IMU"},
       {"excitation_rotation", "sigma of the rotation that the data alone show least"},
       {"excitation_translation", "sigma of the translation that the data alone show least"},
       {"excitation_time_offset", "sigma of the time offset from the data alone"},

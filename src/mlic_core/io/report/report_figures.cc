@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "mlic_core/io/result/export_frames.h"
 #include "mlic_core/io/text_file.h"
@@ -13,7 +14,7 @@ namespace {
 
 // Size of the plots, and the frame that their axes leave.
 constexpr double kWidth = 340.0, kHeight = 150.0;
-constexpr double kLeft = 34.0, kRight = 10.0, kTop = 8.0, kBottom = 30.0;
+constexpr double kLeft = 40.0, kRight = 10.0, kTop = 8.0, kBottom = 30.0;
 
 double AcrossAt(double share) { return kLeft + share * (kWidth - kLeft - kRight); }
 double DownAt(double share) { return kHeight - kBottom - share * (kHeight - kTop - kBottom); }
@@ -92,25 +93,59 @@ std::string OverTimeFigure(const ResidualSummary& residual, const std::string& c
   const std::vector<double>&times = residual.over_time_seconds, &rms = residual.over_time_rms;
   const std::size_t count = std::min(times.size(), rms.size());
   if (count < 2 || residual.sigma <= 0.0) return "<p class=\"none\">no time series</p>";
-  const double begin = times[0], span = std::max(1e-9, times[count - 1] - begin);
-  double highest = 1.5;
-  for (std::size_t i = 0; i < count; ++i) highest = std::max(highest, 1.1 * rms[i] / residual.sigma);
-  std::string svg = Open("residuals of " + residual.sensor + " over time");
-  svg += Line(kLeft, DownAt(1.0 / highest), kWidth - kRight, DownAt(1.0 / highest), "guide");
-  std::string points;
+  Plot plot{"residuals of " + residual.sensor + " over time", "time in the drive, s", {{color, {}}}, {1.0}};
   for (std::size_t i = 0; i < count; ++i) {
-    points += SvgNumber(AcrossAt((times[i] - begin) / span)) + "," +
-              SvgNumber(DownAt(rms[i] / residual.sigma / highest)) + " ";
+    plot.curves[0].points.emplace_back(times[i], rms[i] / residual.sigma);
   }
-  svg += "<polyline points=\"" + points + "\" fill=\"none\" stroke=\"" + color + "\" stroke-width=\"1.6\"/>";
-  const double across = TickStep(span), up = TickStep(highest);
-  for (double t = across * std::ceil(begin / across); t <= begin + span; t += across) {
-    svg += Text(AcrossAt((t - begin) / span), DownAt(0) + 12.0, "middle", ShortNumber(t, 6));
+  return PlotFigure(plot);
+}
+
+std::string PlotFigure(const Plot& plot) {
+  const auto up = [&](double value) { return plot.logarithmic ? std::log10(value) : value; };
+  const auto drawn = [&](double value) { return std::isfinite(value) && (!plot.logarithmic || value > 0.0); };
+  const double none = std::numeric_limits<double>::infinity();
+  double begin = none, end = -none, low = plot.logarithmic ? none : 0.0,
+         high = plot.logarithmic ? -none : 0.0;
+  const auto include = [&](double value) {
+    low = std::min(low, up(value));
+    high = std::max(high, up(value));
+  };
+  for (const double level : plot.levels) include(level);
+  for (const Curve& curve : plot.curves) {
+    for (const auto& [x, y] : curve.points) {
+      if (!drawn(y)) continue;
+      include(y);
+      begin = std::min(begin, x);
+      end = std::max(end, x);
+    }
   }
-  for (double value = 0.0; value <= highest; value += up) {
-    svg += Text(kLeft - 5.0, DownAt(value / highest) + 3.5, "end", ShortNumber(value, 3));
+  if (begin > end) return "<p class=\"none\">nothing to draw</p>";
+  const double span = std::max(1e-12, end - begin), height = std::max(1e-12, 1.05 * (high - low));
+  const auto x_at = [&](double x) { return AcrossAt((x - begin) / span); };
+  const auto y_at = [&](double value) { return DownAt((up(value) - low) / height); };
+  std::string svg = Open(plot.label);
+  for (const double level : plot.levels) {
+    svg += Line(kLeft, y_at(level), kWidth - kRight, y_at(level), "guide");
   }
-  return svg + Axis("time in the drive, s") + "</svg>";
+  for (const Curve& curve : plot.curves) {
+    std::string points;
+    for (const auto& [x, y] : curve.points) {
+      if (drawn(y)) points += SvgNumber(x_at(x)) + "," + SvgNumber(y_at(y)) + " ";
+    }
+    svg += "<polyline points=\"" + points + "\" fill=\"none\" stroke=\"" + curve.color +
+           "\" stroke-width=\"" + (curve.dashed ? "1\" stroke-dasharray=\"3 3" : "1.6") + "\"/>";
+  }
+  const double across = TickStep(span);
+  for (double x = across * std::ceil(begin / across); x <= end + 1e-9 * span; x += across) {
+    svg += Text(x_at(x), DownAt(0) + 12.0, "middle", ShortNumber(x, 6));
+  }
+  const double step = plot.logarithmic ? std::max(1.0, std::ceil(height / 5.0)) : TickStep(height);
+  for (double value = step * std::ceil(low / step); value <= low + height; value += step) {
+    const double shown = std::abs(value) < 1e-9 * step ? 0.0 : value;
+    svg += Text(kLeft - 5.0, DownAt((value - low) / height) + 3.5, "end",
+                ShortNumber(plot.logarithmic ? std::pow(10.0, shown) : shown, 3));
+  }
+  return svg + Axis(plot.across) + "</svg>";
 }
 
 }  // namespace mlic

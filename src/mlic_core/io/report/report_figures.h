@@ -1,6 +1,8 @@
 #pragma once
 
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "mlic_core/result/result.h"
 
@@ -20,5 +22,21 @@ std::string HistogramFigure(const ResidualSummary& residual, const std::string& 
 
 // Root mean square over the drive in units of the assumed sigma.
 std::string OverTimeFigure(const ResidualSummary& residual, const std::string& color);
+
+// Quantities over one variable, in one frame.
+struct Curve {
+  std::string color;
+  std::vector<std::pair<double, double>> points;
+  bool dashed = false;
+};
+struct Plot {
+  std::string label;   // for those who cannot see it
+  std::string across;  // below it: the variable
+  std::vector<Curve> curves;
+  std::vector<double> levels;  // dashed lines across
+  bool logarithmic = false;    // powers of ten upwards; what is not positive is left out
+};
+// Its range holds all curves and levels, of ones that are not logarithmic zero as well.
+std::string PlotFigure(const Plot& plot);
 
 }  // namespace mlic

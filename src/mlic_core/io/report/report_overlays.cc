@@ -3,6 +3,7 @@
 #include "mlic_core/io/pictures/projection_picture.h"
 #include "mlic_core/io/report/embedded_image.h"
 #include "mlic_core/io/result/export_frames.h"
+#include "mlic_core/io/text_file.h"
 
 namespace mlic {
 namespace {
@@ -22,7 +23,8 @@ std::string Overlay(const CameraProjection& projection) {
   };
   return "<figure class=\"compare\"><figcaption><b>" + name + "</b>: left of the line " +
          (guessed ? "the rig file's guess" : "before the photos were matched") +
-         ", right of it the result</figcaption>\n<div class=\"pictures\">\n" +
+         ", right of it the result; points from " + FixedNumber(pictures.range.near, 1) + " m (red) to " +
+         FixedNumber(pictures.range.far, 0) + " m (blue)</figcaption>\n<div class=\"pictures\">\n" +
          image(pictures.after, "after", "LiDAR points on the photo of " + name + ", as found") +
          image(pictures.before, "before", "LiDAR points on the photo of " + name + ", " + first) +
          "<span class=\"line\"></span></div>\n<input type=\"range\" min=\"0\" max=\"100\" value=\"50\" "
@@ -37,9 +39,8 @@ std::string Overlays(const CalibrationResult& result) {
   for (const CameraProjection& projection : result.projections) html += Overlay(projection);
   if (html.empty()) return "";
   return html +
-         "<p class=\"note\">Points of the LiDARs within a tenth of a second of the photo, red near to blue "
-         "far. "
-         "Where the calibration is right, edges of the points lie on edges of the photo. The guess changes "
+         "<p class=\"note\">Points of the LiDARs within a tenth of a second of the photo. Where the "
+         "calibration is right, edges of the points lie on edges of the photo. The guess changes "
          "poses only: intrinsics and time offsets are those found. More views are in "
          "<code>images/NAME_projection.png</code>.</p>\n";
 }

@@ -143,8 +143,14 @@ const char* const kPoseHeader =
 }  // namespace
 
 std::string SensorTable(const CalibrationResult& result) {
-  if (result.sensors.empty())
-    return "<p class=\"none\">No sensor's pose in the IMU's frame is observable.</p>\n";
+  if (result.sensors.empty()) {
+    const std::string elsewhere = result.root.empty() ? ""
+                                                      : " Where the sensors are to each other stands <a "
+                                                        "href=\"#frames\">about " +
+                                                            EscapeXml(result.root) +
+                                                            "</a> and for <a href=\"#pairs\">each pair</a>.";
+    return "<p class=\"none\">No sensor's pose in the IMU's frame is observable." + elsewhere + "</p>\n";
+  }
   const bool drifts =
       std::any_of(result.sensors.begin(), result.sensors.end(),
                   [](const SensorResult& sensor) { return sensor.calibration.clock_drift.has_value(); });

@@ -34,9 +34,11 @@ std::string Tile(const std::string& number, const std::string& meaning) {
 // The largest sigmas among what the drive showed, in the units of people.
 std::string Tiles(const CalibrationResult& result) {
   const LargestSigmas sigmas = FindLargestSigmas(result);
-  std::string html =
-      "<div class=\"tiles\">" + Tile(std::to_string(result.sensors.size()),
-                                     result.sensors.size() == 1 ? "sensor calibrated" : "sensors calibrated");
+  std::string html = "<div class=\"tiles\">";
+  if (!result.sensors.empty()) {
+    html += Tile(std::to_string(result.sensors.size()),
+                 result.sensors.size() == 1 ? "sensor calibrated" : "sensors calibrated");
+  }
   if (!result.root.empty()) html += Tile(std::to_string(result.pairs.size()), "pairs of sensors");
   if (!result.sensors.empty() || !result.root.empty()) {
     html +=
@@ -80,13 +82,19 @@ std::string VerdictBlock(const CalibrationResult& result) {
   const bool unobservable =
       std::any_of(result.sensors.begin(), result.sensors.end(),
                   [](const SensorResult& sensor) { return !sensor.unobservable.empty(); });
+  const bool unshown = std::any_of(result.pairs.begin(), result.pairs.end(),
+                                   [](const PairResult& pair) { return !pair.unobservable.empty(); });
   const std::string name = VerdictName(result.verdict);
   std::string title = name;
   title[0] = static_cast<char>(std::toupper(title[0]));
   std::string html = "<section class=\"verdict " + name + "\">\n<h1>" + title + "</h1>\n<p class=\"lead\">";
   if (!result.root.empty()) {
-    html += "The pairs of sensors below can be used, and launch file and URDF, which are about " +
-            EscapeXml(result.root) + ". Nothing ties them to the IMU:</p>\n" + List(result.reasons);
+    html +=
+        "The pairs of sensors below can be used, and launch file and URDF, which are about " +
+        EscapeXml(result.root) + ". Nothing ties them to the IMU:</p>\n" + List(result.reasons) +
+        (unshown ? "<p>Some directions of the pairs, marked <b>unobservable</b> below, are not determined by "
+                   "this drive either: there the given guess decides.</p>\n"
+                 : "");
   } else if (result.verdict == Verdict::kPartial) {
     html += "The sensors below can be used. Others of the rig were rejected and are not given:</p>\n" +
             List(result.reasons);

@@ -142,7 +142,7 @@
       controls, element('div', {className: 'wide'}, table),
       element('p', {className: 'note', textContent:
         'T_reference_sensor: p_reference = T p_sensor. Time offsets: t_clock = t_sensor + offset' +
-        ' (of clocks that drift: in the middle of the drive). Largest σ: of rotation and of translation.'}),
+        ' (of clocks that drift: in the middle of the drive). Largest σ: of rotation and of translation, unobservable directions included.'}),
       element('details', {}, element('summary', {textContent: 'the same as commands'}), pre));
     update();
   };

@@ -18,7 +18,7 @@ function drawRig(data, place) {
   const note = document.createElement('p');
   note.className = 'note';
   const held = data.sensors.some((sensor) => sensor.translation_observable.includes(false));
-  note.textContent = `Drag to turn. Ellipsoids: one sigma of the translation, enlarged ${data.ellipsoid_scale} times` +
+  note.textContent = `Drag to turn. Ellipsoids: one sigma of the translation, ${data.ellipsoid_scale === 1 ? 'at its size' : `enlarged ${data.ellipsoid_scale} times`}` +
     (held ? `; where a direction is unobservable they are cut at ${(1000 * cut / data.ellipsoid_scale).toPrecision(2)} mm.` : '.');
   place.append(controls, stage, note);
   place.hidden = false;
@@ -151,8 +151,9 @@ function drawRig(data, place) {
     point_camera();
     const aspect = stage.clientWidth / stage.clientHeight;
     let wanted = 2.2 * length;
-    for (const each of labels) {
-      const p = each.position.clone().applyMatrix4(rig.matrix).applyMatrix4(camera.matrixWorldInverse);
+    const shown = data.sensors.filter((sensor) => sensor.guess).map((sensor) => vector(sensor.guess.translation));
+    for (const position of [...labels.map((each) => each.position), ...shown]) {
+      const p = position.clone().applyMatrix4(rig.matrix).applyMatrix4(camera.matrixWorldInverse);
       wanted = Math.max(wanted, Math.abs(p.y) + 2.2 * length, (Math.abs(p.x) + 2.6 * length) / aspect);
     }
     view.zoom = reach / wanted;
