@@ -12,6 +12,7 @@
 #include <QEvent>
 #include <QHBoxLayout>
 #include <QHeaderView>
+#include <QKeySequence>
 #include <QLabel>
 #include <QProgressBar>
 #include <QPushButton>
@@ -113,8 +114,8 @@ QPushButton* CalibrationPanel::MakeButton(const QString& text, const QString& ti
 QHBoxLayout* CalibrationPanel::MakeSceneButtons() {
   previous_ = MakeButton("<", "The round before the shown one; Alt+Left (service /mlic/round)");
   next_ = MakeButton(">", "The round after the shown one; Alt+Right (service /mlic/round)");
-  previous_->setShortcut(Qt::ALT | Qt::Key_Left);
-  next_->setShortcut(Qt::ALT | Qt::Key_Right);
+  previous_->setShortcut(QKeySequence("Alt+Left"));
+  next_->setShortcut(QKeySequence("Alt+Right"));
   latest_ = MakeButton("&Latest", "The latest state again (service /mlic/round)");
   round_ = new QLabel(this);
   blink_ =
