@@ -91,8 +91,8 @@ class MixedCells {
   bool Contains(const Eigen::Vector2d& position) const { return mixed_[PlaceOf(CellOf(position))]; }
 
  private:
-  // from: measured, trials, LiDAR, open 54, 106 and its world with seed 3: 0.02 changes results by at most 0.4
-  // sigma
+  // from: measured, trials, LiDAR, open 54, 106 and its world with seed 3: 0.02 changes results by at most
+  // 0.4 sigma
   static constexpr double kShareOff = 0.05;
   static constexpr int kFewestOff = 2;  // from: derivation, one may be an outlier of its own
 
