@@ -247,6 +247,7 @@ TEST(ResultFile, KeepsHowItWasMade) {
   TemporaryDirectory directory;
   const std::filesystem::path path = directory.Path() / "calibration.yaml";
   CalibrationResult result = SampleResult();
+  result.run.reset();
   WriteCalibrationFile(path, result);
   EXPECT_FALSE(ReadCalibrationFile(path).run);
   result.run = RunRecord{"1.2.3",
