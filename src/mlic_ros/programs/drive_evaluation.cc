@@ -77,12 +77,26 @@ std::size_t CountPoints(const Drive& drive) {
   return count;
 }
 
-void EvaluateMaps(const BagSet& bags, const Rig& rig, const Drive& drive, const Compared& compared,
-                  const CancellationToken& cancellation, Evaluation* evaluation) {
+std::vector<std::string> LidarNames(const Rig& rig) {
   std::vector<std::string> names;
   for (const LidarConfig& lidar : rig.lidars) names.push_back(lidar.name);
+  return names;
+}
+
+std::vector<std::string> CameraNames(const Rig& rig) {
+  std::vector<std::string> names;
+  for (const CameraConfig& camera : rig.cameras) names.push_back(camera.name);
+  return names;
+}
+
+// Every so many points of a drive take part in its map.
+std::size_t MapStride(const Drive& drive) { return CountPoints(drive) / kMostMapPoints + 1; }
+
+void EvaluateMaps(const BagSet& bags, const Rig& rig, const Drive& drive, const Compared& compared,
+                  const CancellationToken& cancellation, Evaluation* evaluation) {
+  const std::vector<std::string> names = LidarNames(rig);
   if (names.empty()) return;
-  const std::size_t stride = CountPoints(drive) / kMostMapPoints + 1;
+  const std::size_t stride = MapStride(drive);
   const auto add = [&](const std::string& title, const std::string& file, const CalibrationResult& poses) {
     cancellation.ThrowIfCancelled();
     const MapEvaluation map = EvaluateMap(BuildMap(drive, names, compared.trajectory, poses, stride), poses);
@@ -116,10 +130,8 @@ void EvaluateCameras(const DriveEvaluationOptions& options, const Rig& rig, cons
                      const Compared& compared, const CancellationToken& cancellation,
                      Evaluation* evaluation) {
   if (rig.cameras.size() < 2) return;
-  std::vector<std::string> names;
-  for (const CameraConfig& camera : rig.cameras) names.push_back(camera.name);
   const std::vector<FreshMatch> matches =
-      FindFreshMatches(drive, names, compared.calibration, compared.trajectory,
+      FindFreshMatches(drive, CameraNames(rig), compared.calibration, compared.trajectory,
                        ReadKeyframesBeside(options.calibration), FreshMatchOptions(), cancellation);
   const auto columns = compared.Columns<EpipolarColumn>([&](const CalibrationResult& calibration) {
     return MeasureEpipolarErrors(matches, calibration, compared.trajectory);
@@ -156,9 +168,8 @@ void EvaluateReprojection(const DriveEvaluationOptions& options, const Rig& rig,
 void DrawLidars(const Rig& rig, const Drive& drive, const Compared& compared,
                 const CancellationToken& cancellation, Evaluation* evaluation) {
   if (rig.lidars.empty()) return;
-  std::vector<std::string> names;
-  for (const LidarConfig& lidar : rig.lidars) names.push_back(lidar.name);
-  const std::size_t stride = CountPoints(drive) / kMostMapPoints + 1;
+  const std::vector<std::string> names = LidarNames(rig);
+  const std::size_t stride = MapStride(drive);
   std::vector<MapState> states;
   const auto add = [&](const std::string& title, const CalibrationResult& poses) {
     cancellation.ThrowIfCancelled();
@@ -181,9 +192,7 @@ void DrawLidars(const Rig& rig, const Drive& drive, const Compared& compared,
 void DrawPictures(const Rig& rig, const Drive& drive, const Compared& compared,
                   const CancellationToken& cancellation, Evaluation* evaluation) {
   if (rig.cameras.empty()) return;
-  std::vector<std::string> cameras, lidars;
-  for (const CameraConfig& camera : rig.cameras) cameras.push_back(camera.name);
-  for (const LidarConfig& lidar : rig.lidars) lidars.push_back(lidar.name);
+  const std::vector<std::string> cameras = CameraNames(rig), lidars = LidarNames(rig);
   std::string text;
   if (StandsOnTheGround(compared.calibration)) {
     const BirdsEye view =
@@ -197,9 +206,8 @@ void DrawPictures(const Rig& rig, const Drive& drive, const Compared& compared,
   const cv::Mat panorama = DrawPanorama(drive, cameras, compared.calibration, compared.trajectory);
   if (!panorama.empty()) evaluation->pictures.emplace_back("panorama.png", panorama);
   if (!lidars.empty()) {
-    const std::size_t stride = CountPoints(drive) / kMostMapPoints + 1;
     const std::vector<MapPoint> map =
-        BuildMap(drive, lidars, compared.trajectory, compared.calibration, stride);
+        BuildMap(drive, lidars, compared.trajectory, compared.calibration, MapStride(drive));
     evaluation->coloured_map = ColourMap(map, drive, cameras, compared.calibration, compared.trajectory,
                                          MapColourOptions(), cancellation);
     const cv::Mat picture = DrawColouredMap(evaluation->coloured_map, compared.trajectory);

@@ -4,15 +4,12 @@
 #include <vector>
 
 #include "mlic_core/evaluation/truth_comparison.h"
+#include "mlic_core/pipeline/adjustment_steps.h"
 #include "mlic_core/pipeline/calibrator.h"
 #include "mlic_core/sensors/sensor_id.h"
 
 namespace mlic {
 namespace {
-
-std::string NameIn(const Rig& rig, SensorId sensor) {
-  return sensor.IsLidar() ? rig.lidars[sensor.index].name : rig.cameras[sensor.index].name;
-}
 
 // The calibration of these sensors as if the rig had no other.
 CalibrationResult CalibrateAlone(const Rig& rig, const Dataset& dataset, const std::vector<SensorId>& sensors,
@@ -69,7 +66,7 @@ CalibrationResult CalibratePairwise(const Rig& rig, const Dataset& dataset,
                                     const std::function<void(const std::string&)>& on_pair) {
   const SensorOrder order{rig.lidars.size(), rig.cameras.size()};
   const SensorId reference = order.At(0);
-  const std::string name = NameIn(rig, reference);
+  const std::string name = NameOf(reference, rig);
   on_pair(name + " to the IMU");
   const CalibrationResult alone = CalibrateAlone(rig, dataset, {reference}, cancellation);
   CalibrationResult result;
@@ -80,7 +77,7 @@ CalibrationResult CalibratePairwise(const Rig& rig, const Dataset& dataset,
   const SensorResult* const of_reference = FindSensor(alone, name);
   const auto reject = [&](SensorId sensor, const std::string& reason) {
     const auto type = sensor.IsLidar() ? SensorResult::Type::kLidar : SensorResult::Type::kCamera;
-    result.rejected.push_back({NameIn(rig, sensor), type, NameIn(rig, sensor) + ": " + reason});
+    result.rejected.push_back({NameOf(sensor, rig), type, NameOf(sensor, rig) + ": " + reason});
   };
   if (of_reference == nullptr) {
     for (std::size_t s = 0; s < order.size(); ++s) reject(order.At(s), name + " is not tied to the IMU");
@@ -89,7 +86,7 @@ CalibrationResult CalibratePairwise(const Rig& rig, const Dataset& dataset,
   result.sensors.push_back(WithoutClaims(*of_reference));
   for (std::size_t s = 1; s < order.size(); ++s) {
     const SensorId sensor = order.At(s);
-    const std::string other = NameIn(rig, sensor);
+    const std::string other = NameOf(sensor, rig);
     on_pair(other + " to " + name);
     const CalibrationResult pair = CalibrateAlone(rig, dataset, {reference, sensor}, cancellation);
     const auto T_reference_other = PoseBetween(pair, name, other);

@@ -103,25 +103,18 @@ std::string ChangeFromGuess(const RigDrawing& drawing) {
 std::string Convergence(const CalibrationResult& result) {
   if (result.rounds.empty()) return "";
   Plot plot{"change of the calibration by rounds", "round", {}, {1.0}, true};
-  std::string stages;
+  std::string stage, legend = "<p class=\"legend\">";
   double round = 0.0;
   for (const RoundSummary& summary : result.rounds) {
-    if (plot.curves.empty() || summary.stage != stages) {
-      stages = summary.stage;
-      plot.curves.push_back({SensorColor(plot.curves.size()), {}});
+    if (plot.curves.empty() || summary.stage != stage) {
+      stage = summary.stage;
+      const std::string color = SensorColor(plot.curves.size());
+      plot.curves.push_back({color, {}});
+      legend += "<span><i style=\"background:" + color + "\"></i>" + EscapeXml(stage) + "</span>";
     }
     round += 1.0;
     // A damped solve without sigmas counts as very large; a round that moved nothing as very small.
     plot.curves.back().points.emplace_back(round, std::clamp(summary.change, 1e-4, 1e4));
-  }
-  std::string legend = "<p class=\"legend\">";
-  std::size_t curve = 0;
-  stages.clear();
-  for (const RoundSummary& summary : result.rounds) {
-    if (summary.stage == stages) continue;
-    stages = summary.stage;
-    legend +=
-        "<span><i style=\"background:" + SensorColor(curve++) + "\"></i>" + EscapeXml(stages) + "</span>";
   }
   return "<div class=\"grid\">" + Card("moved by, in sigmas", PlotFigure(plot)) + "</div>\n" + legend +
          "</p>\n<p class=\"note\">A <dfn>round</dfn> finds anew which points belong together, and solves. "
