@@ -13,6 +13,7 @@
 #include "mlic_core/initialization/guess_check.h"
 #include "mlic_core/pipeline/clock_review.h"
 #include "mlic_core/pipeline/imu_review.h"
+#include "mlic_core/pipeline/lens_review.h"
 #include "mlic_core/problem/noise_information.h"
 #include "mlic_core/problem/priors.h"
 #include "mlic_core/uncertainty/held_translations.h"
@@ -271,9 +272,10 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     }
     // Not before: extrinsics on their way look like clocks that drift, and like rings and ranges that err.
     const bool settled = options.find_sensor_errors && many && change < 1.0;
-    bool clocks_moved = false, matrices_moved = false, ranges_moved = false;
+    bool clocks_moved = false, lenses_moved = false, matrices_moved = false, ranges_moved = false;
     if (settled && !rounds.clocks_reviewed) {
       rounds.clocks_reviewed = true;
+      lenses_moved = cameras && ReviewLenses(context, &adjustment);
       clocks_moved = ReviewClocks(context, &adjustment);
     }
     if (settled && !clocks_moved) matrices_moved = ReviewMatrices(context, &adjustment);
@@ -289,8 +291,8 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     const bool more = many && TakeMorePoints(context.dataset, &adjustment);
     const bool guess_dropped =
         round + 1 < kMostRounds && FindContradictedGuesses(context, before, &adjustment);
-    if (many && !more && !ranges_moved && !axes_moved && !guess_dropped && !clocks_moved && !matrices_moved &&
-        change < options.until && round + 1 >= least_rounds &&
+    if (many && !more && !ranges_moved && !axes_moved && !guess_dropped && !clocks_moved && !lenses_moved &&
+        !matrices_moved && change < options.until && round + 1 >= least_rounds &&
         (round + 1 == kMostRounds || !settled || !ReviewClocks(context, &adjustment))) {
       break;
     }

@@ -8,6 +8,7 @@
 
 #include "mlic_core/common/error.h"
 #include "mlic_core/common/random.h"
+#include "mlic_core/sensors/double_sphere_twin.h"
 
 namespace mlic {
 namespace {
@@ -318,6 +319,34 @@ TEST(IntrinsicsFromFieldOfView, RefusesWhatTheModelCannotShow) {
   EXPECT_THROW(IntrinsicsFromFieldOfView(CameraModel::kEquidistant, 640, 480, 0.0), InputError);
   EXPECT_THROW(IntrinsicsFromFieldOfView(CameraModel::kEquidistant, 0, 480, 90.0), InputError);
   EXPECT_THROW(IntrinsicsFromFieldOfView(CameraModel::kDoubleSphere, 640, 480, std::nan("")), InputError);
+}
+
+// Largest distance between the pixels of two lenses, over the directions up to `theta` from the axis.
+double LargestDifference(const CameraIntrinsics& a, const CameraIntrinsics& b, double theta) {
+  double largest = 0.0;
+  for (int i = 1; i <= 20; ++i) {
+    for (int k = 0; k < 8; ++k) {
+      const Eigen::Vector3d direction = Direction(theta * i / 20, M_PI / 4 * k);
+      Eigen::Vector2d of_a, of_b;
+      EXPECT_TRUE(Project(a, direction, &of_a) && Project(b, direction, &of_b));
+      largest = std::max(largest, (of_a - of_b).norm());
+    }
+  }
+  return largest;
+}
+
+TEST(DoubleSphereTwin, ProjectsAlikeAndIsTheOthersTwin) {
+  const CameraIntrinsics lens =
+      Make(CameraModel::kDoubleSphere, 720, 720, {193.8, 193.4, 357.9, 364.1, -0.1812, 0.5921});
+  const auto twin = DoubleSphereTwin(lens);
+  ASSERT_TRUE(twin);
+  EXPECT_GT(std::abs(twin->parameters[4] - lens.parameters[4]), 0.3);
+  EXPECT_LT(LargestDifference(lens, *twin, 85.0 * M_PI / 180.0), 0.1);
+  const auto back = DoubleSphereTwin(*twin);
+  ASSERT_TRUE(back);
+  for (std::size_t i = 0; i < lens.parameters.size(); ++i) {
+    EXPECT_NEAR(back->parameters[i], lens.parameters[i], 0.03 * std::abs(lens.parameters[i]));
+  }
 }
 
 }  // namespace

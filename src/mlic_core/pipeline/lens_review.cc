@@ -1,0 +1,73 @@
+#include "mlic_core/pipeline/lens_review.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "mlic_core/sensors/double_sphere_twin.h"
+
+namespace mlic {
+namespace {
+
+std::optional<CameraIntrinsics> TwinOf(const Adjustment& adjustment, std::size_t camera) {
+  const CameraIntrinsics& intrinsics = adjustment.state.cameras[camera].intrinsics;
+  if (intrinsics.model != CameraModel::kDoubleSphere || !adjustment.cameras.found[camera])
+    return std::nullopt;
+  const std::vector<bool>& fixed = adjustment.problem.cameras[camera].fixed.intrinsics;
+  if (std::find(fixed.begin(), fixed.end(), true) != fixed.end()) return std::nullopt;
+  return DoubleSphereTwin(intrinsics);
+}
+
+// What a solve changes; planes are as they are associated.
+struct Solved {
+  CalibrationState state;
+  SolveSummary summary;
+  std::vector<LandmarkSet> landmarks;  // of each drive
+};
+
+Solved Keep(const Adjustment& adjustment) {
+  Solved kept{adjustment.state, adjustment.last_solve, {}};
+  for (const DriveTerms& drive : adjustment.problem.drives) kept.landmarks.push_back(drive.landmarks);
+  return kept;
+}
+
+void GoBack(Solved kept, Adjustment* adjustment) {
+  adjustment->state = std::move(kept.state);
+  adjustment->last_solve = std::move(kept.summary);
+  for (std::size_t d = 0; d < kept.landmarks.size(); ++d) {
+    adjustment->problem.drives[d].landmarks = std::move(kept.landmarks[d]);
+  }
+}
+
+}  // namespace
+
+bool ReviewLenses(const AdjustmentContext& context, Adjustment* adjustment) {
+  bool changed = false;
+  for (std::size_t c = 0; c < adjustment->state.cameras.size(); ++c) {
+    const std::optional<CameraIntrinsics> twin = TwinOf(*adjustment, c);
+    if (!twin) continue;
+    // The noise has been measured anew since the last solve: both are solved with it.
+    adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment, {});
+    Solved before = Keep(*adjustment);
+    adjustment->state.cameras[c].intrinsics = *twin;
+    adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment, {});
+    const double gain = before.summary.last_cost - adjustment->last_solve.last_cost;
+    const double xi[] = {before.state.cameras[c].intrinsics.parameters[4],
+                         adjustment->state.cameras[c].intrinsics.parameters[4]};
+    char text[160];
+    std::snprintf(text, sizeof(text), ": xi is %.3f, not %.3f, which projects alike but costs %.0f more",
+                  xi[gain > 0.0 ? 1 : 0], xi[gain > 0.0 ? 0 : 1], std::abs(gain));
+    context.monitor.line(context.rig.cameras[c].name + text);
+    if (gain > 0.0) {
+      changed = true;
+    } else {
+      GoBack(std::move(before), adjustment);
+    }
+  }
+  return changed;
+}
+
+}  // namespace mlic
