@@ -231,6 +231,24 @@ TEST(VisualInitialization, OneCameraIsEnoughAndEveryTenthObservationMayBeWrong) 
   EXPECT_LT(worst.path_share, 0.003);
 }
 
+// Rotors shake the accelerometer by more than the rig is moved by, far above the band of its positions.
+TEST(VisualInitialization, VibrationDoesNotHideTheScale) {
+  SyntheticTracksOptions options;
+  options.noise = 0.5;
+  options.duration = 20.0;
+  options.points = 4000;
+  Case c = MakeCase(Stereo(), options, RealImu());
+  constexpr double kFrequency = 73.0, kAmplitude = 3.0;  // Hz, m/s^2
+  for (ImuSample& sample : c.dataset.drives[0].imu) {
+    sample.specific_force +=
+        kAmplitude * std::sin(2.0 * M_PI * kFrequency * sample.time) * Eigen::Vector3d(0.5, 0.4, 0.77);
+  }
+  const Errors worst = Worst(c, c.Run());
+  EXPECT_LT(worst.degrees, 0.1);
+  EXPECT_LT(worst.metres, 0.02);
+  EXPECT_LT(worst.path_share, 0.01);
+}
+
 SyntheticTracksOptions SeenFromACar() {
   SyntheticTracksOptions options;
   options.noise = 0.5;

@@ -7,6 +7,7 @@
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/imu/imu_samples.h"
+#include "mlic_core/imu/noise_spectrum.h"
 #include "mlic_core/imu/robust.h"
 #include "mlic_core/initialization/camera_imu/position_problem.h"
 
@@ -20,6 +21,12 @@ constexpr double kLeastForceSigma = 0.02;  // m/s^2: rotations are not exact
 constexpr int kPositionRounds = 12;        // from: guard
 constexpr int kConvexRounds = 5;           // from: guard
 
+NoiseSpectrum SpectrumOf(const std::vector<Eigen::Vector3d>& signal, int axis, double rate) {
+  Eigen::VectorXd values(static_cast<Eigen::Index>(signal.size()));
+  for (std::size_t k = 0; k < signal.size(); ++k) values[static_cast<Eigen::Index>(k)] = signal[k][axis];
+  return {values, rate};
+}
+
 class PositionSolver {
  public:
   PositionSolver(const KnownRotations& known)
@@ -28,9 +35,8 @@ class PositionSolver {
         observations_(CollectObservations(known, kLongestTrack)) {
     knots_ = Eigen::VectorXd::Zero(unknowns_.knot_scalars);
     border_ = Eigen::VectorXd::Zero(unknowns_.border);
-    for (const ImuSigma& sigma : known.imu_sigma) {
-      force_sigma_.push_back(std::max(kLeastForceSigma, 2.0 * sigma.accelerometer.maxCoeff()));
-    }
+    misfit_.assign(known.gyro.size(), 1.0);
+    for (std::size_t d = 0; d < known.gyro.size(); ++d) MeasureForces(d);
   }
 
   bool Solve(const CancellationToken& cancellation, VisualPositions* result) {
@@ -51,6 +57,21 @@ class PositionSolver {
   }
 
  private:
+  // Sigmas by the noise's density where positions end: vibration above does not move them.
+  void MeasureForces(std::size_t d) {
+    const std::vector<ImuSample> samples = OrderedFiniteSamples(known_.dataset->drives[d].imu);
+    std::vector<Eigen::Vector3d> forces;
+    for (const ImuSample& sample : samples) forces.push_back(sample.specific_force);
+    rates_.push_back(1.0 / MedianPeriod(samples));
+    bands_.push_back(std::min(0.25 * rates_[d], 0.5 / known_.knot_spacing[d]));
+    Eigen::Vector3d sigma = known_.imu_sigma[d].accelerometer;
+    for (int a = 0; a < 3; ++a) {
+      const double level = SpectrumOf(forces, a, rates_[d]).WhiteVariance(bands_[d], 2.0 * bands_[d]);
+      if (level > 0.0) sigma[a] = std::sqrt(level);
+    }
+    force_sigma_.push_back((2.0 * sigma).cwiseMax(kLeastForceSigma));
+  }
+
   NormalSolution SolveFor(const Accumulator& sum) const {
     const Eigen::MatrixXd no_prior = Eigen::MatrixXd::Zero(unknowns_.border, unknowns_.border);
     const Eigen::VectorXd no_gradient = Eigen::VectorXd::Zero(unknowns_.border);
@@ -61,18 +82,31 @@ class PositionSolver {
   void AddForces() {
     double squares = 0.0, count = 0.0;
     for (std::size_t d = 0; d < known_.gyro.size(); ++d) {
-      const double weight = 1.0 / (force_sigma_[d] * force_sigma_[d]);
+      const Eigen::Vector3d weights = force_sigma_[d].cwiseAbs2().cwiseInverse();
+      std::vector<Eigen::Vector3d> residuals;
       for (const ImuSample& sample : OrderedFiniteSamples(known_.dataset->drives[d].imu)) {
         const Eigen::Matrix3d R = known_.gyro[d].RotationTo(sample.time).toRotationMatrix();
         const LinearRow row = ForceRow(unknowns_, d, sample.time, R);
         const Eigen::Vector3d value = R * sample.specific_force;
-        AddRow(row, weight * Eigen::Matrix3d::Identity(), value, &sum_);
-        const Eigen::Vector3d residual = row.Of(knots_, border_) - value;
-        squares += residual.squaredNorm();
+        AddRow(row, R * weights.asDiagonal() * R.transpose(), value, &sum_);
+        residuals.emplace_back(R.transpose() * (row.Of(knots_, border_) - value));
+        squares += residuals.back().squaredNorm();
         count += 3.0;
       }
+      misfit_[d] = Misfit(d, residuals);
     }
     force_rms_ = std::sqrt(squares / std::max(1.0, count));
+  }
+
+  // By what the forces that are left exceed their sigmas in the band of positions and as far again beyond it.
+  double Misfit(std::size_t d, const std::vector<Eigen::Vector3d>& residuals) const {
+    const double top = 2.0 * bands_[d], share = std::min(1.0, 2.0 * top / rates_[d]);
+    double squares = 0.0;
+    for (int a = 0; a < 3; ++a) {
+      const double level = SpectrumOf(residuals, a, rates_[d]).Variance(0.0, top) / share;
+      squares += level / (3.0 * force_sigma_[d][a] * force_sigma_[d][a]);
+    }
+    return std::max(1.0, std::sqrt(squares));
   }
 
   void AddObservations() {
@@ -140,8 +174,7 @@ class PositionSolver {
     const NormalSolution solution = SolveFor(system);
     if (!solution.solved) return 1e3;
     const double variance = functional.dot(solution.delta.head(unknowns_.knot_scalars));
-    const double misfit = std::max(1.0, force_rms_ / force_sigma_[d]);
-    return misfit * std::sqrt(std::max(0.0, variance));
+    return misfit_[d] * std::sqrt(std::max(0.0, variance));
   }
 
   void Fill(VisualPositions* result) const {
@@ -175,7 +208,10 @@ class PositionSolver {
   const KnownRotations& known_;
   const PositionUnknowns unknowns_;
   std::vector<PointObservations> observations_;
-  std::vector<double> force_sigma_;  // of each drive, m/s^2
+  // Of each drive: Hz, of samples; Hz, up to where positions go; m/s^2, along the IMU's axes.
+  std::vector<double> rates_, bands_;
+  std::vector<Eigen::Vector3d> force_sigma_;
+  std::vector<double> misfit_;  // of each drive, at least one
   Eigen::VectorXd knots_, border_;
   Accumulator sum_{0, 0, 0};
   double force_rms_ = 0.0, inlier_share_ = 0.0;
