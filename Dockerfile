@@ -3,7 +3,7 @@
 #   docker run --rm -v "$PWD:/data" mlic rosrun mlic calibrate --rig /data/rig.yaml --bag /data/drive.bag --output /data/result
 FROM debian:bookworm AS build
 COPY . /mlic
-RUN apt-get update && apt-get install -y --no-install-recommends dpkg-dev && /mlic/scripts/make_deb.sh /packages
+RUN /mlic/scripts/make_deb.sh /packages
 
 FROM debian:bookworm
 COPY --from=build /packages /packages

@@ -12,7 +12,7 @@ set -euo pipefail
 
 usage() { sed -n '2,8p' "$0" >&2; exit 1; }
 truth=""
-rig_name=handheld_stereo scenario=handheld work="a simulated drive and its calibration (4 minutes)"
+rig_name=handheld_stereo scenario=handheld work="a simulated drive and its calibration (some 2 minutes)"
 how=(--no-guess --image-rate 5)  # images take most of a walk's time; five in a second show as much
 if [ "${1:-}" = --full ]; then
   rig_name=paper_rig scenario=figure_eight how=() work="a simulated drive and its calibration"
@@ -33,11 +33,11 @@ case $# in
 esac
 
 # A first build leaves the tests out, which take half of the time and which test.sh asks for, and makes what the drive
-# needs before the other programs. Times: measured on a bare Debian 12 with 2 cores.
+# needs before the other programs. Times: measured on a bare Debian 12 with 2 cores and nothing else to do.
 tests=() needed=(all)
 if [ ! -f "$build/CMakeCache.txt" ]; then
   tests=(-DBUILD_TESTING=OFF) needed=(calibrate_node evaluate simulate)
-  echo "== to come: packages from apt (some 4 minutes), a build (once, some 11 minutes on 2 cores)," \
+  echo "== to come: packages from apt (781 MB, some 2 minutes), a build (once, some 6 minutes on 2 cores)," \
     "$work, and where the results lie"
 fi
 "$repository/scripts/install_dependencies.sh"

@@ -49,6 +49,8 @@ declare -A optional=(
   [clang-format-14]="the formatting check is skipped"
   [clang-tidy]="continuous integration skips clang-tidy"
   [libbenchmark-dev]="no benchmarks"
+  [dpkg-dev]="no scripts/make_deb.sh"
+  [file]="no scripts/make_deb.sh"
   [libopengv-dev]="no comparison with OpenGV among the benchmarks"
   [libjs-three]="reports draw the rig from above and from the side instead of turnable"
   [rviz]="no RViz: calibrate.launch works with rviz:=false only"

@@ -8,7 +8,6 @@ set -euo pipefail
 folder=$(realpath -m -- "${1:-.}")
 build=${MLIC_BUILD:-$repository/build-deb}
 "$repository/scripts/install_dependencies.sh"
-command -v dpkg-shlibdeps >/dev/null || { echo "make_deb.sh: no dpkg-shlibdeps: install dpkg-dev" >&2; exit 1; }
 build_mlic -DBUILD_TESTING=OFF -DCATKIN_BUILD_BINARY_PACKAGE=ON -DCMAKE_INSTALL_PREFIX=/usr
 cmake -E chdir "$build" cpack
 rm -rf "$build/_CPack_Packages"  # with its second calibrate.launch below the repository roslaunch would start neither

@@ -4,7 +4,9 @@
 
 namespace mlic {
 
-int ReadFormatVersion(const YamlReader& place, const FileFormat& format) {
+int ReadFormatVersion(const YamlReader& root, const FileFormat& format) {
+  if (!root.Has("format")) return 1;
+  const YamlReader place = root.Get("format");
   const std::string text = place.String();
   const std::size_t slash = text.find('/');
   const std::string kind = text.substr(0, slash);

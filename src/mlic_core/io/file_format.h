@@ -19,7 +19,8 @@ struct FileFormat {
 constexpr FileFormat kResultFormat{"mlic_calibration", 1};  // from: definition
 constexpr FileFormat kRigFormat{"mlic_rig", 1};             // from: definition
 
-// The version at this place, from 1 on. InputError where it is of another kind of file, or of a newer MLIC.
-int ReadFormatVersion(const YamlReader& place, const FileFormat& format);
+// The version that the file says, from 1 on; 1 where it says none. InputError where it is of another kind of
+// file, or of a newer MLIC.
+int ReadFormatVersion(const YamlReader& root, const FileFormat& format);
 
 }  // namespace mlic

@@ -282,6 +282,59 @@ TEST(ResultFile, TruthFileWithFewKeys) {
   EXPECT_TRUE(truth.imu.gyroscope_matrix.isIdentity(0.0));
 }
 
+// As the first MLIC wrote it that wrote calibration.yaml; by hand the line of the version is easily left out.
+TEST(ResultFile, ReadsEarlierFiles) {
+  const std::string text =
+      "verdict: refused\n"
+      "reasons:\n"
+      "  - \"turn more\"\n"
+      "imu:\n"
+      "  frame_id: \"imu_link\"\n"
+      "  gyroscope_bias: [0.01, -0.02, 0.03]\n"
+      "  accelerometer_bias: [0.1, 0.2, -0.3]\n"
+      "  gravity: [0, 0, -9.81]  # in the map\n"
+      "  gyroscope_matrix: [1, 0, 0, 0, 1, 0, 0, 0, 1]  # measured = matrix * true + bias\n"
+      "  accelerometer_matrix: [1, 0.001, 0, 0, 1, 0, 0, 0, 1]\n"
+      "sensors:\n"
+      "  cam_front:\n"
+      "    type: camera\n"
+      "    frame_id: \"cam_front\"\n"
+      "    T_imu_sensor: {translation: [1.2, 0, 0.3], rotation: [-0.5, 0.5, -0.5, 0.5]}\n"
+      "    sigma: {translation: [0.001, 0.002, 0.003], rotation_deg: [0.01, 0.02, 0.03], time_offset: "
+      "1e-05}\n"
+      "    observable: {translation: [true, true, false], rotation: [true, true, true], time_offset: true}\n"
+      "    unobservable: [{quantity: translation, direction: [0, 0, 1], sigma: 0.4}]\n"
+      "    time_offset: 0.012500000\n"
+      "    intrinsics: {model: plumb_bob, image_size: [1280, 720], params: [600, 601, 640, 360, -0.1, 0.01, "
+      "0, "
+      "0]}\n"
+      "    rolling_shutter_readout: 0.020000000\n"
+      "pairs:\n"
+      "  cam_front/lidar: {T_a_b: {translation: [0, 0, 1], rotation: [0, 0, 0, 1]}, sigma: {translation: "
+      "[0.001, 0.001, 0.001], rotation_deg: [0.01, 0.01, 0.01], time_offset: 1e-05}}\n";
+  TemporaryDirectory directory;
+  const std::filesystem::path path = directory.Path() / "c.yaml";
+  for (const char* const version : {"format: mlic_calibration/1\n", ""}) {
+    WriteFileAtomically(path, version + text);
+    const CalibrationResult result = ReadCalibrationFile(path);
+    EXPECT_EQ(result.verdict, Verdict::kRefused);
+    EXPECT_EQ(result.reasons, std::vector<std::string>{"turn more"});
+    EXPECT_EQ(result.imu.accelerometer_matrix(0, 1), 0.001);
+    EXPECT_EQ(result.imu.accelerometer_lag, 0.0);
+    ASSERT_EQ(result.sensors.size(), 1u);
+    const SensorResult& camera = result.sensors[0];
+    EXPECT_EQ(camera.calibration.T_imu_sensor.translation, Eigen::Vector3d(1.2, 0.0, 0.3));
+    EXPECT_EQ(camera.calibration.time_offset, 0.0125);
+    EXPECT_FALSE(camera.translation_observable[2]);
+    ASSERT_TRUE(camera.intrinsics);
+    EXPECT_EQ(camera.intrinsics->width, 1280);
+    EXPECT_EQ(camera.rolling_shutter_readout, 0.02);
+    EXPECT_TRUE(camera.in_use.empty());
+    ASSERT_EQ(result.pairs.size(), 1u);
+    EXPECT_EQ(result.pairs[0].T_a_b.translation.z(), 1.0);
+  }
+}
+
 TEST(ResultFile, SaysWhatIsWrong) {
   TemporaryDirectory directory;
   const std::filesystem::path path = directory.Path() / "c.yaml";
@@ -289,7 +342,8 @@ TEST(ResultFile, SaysWhatIsWrong) {
     WriteFileAtomically(path, text);
     return InputErrorOf([&] { ReadCalibrationFile(path); });
   };
-  EXPECT_TRUE(Contains(error_of("sensors: {}\n"), "'format' is missing"));
+  EXPECT_TRUE(Contains(error_of("imu: {topic: /imu}\nlidars: {}\n"),
+                       "key 'sensors' is missing; give the calibrated sensors"));
   EXPECT_TRUE(
       Contains(error_of("format: other/2\nsensors: {}\n"), "c.yaml:1: format: 'other/2' is not known"));
   EXPECT_TRUE(

@@ -221,9 +221,8 @@ PairResult ReadPair(const YamlReader& node) {
 
 CalibrationResult ReadCalibrationFile(const std::filesystem::path& path) {
   const YamlReader root = YamlReader::Open(path);
-  const std::string format = "format: " + kResultFormat.Text();
-  root.CheckIsMap("a calibration file that begins with " + format);
-  ReadFormatVersion(root.Get("format", "expected " + format), kResultFormat);
+  root.CheckIsMap("a calibration file that begins with format: " + kResultFormat.Text());
+  ReadFormatVersion(root, kResultFormat);
   CalibrationResult result;
   if (root.Has("verdict")) {
     result.verdict = static_cast<Verdict>(root.Get("verdict").Choice(VerdictNames()));

@@ -113,7 +113,7 @@ std::string CameraText(const CameraConfig& camera) {
 
 Rig LoadRigFile(const std::filesystem::path& path) {
   const YamlReader root = YamlReader::Open(path);
-  if (root.Has("format")) ReadFormatVersion(root.Get("format"), kRigFormat);
+  ReadFormatVersion(root, kRigFormat);
   root.CheckKeys({"format", "imu", "lidars", "cameras"});
   CheckFilledIn(root);
   Rig rig;
