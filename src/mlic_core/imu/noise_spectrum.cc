@@ -46,4 +46,6 @@ double NoiseSpectrum::WhiteVariance(double low, double high) const {
          std::log(2.0);
 }
 
+double TopOfBand(double rate, double knot_spacing) { return std::min(0.25 * rate, 0.5 / knot_spacing); }
+
 }  // namespace mlic

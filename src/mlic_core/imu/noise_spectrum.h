@@ -26,4 +26,8 @@ class NoiseSpectrum {
   std::vector<double> level_;  // of each bin from zero to half of the rate
 };
 
+// Hz, up to where a spline with knots so far apart (s) follows samples of this rate; at most a quarter of it,
+// so that noise is seen as far again beyond.
+double TopOfBand(double rate, double knot_spacing);
+
 }  // namespace mlic

@@ -34,7 +34,7 @@ double LargestByChance(double freedom) {
 
 // Sigmas of three components that follow each other, from `first`.
 Eigen::Vector3d SigmaOf(const ImuResiduals& residuals, int first, double knot_spacing) {
-  const double rate = RateOf(residuals), top = std::min(0.25 * rate, 0.5 / knot_spacing);
+  const double rate = RateOf(residuals), top = TopOfBand(rate, knot_spacing);
   const auto count = static_cast<Eigen::Index>(residuals.values.size());
   Eigen::Vector3d sigma;
   double colour =

@@ -27,6 +27,43 @@ NoiseSpectrum SpectrumOf(const std::vector<Eigen::Vector3d>& signal, int axis, d
   return {values, rate};
 }
 
+// The specific force of one drive.
+struct Forces {
+  std::vector<ImuSample> samples;
+  double rate = 0.0;                       // Hz
+  double top = 0.0;                        // Hz, up to where positions go
+  Eigen::Vector3d sigma;                   // m/s^2, along the IMU's axes
+  std::vector<Eigen::Vector3d> residuals;  // along the IMU's axes, of each sample
+};
+
+// Sigmas by the noise's density where positions end: vibration above does not move them.
+Forces ForcesOf(const KnownRotations& known, std::size_t d) {
+  Forces forces;
+  forces.samples = OrderedFiniteSamples(known.dataset->drives[d].imu);
+  forces.rate = 1.0 / MedianPeriod(forces.samples);
+  forces.top = TopOfBand(forces.rate, known.knot_spacing[d]);
+  std::vector<Eigen::Vector3d> measured;
+  for (const ImuSample& sample : forces.samples) measured.push_back(sample.specific_force);
+  forces.sigma = known.imu_sigma[d].accelerometer;
+  for (int a = 0; a < 3; ++a) {
+    const double level = SpectrumOf(measured, a, forces.rate).WhiteVariance(forces.top, 2.0 * forces.top);
+    if (level > 0.0) forces.sigma[a] = std::sqrt(level);
+  }
+  forces.sigma = (2.0 * forces.sigma).cwiseMax(kLeastForceSigma);
+  return forces;
+}
+
+// By what the forces that are left exceed their sigmas in the band of positions and as far again beyond it.
+double MisfitOf(const Forces& forces) {
+  const double top = 2.0 * forces.top, share = std::min(1.0, 2.0 * top / forces.rate);
+  double squares = 0.0;
+  for (int a = 0; a < 3; ++a) {
+    const double level = SpectrumOf(forces.residuals, a, forces.rate).Variance(0.0, top) / share;
+    squares += level / (3.0 * forces.sigma[a] * forces.sigma[a]);
+  }
+  return std::max(1.0, std::sqrt(squares));
+}
+
 class PositionSolver {
  public:
   PositionSolver(const KnownRotations& known)
@@ -35,8 +72,7 @@ class PositionSolver {
         observations_(CollectObservations(known, kLongestTrack)) {
     knots_ = Eigen::VectorXd::Zero(unknowns_.knot_scalars);
     border_ = Eigen::VectorXd::Zero(unknowns_.border);
-    misfit_.assign(known.gyro.size(), 1.0);
-    for (std::size_t d = 0; d < known.gyro.size(); ++d) MeasureForces(d);
+    for (std::size_t d = 0; d < known.gyro.size(); ++d) forces_.push_back(ForcesOf(known, d));
   }
 
   bool Solve(const CancellationToken& cancellation, VisualPositions* result) {
@@ -57,21 +93,6 @@ class PositionSolver {
   }
 
  private:
-  // Sigmas by the noise's density where positions end: vibration above does not move them.
-  void MeasureForces(std::size_t d) {
-    const std::vector<ImuSample> samples = OrderedFiniteSamples(known_.dataset->drives[d].imu);
-    std::vector<Eigen::Vector3d> forces;
-    for (const ImuSample& sample : samples) forces.push_back(sample.specific_force);
-    rates_.push_back(1.0 / MedianPeriod(samples));
-    bands_.push_back(std::min(0.25 * rates_[d], 0.5 / known_.knot_spacing[d]));
-    Eigen::Vector3d sigma = known_.imu_sigma[d].accelerometer;
-    for (int a = 0; a < 3; ++a) {
-      const double level = SpectrumOf(forces, a, rates_[d]).WhiteVariance(bands_[d], 2.0 * bands_[d]);
-      if (level > 0.0) sigma[a] = std::sqrt(level);
-    }
-    force_sigma_.push_back((2.0 * sigma).cwiseMax(kLeastForceSigma));
-  }
-
   NormalSolution SolveFor(const Accumulator& sum) const {
     const Eigen::MatrixXd no_prior = Eigen::MatrixXd::Zero(unknowns_.border, unknowns_.border);
     const Eigen::VectorXd no_gradient = Eigen::VectorXd::Zero(unknowns_.border);
@@ -81,32 +102,21 @@ class PositionSolver {
 
   void AddForces() {
     double squares = 0.0, count = 0.0;
-    for (std::size_t d = 0; d < known_.gyro.size(); ++d) {
-      const Eigen::Vector3d weights = force_sigma_[d].cwiseAbs2().cwiseInverse();
-      std::vector<Eigen::Vector3d> residuals;
-      for (const ImuSample& sample : OrderedFiniteSamples(known_.dataset->drives[d].imu)) {
+    for (std::size_t d = 0; d < forces_.size(); ++d) {
+      Forces& forces = forces_[d];
+      const Eigen::Vector3d weights = forces.sigma.cwiseAbs2().cwiseInverse();
+      forces.residuals.clear();
+      for (const ImuSample& sample : forces.samples) {
         const Eigen::Matrix3d R = known_.gyro[d].RotationTo(sample.time).toRotationMatrix();
         const LinearRow row = ForceRow(unknowns_, d, sample.time, R);
         const Eigen::Vector3d value = R * sample.specific_force;
         AddRow(row, R * weights.asDiagonal() * R.transpose(), value, &sum_);
-        residuals.emplace_back(R.transpose() * (row.Of(knots_, border_) - value));
-        squares += residuals.back().squaredNorm();
+        forces.residuals.emplace_back(R.transpose() * (row.Of(knots_, border_) - value));
+        squares += forces.residuals.back().squaredNorm();
         count += 3.0;
       }
-      misfit_[d] = Misfit(d, residuals);
     }
     force_rms_ = std::sqrt(squares / std::max(1.0, count));
-  }
-
-  // By what the forces that are left exceed their sigmas in the band of positions and as far again beyond it.
-  double Misfit(std::size_t d, const std::vector<Eigen::Vector3d>& residuals) const {
-    const double top = 2.0 * bands_[d], share = std::min(1.0, 2.0 * top / rates_[d]);
-    double squares = 0.0;
-    for (int a = 0; a < 3; ++a) {
-      const double level = SpectrumOf(residuals, a, rates_[d]).Variance(0.0, top) / share;
-      squares += level / (3.0 * force_sigma_[d][a] * force_sigma_[d][a]);
-    }
-    return std::max(1.0, std::sqrt(squares));
   }
 
   void AddObservations() {
@@ -174,7 +184,7 @@ class PositionSolver {
     const NormalSolution solution = SolveFor(system);
     if (!solution.solved) return 1e3;
     const double variance = functional.dot(solution.delta.head(unknowns_.knot_scalars));
-    return misfit_[d] * std::sqrt(std::max(0.0, variance));
+    return MisfitOf(forces_[d]) * std::sqrt(std::max(0.0, variance));
   }
 
   void Fill(VisualPositions* result) const {
@@ -208,10 +218,7 @@ class PositionSolver {
   const KnownRotations& known_;
   const PositionUnknowns unknowns_;
   std::vector<PointObservations> observations_;
-  // Of each drive: Hz, of samples; Hz, up to where positions go; m/s^2, along the IMU's axes.
-  std::vector<double> rates_, bands_;
-  std::vector<Eigen::Vector3d> force_sigma_;
-  std::vector<double> misfit_;  // of each drive, at least one
+  std::vector<Forces> forces_;  // of each drive
   Eigen::VectorXd knots_, border_;
   Accumulator sum_{0, 0, 0};
   double force_rms_ = 0.0, inlier_share_ = 0.0;
