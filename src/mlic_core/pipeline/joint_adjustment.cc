@@ -275,7 +275,7 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     bool clocks_moved = false, lenses_moved = false, matrices_moved = false, ranges_moved = false;
     if (settled && !rounds.clocks_reviewed) {
       rounds.clocks_reviewed = true;
-      lenses_moved = cameras && ReviewLenses(context, &adjustment);
+      lenses_moved = cameras && ReviewLenses(context, probes, &adjustment);
       clocks_moved = ReviewClocks(context, &adjustment);
     }
     if (settled && !clocks_moved) matrices_moved = ReviewMatrices(context, &adjustment);
