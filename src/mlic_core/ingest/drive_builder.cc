@@ -1,9 +1,11 @@
 #include "mlic_core/ingest/drive_builder.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "mlic_core/common/error.h"
+#include "mlic_core/imu/vibration.h"
 #include "mlic_core/ingest/camera_builder.h"
 #include "mlic_core/ingest/drive_notes.h"
 #include "mlic_core/lidar/own_body.h"
@@ -79,7 +81,13 @@ std::vector<ImuSample> BuildImu(std::vector<StampedImu> samples, const std::stri
                              " s in the IMU data");
   }
   AddWarnings(topic, report, notes);
-  return imu;
+  std::optional<FilteredImu> filtered = WithoutVibration(imu);
+  if (!filtered) return imu;
+  notes.lines.push_back("topic " + topic + ": vibration (" + Number(filtered->specific_force) + " m/s^2, " +
+                        Number(filtered->angular_velocity, "%.2g") + " rad/s rms above " +
+                        Number(filtered->above) + " Hz) is filtered out, which leaves " +
+                        std::to_string(filtered->samples.size()) + " samples");
+  return std::move(filtered->samples);
 }
 
 struct ScanProblems {

@@ -4,15 +4,16 @@
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/random.h"
+#include "mlic_core/imu/low_pass.h"
 #include "mlic_core/imu/noise_spectrum.h"
 
 namespace mlic {
 namespace {
 
-constexpr double kFinest = 0.04;  // s
 // from: measured, trials, open 2: 3.5 sigmas off with 0.01 of the noise of samples, 1.9 with less.
 constexpr double kTolerance = 0.01;            // of the variance of the noise that the finest knots carry
 constexpr int kReferenceSamples = 16384;       // from: guard, its own scatter is below that of a drive's
@@ -65,18 +66,14 @@ Eigen::MatrixXd FitResiduals(const Signal& signal, double spacing, int degree) {
   return residuals;
 }
 
-// Without what is above 3 * top (Hz), and as it was below 2 * top: a sinc of 2.5 * top under a Hann window.
-// Splines would alias vibration into their band.
+// Splines would alias what is above their band into it.
 Signal LowPassed(const Signal& signal, double top) {
-  constexpr double kTransition = 3.3;  // from: derivation, of a Hann window, in rates by samples
-  const double cut_off = 2.5 * top / signal.Rate();  // by the rate
-  if (3.0 * top > 0.5 * signal.Rate()) return signal;
-  const int half = static_cast<int>(std::ceil(0.5 * kTransition * signal.Rate() / top));
-  std::vector<double> weights(2 * half + 1);
-  for (int i = -half; i <= half; ++i) {
-    const double x = 2.0 * M_PI * cut_off * i;
-    weights[i + half] = (i == 0 ? 1.0 : std::sin(x) / x) * (1.0 + std::cos(M_PI * i / (half + 1.0)));
-  }
+  const double rate = signal.Rate();
+  if (3.0 * top > 0.5 * rate) return signal;
+  const LowPass filter(top);
+  const int half = static_cast<int>(filter.HalfWidth() * rate);
+  std::vector<double> weights(half + 1);
+  for (int i = 0; i <= half; ++i) weights[i] = filter.Weight(i / rate);
   Signal result = signal;
   const int count = static_cast<int>(signal.times.size());
   for (int k = 0; k < count; ++k) {
@@ -85,8 +82,8 @@ Signal LowPassed(const Signal& signal, double top) {
     double total = 0.0;
     result.values.row(k).setZero();
     for (int i = -reach; i <= reach; ++i) {
-      result.values.row(k) += weights[i + half] * signal.values.row(k + i);
-      total += weights[i + half];
+      result.values.row(k) += weights[std::abs(i)] * signal.values.row(k + i);
+      total += weights[std::abs(i)];
     }
     result.values.row(k) /= total;
   }
@@ -134,7 +131,7 @@ double Choose(const Signal& measured, double finest, double lidar_period, int de
         std::sqrt(kHannVariance * (2.0 / (3.0 * freed) + kMedianVariance / (1.5 * duration / finest)));
     if (lost <= (1.0 + scatter) * of_noise + tolerated) chosen = spacing;
   }
-  return chosen > finest ? chosen : std::min(chosen, std::max(kFinest, lidar_period));
+  return chosen > finest ? chosen : std::min(chosen, std::max(kFinestKnots, lidar_period));
 }
 
 }  // namespace
@@ -149,7 +146,7 @@ KnotSpacing ChooseKnotSpacing(const std::vector<ImuSample>& imu, double lidar_pe
     forces.values.row(k) = imu[k].specific_force.transpose();
   }
   forces.times = rates.times;
-  const double finest = std::max(kFinest, 2.0 * MedianPeriod(imu));
+  const double finest = std::max(kFinestKnots, 2.0 * MedianPeriod(imu));
   return {Choose(rates, finest, lidar_period, 2), Choose(forces, finest, lidar_period, 1)};
 }
 

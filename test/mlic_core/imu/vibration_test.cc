@@ -1,0 +1,88 @@
+#include "mlic_core/imu/vibration.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "mlic_core/common/random.h"
+
+namespace mlic {
+namespace {
+
+constexpr double kRate = 200.0;
+constexpr double kNoise = 0.01;
+
+double SlowForce(double time) { return 9.8 + 0.3 * time + 2.0 * std::sin(2.0 * M_PI * 5.0 * time); }
+
+// 20 s of slow motion with noise, and `line` m/s^2 at 73 Hz along z; lost: share of the samples.
+std::vector<ImuSample> Shaken(double line, double lost = 0.0) {
+  Random random(5);
+  std::vector<ImuSample> samples;
+  for (int k = 0; k < 4000; ++k) {
+    ImuSample sample;
+    sample.time = k / kRate;
+    for (int axis = 0; axis < 3; ++axis) {
+      sample.angular_velocity[axis] = std::sin(sample.time + axis) + 0.1 * kNoise * random.Normal();
+      sample.specific_force[axis] = kNoise * random.Normal();
+    }
+    sample.specific_force.z() +=
+        SlowForce(sample.time) + line * std::sin(2.0 * M_PI * 73.0 * sample.time + 0.4);
+    if (random.Uniform() >= lost) samples.push_back(sample);
+  }
+  return samples;
+}
+
+double RmsError(const std::vector<ImuSample>& samples) {
+  double squares = 0.0;
+  for (const ImuSample& sample : samples) {
+    squares += std::pow(sample.specific_force.z() - SlowForce(sample.time), 2);
+  }
+  return std::sqrt(squares / static_cast<double>(samples.size()));
+}
+
+double LargestError(const std::vector<ImuSample>& samples) {
+  double largest = 0.0;
+  for (const ImuSample& sample : samples) {
+    largest = std::max(largest, std::abs(sample.specific_force.z() - SlowForce(sample.time)));
+  }
+  return largest;
+}
+
+TEST(Vibration, NoiseAloneStaysAsItIs) {
+  EXPECT_FALSE(WithoutVibration(Shaken(0.0)));
+  EXPECT_FALSE(WithoutVibration(Shaken(0.5 * kNoise)));
+  EXPECT_FALSE(WithoutVibration({}));
+}
+
+TEST(Vibration, ALineAboveTheBandGoesAndTheMotionStays) {
+  const std::optional<FilteredImu> filtered = WithoutVibration(Shaken(3.0));
+  ASSERT_TRUE(filtered);
+  EXPECT_NEAR(filtered->specific_force, 3.0 / std::sqrt(2.0), 0.05);
+  EXPECT_NEAR(static_cast<double>(filtered->samples.size()), 2000.0, 30.0);
+  EXPECT_LT(LargestError(filtered->samples), 5.0 * kNoise);
+}
+
+TEST(Vibration, LostSamplesDoNotBendTheMotion) {
+  const std::optional<FilteredImu> filtered = WithoutVibration(Shaken(0.2, 0.1));
+  ASSERT_TRUE(filtered);
+  EXPECT_LT(RmsError(filtered->samples), 0.05);
+}
+
+TEST(Vibration, NothingIsMadeAcrossAGap) {
+  std::vector<ImuSample> samples = Shaken(3.0);
+  samples.erase(samples.begin() + 1000, samples.begin() + 1200);  // 5 to 6 s
+  const std::optional<FilteredImu> filtered = WithoutVibration(samples);
+  ASSERT_TRUE(filtered);
+  double longest = 0.0;
+  for (std::size_t k = 1; k < filtered->samples.size(); ++k) {
+    longest = std::max(longest, filtered->samples[k].time - filtered->samples[k - 1].time);
+  }
+  EXPECT_GT(longest, 1.0);
+  EXPECT_LT(longest, 1.3);
+}
+
+}  // namespace
+}  // namespace mlic
