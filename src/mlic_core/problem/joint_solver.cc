@@ -18,6 +18,10 @@ namespace {
 
 // By how much of it priors may rightly raise the data's cost; more than that is a step too far.
 constexpr double kAllowedIncrease = 1e-3;  // from: guard
+// Of an undamped step, halved until it lowers the cost by a share of what the linear problem says (Armijo,
+// 1966): damping, the same for strong and weak directions, would leave next to nothing of it along weak ones.
+constexpr double kLeastShare = 0.25;  // from: guard, below it damping leads to better directions
+constexpr double kSufficient = 0.25;  // from: guard
 // A step that lowers the cost by less than this share of it is the last one. from: guard, rounds follow until
 // the calibration stands still.
 constexpr double kNegligibleDecrease = 1e-4;
@@ -37,6 +41,27 @@ SolveSummary CountedObservations(const JointProblem& problem) {
     summary.landmark_observations += drive.landmarks.observations.size();
   }
   return summary;
+}
+
+// Landmarks a share of the way from where they were to where they are.
+std::vector<LandmarkGeometry> Between(const std::vector<LandmarkGeometry>& before,
+                                      std::vector<LandmarkGeometry> after, double share) {
+  const auto between = [share](const auto& a, const auto& b) { return a + share * (b - a); };
+  for (std::size_t d = 0; d < after.size(); ++d) {
+    for (std::size_t p = 0; p < after[d].planes.size(); ++p) {
+      const MapPlane& last = before[d].planes[p];
+      MapPlane& plane = after[d].planes[p];
+      const double offset =
+          between(last.plane.SignedDistance(plane.center), plane.plane.SignedDistance(plane.center));
+      plane.plane.normal = Eigen::Vector3d(between(last.plane.normal, plane.plane.normal)).normalized();
+      plane.plane.offset = plane.plane.normal.dot(plane.center) - offset;
+    }
+    for (std::size_t p = 0; p < after[d].points.size(); ++p) {
+      Eigen::Vector3d& position = after[d].points[p].position;
+      position = Eigen::Vector3d(between(before[d].points[p].position, position));
+    }
+  }
+  return after;
 }
 
 // The landmarks of a problem with short couplings as those of the given one. origins: of the points, empty
@@ -202,11 +227,6 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
       summary.information = probes.Without(solution.information);
       probes.Look(solution, priors, layout, free_calibration, &summary);
     }
-    CalibrationState moved = *state;
-    std::vector<LandmarkGeometry> before = GeometryOf(problem);
-    layout.Update(solution.delta, &moved);
-    if (problem.fix_trajectory) moved.drives = state->drives;
-    MoveLandmarks(couplings, solution.delta, &problem);
     const double step = solution.delta.segment(layout.knots, layout.poses).cwiseAbs().maxCoeff();
     const Eigen::VectorXd moves = solution.delta.segment(layout.knots, layout.calibration);
     // A prior that draws the calibration away lets the data's cost grow.
@@ -214,38 +234,58 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
         std::max(std::abs(solution.predicted_decrease), std::abs(priors.gradient.dot(moves)));
     const bool settled = damping == 0.0 && expected < kNegligibleDecrease * sum.cost;
     const bool last = settled || iteration + 1 == iterations;
+    const std::vector<LandmarkGeometry> before = GeometryOf(problem);
+    MoveLandmarks(couplings, solution.delta, &problem);
+    CalibrationState moved;
     std::optional<Accumulator> next;
-    if (!last) next = linearize(moved);
-    double cost = last ? Cost({problem, moved, layout}) : next->cost;
-    // Priors are squares: the trapezoid over their gradient is what the step adds to them.
-    const double of_priors = (priors.gradient + PriorsAt(problem, moved, layout).gradient).dot(moves);
-    // False also where the cost is not a number.
-    const auto lowers = [&](double moved_cost) {
-      return moved_cost + of_priors <= sum.cost * (1.0 + kAllowedIncrease) + 1e-9;
-    };
-    bool accepted = lowers(cost);
-    if (!accepted && summary.landmark_observations > 0) {
+    double cost = 0.0;
+    // A share of the step. False where the cost, priors with it, does not fall so far, or is not a number.
+    const auto lowers_cost = [&](double share, double least) {
+      moved = *state;
+      layout.Update(share * solution.delta, &moved);
+      if (problem.fix_trajectory) moved.drives = state->drives;
+      // Priors are squares: the trapezoid over their gradient is what the step adds to them.
+      const double of_priors =
+          share * (priors.gradient + PriorsAt(problem, moved, layout).gradient).dot(moves);
+      const auto falls = [&] { return cost + of_priors <= sum.cost - least; };
+      next.reset();
+      if (!last && share == 1.0) next = linearize(moved);
+      cost = next ? next->cost : Cost({problem, moved, layout});
+      if (falls()) return true;
+      if (summary.landmark_observations == 0) return false;
+      next.reset();
       SettlePoints(moved, layout, before, &problem);
       cost = Cost({problem, moved, layout});
-      accepted = lowers(cost);
-      if (accepted && !last) next = linearize(moved);
+      return falls();
+    };
+    double share = 1.0;
+    bool accepted = lowers_cost(1.0, -kAllowedIncrease * sum.cost - 1e-9);
+    if (!accepted && damping == 0.0) {
+      const std::vector<LandmarkGeometry> after = GeometryOf(problem);
+      while (!accepted && share > kLeastShare) {
+        share *= 0.5;
+        PlaceLandmarks(Between(before, after, share), &problem);
+        accepted = lowers_cost(share, kSufficient * share * (2.0 - share) * solution.predicted_decrease);
+      }
     }
     if (damping == 0.0) {
-      summary.refused_step = accepted ? Eigen::VectorXd() : Eigen::VectorXd(probes.RowsWithout(moves));
+      const double left = accepted ? 1.0 - share : 1.0;
+      summary.refused_step =
+          left == 0.0 ? Eigen::VectorXd() : Eigen::VectorXd(left * probes.RowsWithout(moves));
     }
     if (!accepted) {
-      PlaceLandmarks(std::move(before), &problem);
+      PlaceLandmarks(before, &problem);
       damping = std::max(1e-4, 10.0 * damping);
       if (!last) sum = linearize(*state);
       continue;
     }
     *state = std::move(moved);
     summary.last_cost = cost;
-    summary.last_step = step;
+    summary.last_step = share * step;
     if (last) break;
     damping *= 0.1;
     if (damping < 1e-6) damping = 0.0;
-    sum = std::move(*next);
+    sum = next ? std::move(*next) : linearize(*state);
   }
   probes.End(state);
   summary.landmarks = WithPointsWhole(given, std::move(problem), origins);

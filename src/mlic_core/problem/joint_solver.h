@@ -41,8 +41,8 @@ struct SolveSummary {
   std::size_t landmark_observations = 0;
   double last_step = 0.0;       // largest step of the calibration in the last iteration: m, rad
   Eigen::MatrixXd information;  // of the calibration, from the data alone, at the last linearisation
-  // Of the calibration (Layout): the last undamped step, where it would have raised the cost; else empty. The
-  // minimum lies about that far off, whatever damped steps have moved.
+  // Of the calibration (Layout): what was not taken of the last undamped step, as it would have raised the
+  // cost; empty: nothing. The minimum lies about that far off, whatever damped steps have moved.
   Eigen::VectorXd refused_step;
   // Of the last undamped step; empty where nothing was probed.
   DriftProbe drifts;
@@ -50,11 +50,12 @@ struct SolveSummary {
   std::vector<LandmarkGeometry> landmarks;  // of each drive, as the solve moved them
 };
 
-// Gauss-Newton with Marquardt damping on steps that do not lower the cost, not even with each point landmark
-// settled by itself (SettlePoints): at most so many iterations, and no more once a step lowers the cost by
-// next to nothing. A step that raises the cost, or after which it is not a number, is taken back, the last
-// one too. Throws InternalError where the cost is not a number at the start. The result does not depend on
-// the number of threads but for the rounding of the dense factorisation.
+// Gauss-Newton. Of a step that does not lower the cost, not even with each point landmark settled by itself
+// (SettlePoints), a half or a quarter is taken, and where that does not either, Marquardt damping follows: at
+// most so many iterations, and no more once a step lowers the cost by next to nothing. A step that raises the
+// cost, or after which it is not a number, is taken back, the last one too. Throws InternalError where the
+// cost is not a number at the start. The result does not depend on the number of threads but for the rounding
+// of the dense factorisation.
 SolveSummary SolveJointProblem(const JointProblem& problem, int iterations,
                                const CancellationToken& cancellation, CalibrationState* state,
                                const Probes& probes = {});
