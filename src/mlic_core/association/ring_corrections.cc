@@ -261,11 +261,30 @@ PointCorrection CorrectionOfRings(const CalibrationState& state) {
   return [&state](std::size_t lidar, const LidarPoint& point) { return CorrectedPoint(point, state, lidar); };
 }
 
-bool CorrectRings(const std::vector<DriveTerms>& drives, double correlation, CalibrationState* state) {
+bool CorrectRings(const std::vector<DriveTerms>& drives, double correlation,
+                  const std::vector<PlaneNoise>& noise, std::vector<UncorrectedMap>* uncorrected,
+                  CalibrationState* state) {
   const std::vector<Quarters> sums = SumRings(drives, *state);
+  std::vector<std::size_t> points(state->lidars.size(), 0);
+  for (const DriveTerms& drive : drives) {
+    for (const PlaneObservation& o : drive.planes.observations) ++points[o.lidar];
+  }
   state->rings.resize(state->lidars.size());
+  uncorrected->resize(state->lidars.size());
   bool changed = false;
-  for (std::size_t l = 0; l < sums.size(); ++l) changed |= Improve(sums[l], correlation, &state->rings[l]);
+  for (std::size_t l = 0; l < sums.size(); ++l) {
+    RingCorrections& corrections = state->rings[l];
+    UncorrectedMap& without = (*uncorrected)[l];
+    if (without.is_better) continue;
+    if (corrections.empty()) without = {points[l], noise[l].Sigma(1.0)};
+    without.is_better = points[l] < without.points && noise[l].Sigma(1.0) > without.noise;
+    if (without.is_better) {
+      corrections.clear();
+      changed = true;
+    } else {
+      changed |= Improve(sums[l], correlation, &corrections);
+    }
+  }
   return changed;
 }
 

@@ -31,16 +31,28 @@ Eigen::Vector2d RingJacobian(const PlaneObservation& point, const MapPlane& plan
 // slope over the elevation. Columns are orthonormal.
 Eigen::MatrixX2d RingTrend(const Eigen::VectorXd& elevations);
 
+// How a LiDAR's map was without corrections of its rings.
+struct UncorrectedMap {
+  std::size_t points = 0;  // of the LiDAR on planes, when its rings were first corrected
+  double noise = 0.0;      // m, of these points seen at right angles
+  bool is_better = false;  // than with corrections, of which there are none any more
+};
+
 // What the lasers of a LiDAR err by, each for itself: a range too long, an elevation too high. No number of
 // points averages it out. Found from the residuals of each ring's points to the planes of all, as far as
 // rings err more widely than the residuals' noise and what neighbours share account for (ring_errors.h);
 // their trend is not corrected (RingTrend). Corrections are cross-validated: those from the first half of the
 // drive must lower the squared residuals of the second and the other way round, and those of the left half of
 // the view the right's. They are judged as a whole each time, those that are no longer confirmed taken back.
-// LiDARs of fewer than 8 rings, or whose points carry none, have no corrections. correlation: of the
-// residuals (CorrelationFactor). Corrects those of the state; true if any LiDAR's changed by a tenth of their
-// sigmas.
-bool CorrectRings(const std::vector<DriveTerms>& drives, double correlation, CalibrationState* state);
+// LiDARs of fewer than 8 rings, or whose points carry none, have no corrections. Right ones sharpen the map:
+// where it, drawn anew with them, has fewer of the LiDAR's points on planes although they scatter more, they
+// are taken back for good. Rough ground seen at grazing angles would else feed them from round to round, as
+// points that contradict them leave the planes. correlation: of the residuals (CorrelationFactor). noise,
+// uncorrected: of each LiDAR, its noise now and what is kept from call to call. Corrects those of the state;
+// true if any LiDAR's changed by a tenth of their sigmas.
+bool CorrectRings(const std::vector<DriveTerms>& drives, double correlation,
+                  const std::vector<PlaneNoise>& noise, std::vector<UncorrectedMap>* uncorrected,
+                  CalibrationState* state);
 
 // Root mean square over the rings that were corrected: m, rad; zero for none.
 RingCorrection TypicalCorrection(const RingCorrections& corrections);

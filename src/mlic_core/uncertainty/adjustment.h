@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "mlic_core/association/point_landmarks.h"
+#include "mlic_core/association/ring_corrections.h"
 #include "mlic_core/camera/tracks/tracks.h"
 #include "mlic_core/lidar/plane_map.h"
 #include "mlic_core/problem/joint_problem.h"
@@ -83,7 +84,8 @@ struct Adjustment {
   Eigen::Matrix3d alignment_covariance = Eigen::Matrix3d::Zero();  // AlignmentReview::covariance
   // NoiseInformation at an earlier solve of the same calibration parameters; empty before.
   Eigen::MatrixXd noise_information;
-  std::vector<PlaneNoise> plane_noise;  // of each LiDAR
+  std::vector<PlaneNoise> plane_noise;      // of each LiDAR
+  std::vector<UncorrectedMap> uncorrected;  // of each LiDAR, for CorrectRings
   AdjustedCameras cameras;
   MapMatching map;
   JointRounds rounds;

@@ -82,12 +82,17 @@ DriveTerms Scan(const CalibrationState& state, const ErrorsAt& errors_at) {
   return drive;
 }
 
+bool Correct(const std::vector<DriveTerms>& drives, CalibrationState* state) {
+  std::vector<UncorrectedMap> uncorrected;
+  return CorrectRings(drives, 1.0, {{kNoise, 0.0}}, &uncorrected, state);
+}
+
 const auto kAlways = [](int, int) { return true; };
 const auto kNever = [](int, int) { return false; };
 
 TEST(RingCorrections, AreWhatTheRingsDoWrong) {
   CalibrationState state = AtRest();
-  ASSERT_TRUE(CorrectRings({Scan(state, kAlways)}, 1.0, &state));
+  ASSERT_TRUE(Correct({Scan(state, kAlways)}, &state));
   ASSERT_EQ(state.rings[0].size(), static_cast<std::size_t>(kRings));
   double mean = 0.0;
   for (int ring = 0; ring < kRings; ++ring) mean += ErrorOf(ring).range / kRings;
@@ -100,21 +105,21 @@ TEST(RingCorrections, AreWhatTheRingsDoWrong) {
 
 TEST(RingCorrections, AreNoneForNoiseNorWithoutRings) {
   CalibrationState state = AtRest();
-  EXPECT_FALSE(CorrectRings({Scan(state, kNever)}, 1.0, &state));
+  EXPECT_FALSE(Correct({Scan(state, kNever)}, &state));
   EXPECT_TRUE(state.rings[0].empty());
   DriveTerms without = Scan(state, kAlways);
   for (PlaneObservation& o : without.planes.observations) o.ring = 0;
-  EXPECT_FALSE(CorrectRings({without}, 1.0, &state));
+  EXPECT_FALSE(Correct({without}, &state));
   EXPECT_TRUE(state.rings[0].empty());
 }
 
 TEST(RingCorrections, AreNoneWhereHalvesOfTheDriveOrOfTheViewDiffer) {
   CalibrationState state = AtRest();
   const auto first_turn = [](int turn, int) { return turn == 0; };
-  EXPECT_FALSE(CorrectRings({Scan(state, first_turn)}, 1.0, &state));
+  EXPECT_FALSE(Correct({Scan(state, first_turn)}, &state));
   // This quarter lies on one side of where the view is cut in two.
   const auto one_side = [](int, int azimuth) { return azimuth >= 180 && azimuth < 270; };
-  EXPECT_FALSE(CorrectRings({Scan(state, one_side)}, 1.0, &state));
+  EXPECT_FALSE(Correct({Scan(state, one_side)}, &state));
 }
 
 // Millimetres count as well as centimetres do: what tells is that the halves agree.
@@ -124,7 +129,7 @@ TEST(RingCorrections, AreFoundBelowTheNoise) {
   for (PlaneObservation& o : scan.planes.observations) {
     o.position = CorrectedPoint(o.position, {o.ring % 2 == 0 ? 1e-3f : -1e-3f, 0.0f});
   }
-  ASSERT_TRUE(CorrectRings({scan}, 1.0, &state));
+  ASSERT_TRUE(Correct({scan}, &state));
   EXPECT_NEAR(TypicalCorrection(state.rings[0]).range, 1e-3, 1e-4);
   EXPECT_EQ(TypicalCorrection(state.rings[0]).elevation, 0.0f);
 }
@@ -137,7 +142,28 @@ TEST(RingCorrections, AreNoneForWhatNeighboursShare) {
     const double x = 2.0 * o.ring / (kRings - 1.0) - 1.0;
     o.position = CorrectedPoint(o.position, {static_cast<float>(3e-3 * (1.5 * x * x - 0.5)), 0.0f});
   }
-  EXPECT_FALSE(CorrectRings({scan}, 1.0, &state));
+  EXPECT_FALSE(Correct({scan}, &state));
+}
+
+// The map drawn anew has fewer points on planes, which scatter more.
+TEST(RingCorrections, ThatBlurTheMapAreTakenBackForGood) {
+  CalibrationState state = AtRest();
+  const DriveTerms scan = Scan(state, kAlways);
+  DriveTerms less = scan;
+  less.planes.observations.pop_back();
+  --less.planes.begin.back();
+  for (const double noise : {0.9 * kNoise, 1.1 * kNoise}) {
+    state.rings.clear();
+    std::vector<UncorrectedMap> uncorrected;
+    ASSERT_TRUE(CorrectRings({scan}, 1.0, {{kNoise, 0.0}}, &uncorrected, &state));
+    const bool blurred = noise > kNoise;
+    const bool moved = CorrectRings({less}, 1.0, {{noise, 0.0}}, &uncorrected, &state);
+    EXPECT_TRUE(moved || !blurred);
+    EXPECT_EQ(state.rings[0].empty(), blurred);
+    EXPECT_EQ(uncorrected[0].is_better, blurred);
+    CorrectRings({scan}, 1.0, {{noise, 0.0}}, &uncorrected, &state);
+    EXPECT_EQ(state.rings[0].empty(), blurred);
+  }
 }
 
 DriveTerms Corrected(DriveTerms scan, const RingCorrections& corrections) {
@@ -151,20 +177,20 @@ DriveTerms Corrected(DriveTerms scan, const RingCorrections& corrections) {
 TEST(RingCorrections, ComeToAnEnd) {
   CalibrationState state = AtRest();
   const DriveTerms scan = Scan(state, kAlways);
-  ASSERT_TRUE(CorrectRings({scan}, 1.0, &state));
+  ASSERT_TRUE(Correct({scan}, &state));
   const float range = state.rings[0][0].range;
   int rounds = 0;
-  while (CorrectRings({Corrected(scan, state.rings[0])}, 1.0, &state)) ASSERT_LT(++rounds, 3);
+  while (Correct({Corrected(scan, state.rings[0])}, &state)) ASSERT_LT(++rounds, 3);
   EXPECT_NEAR(state.rings[0][0].range, range, 1e-4);
 }
 
 // Points that are right without their corrections undo them.
 TEST(RingCorrections, AreTakenBack) {
   CalibrationState state = AtRest();
-  ASSERT_TRUE(CorrectRings({Scan(state, kAlways)}, 1.0, &state));
-  ASSERT_TRUE(CorrectRings({Corrected(Scan(state, kNever), state.rings[0])}, 1.0, &state));
+  ASSERT_TRUE(Correct({Scan(state, kAlways)}, &state));
+  ASSERT_TRUE(Correct({Corrected(Scan(state, kNever), state.rings[0])}, &state));
   EXPECT_TRUE(state.rings[0].empty());
-  EXPECT_FALSE(CorrectRings({Scan(state, kNever)}, 1.0, &state));
+  EXPECT_FALSE(Correct({Scan(state, kNever)}, &state));
 }
 
 TEST(RingCorrections, MoveAPointAlongItsBeamAndUpwards) {

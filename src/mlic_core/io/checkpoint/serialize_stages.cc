@@ -120,11 +120,12 @@ auto Members(LandmarkSet& set) { return std::tie(set.points, set.observations, s
 auto Members(DriveTerms& drive) { return std::tie(drive.imu_sigma, drive.landmarks); }
 auto Members(CameraTerms& camera) { return std::tie(camera.fixed, camera.given_intrinsics); }
 auto Members(RoundSummary& round) { return std::tie(round.stage, round.change); }
+auto Members(UncorrectedMap& map) { return std::tie(map.points, map.noise, map.is_better); }
 auto Members(Adjustment& adjustment) {
   return std::tie(
-      adjustment.state, adjustment.contradicted_guesses, adjustment.plane_noise, adjustment.problem.drives,
-      adjustment.problem.cameras, adjustment.cameras.landmark_options.noise, adjustment.cameras.sigmas,
-      adjustment.map.cameras_before, adjustment.map.noise, adjustment.map.held_out,
+      adjustment.state, adjustment.contradicted_guesses, adjustment.plane_noise, adjustment.uncorrected,
+      adjustment.problem.drives, adjustment.problem.cameras, adjustment.cameras.landmark_options.noise,
+      adjustment.cameras.sigmas, adjustment.map.cameras_before, adjustment.map.noise, adjustment.map.held_out,
       adjustment.rounds.landmarks, adjustment.rounds.done, adjustment.rounds.points_per_scan,
       adjustment.rounds.alignment_tried, adjustment.rounds.noise_measured, adjustment.rounds.clocks_reviewed,
       adjustment.rounds.matrices_judged, adjustment.rounds.ranges_measured, adjustment.rounds.history,
