@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 
 #include "mlic_core/common/error.h"
@@ -167,6 +168,91 @@ void FixCamera(const FixedCameraParameters& held, const Layout& layout, std::siz
   }
 }
 
+// A step of the solve on trial: its whole, or a share of it. The problem's landmarks are where it leads.
+class StepTrial {
+ public:
+  // cost: where the step begins, as the priors. All must outlive the trial.
+  StepTrial(const CalibrationState& start, double cost, const Priors& priors, const NormalSolution& solution,
+            const Layout& layout, const std::vector<LandmarkCoupling>& couplings, JointProblem* problem)
+      : start_(start),
+        start_cost_(cost),
+        priors_(priors),
+        solution_(solution),
+        layout_(layout),
+        problem_(*problem),
+        before_(GeometryOf(*problem)) {
+    MoveLandmarks(couplings, solution.delta, problem);
+  }
+
+  // False where the cost rises by too much, or is not a number. linearize: the normal equations at a state,
+  // with which their cost comes; empty: the step is the last.
+  bool TakeWhole(const std::function<Accumulator(const CalibrationState&)>& linearize) {
+    const double least = -kAllowedIncrease * start_cost_ - 1e-9;
+    Move();
+    if (linearize) sum_ = linearize(state_);
+    return Falls(sum_ ? sum_->cost : Cost({problem_, state_, layout_}), least) ||
+           FallsWithPointsSettled(least);
+  }
+  // Half of it, or a quarter, after the whole: false where the cost does not fall.
+  bool TakeShare() {
+    const std::vector<LandmarkGeometry> after = GeometryOf(problem_);
+    while (share_ > kLeastShare) {
+      share_ *= 0.5;
+      PlaceLandmarks(Between(before_, after, share_), &problem_);
+      Move();
+      const double least = kSufficient * share_ * (2.0 - share_) * solution_.predicted_decrease;
+      if (Falls(Cost({problem_, state_, layout_}), least) || FallsWithPointsSettled(least)) return true;
+    }
+    share_ = 0.0;
+    return false;
+  }
+  void TakeBack() {
+    share_ = 0.0;
+    PlaceLandmarks(std::move(before_), &problem_);
+  }
+
+  double Share() const { return share_; }  // of the step that was taken
+  double CostThere() const { return cost_; }
+  CalibrationState& State() { return state_; }
+  std::optional<Accumulator>& Equations() { return sum_; }  // where they were made
+
+ private:
+  void Move() {
+    sum_.reset();
+    state_ = start_;
+    layout_.Update(share_ * solution_.delta, &state_);
+    if (problem_.fix_trajectory) state_.drives = start_.drives;
+  }
+  bool Falls(double cost, double least) {
+    cost_ = cost;
+    // Priors are squares: the trapezoid over their gradient is what the step adds to them.
+    const Eigen::VectorXd moves = solution_.delta.segment(layout_.knots, layout_.calibration);
+    const double of_priors =
+        share_ * (priors_.gradient + PriorsAt(problem_, state_, layout_).gradient).dot(moves);
+    return cost_ + of_priors <= start_cost_ - least;
+  }
+  bool FallsWithPointsSettled(double least) {
+    const bool any = std::any_of(problem_.drives.begin(), problem_.drives.end(), [](const DriveTerms& drive) {
+      return !drive.landmarks.observations.empty();
+    });
+    if (!any) return false;
+    sum_.reset();
+    SettlePoints(state_, layout_, before_, &problem_);
+    return Falls(Cost({problem_, state_, layout_}), least);
+  }
+
+  const CalibrationState& start_;
+  double start_cost_;
+  const Priors& priors_;
+  const NormalSolution& solution_;
+  const Layout& layout_;
+  JointProblem& problem_;
+  std::vector<LandmarkGeometry> before_;
+  double share_ = 1.0, cost_ = 0.0;
+  CalibrationState state_;
+  std::optional<Accumulator> sum_;
+};
+
 }  // namespace
 
 std::vector<bool> FreeCalibration(const JointProblem& problem, const Layout& layout) {
@@ -204,7 +290,7 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
   const std::vector<bool> free_calibration = probes.Hold(layout, FreeCalibration(problem, layout));
   SolveSummary summary = CountedObservations(problem);
   std::vector<LandmarkCoupling> couplings;
-  const auto linearize = [&](const CalibrationState& at) {
+  const std::function<Accumulator(const CalibrationState&)> linearize = [&](const CalibrationState& at) {
     return Linearize({problem, at, layout}, &couplings);
   };
   Accumulator sum = linearize(*state);
@@ -234,58 +320,27 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
         std::max(std::abs(solution.predicted_decrease), std::abs(priors.gradient.dot(moves)));
     const bool settled = damping == 0.0 && expected < kNegligibleDecrease * sum.cost;
     const bool last = settled || iteration + 1 == iterations;
-    const std::vector<LandmarkGeometry> before = GeometryOf(problem);
-    MoveLandmarks(couplings, solution.delta, &problem);
-    CalibrationState moved;
-    std::optional<Accumulator> next;
-    double cost = 0.0;
-    // A share of the step. False where the cost, priors with it, does not fall so far, or is not a number.
-    const auto lowers_cost = [&](double share, double least) {
-      moved = *state;
-      layout.Update(share * solution.delta, &moved);
-      if (problem.fix_trajectory) moved.drives = state->drives;
-      // Priors are squares: the trapezoid over their gradient is what the step adds to them.
-      const double of_priors =
-          share * (priors.gradient + PriorsAt(problem, moved, layout).gradient).dot(moves);
-      const auto falls = [&] { return cost + of_priors <= sum.cost - least; };
-      next.reset();
-      if (!last && share == 1.0) next = linearize(moved);
-      cost = next ? next->cost : Cost({problem, moved, layout});
-      if (falls()) return true;
-      if (summary.landmark_observations == 0) return false;
-      next.reset();
-      SettlePoints(moved, layout, before, &problem);
-      cost = Cost({problem, moved, layout});
-      return falls();
-    };
-    double share = 1.0;
-    bool accepted = lowers_cost(1.0, -kAllowedIncrease * sum.cost - 1e-9);
-    if (!accepted && damping == 0.0) {
-      const std::vector<LandmarkGeometry> after = GeometryOf(problem);
-      while (!accepted && share > kLeastShare) {
-        share *= 0.5;
-        PlaceLandmarks(Between(before, after, share), &problem);
-        accepted = lowers_cost(share, kSufficient * share * (2.0 - share) * solution.predicted_decrease);
-      }
-    }
+    StepTrial trial(*state, sum.cost, priors, solution, layout, couplings, &problem);
+    const bool accepted =
+        trial.TakeWhole(last ? nullptr : linearize) || (damping == 0.0 && trial.TakeShare());
+    if (!accepted) trial.TakeBack();
     if (damping == 0.0) {
-      const double left = accepted ? 1.0 - share : 1.0;
-      summary.refused_step =
-          left == 0.0 ? Eigen::VectorXd() : Eigen::VectorXd(left * probes.RowsWithout(moves));
+      summary.refused_step = trial.Share() == 1.0
+                                 ? Eigen::VectorXd()
+                                 : Eigen::VectorXd((1.0 - trial.Share()) * probes.RowsWithout(moves));
     }
     if (!accepted) {
-      PlaceLandmarks(before, &problem);
       damping = std::max(1e-4, 10.0 * damping);
       if (!last) sum = linearize(*state);
       continue;
     }
-    *state = std::move(moved);
-    summary.last_cost = cost;
-    summary.last_step = share * step;
+    *state = std::move(trial.State());
+    summary.last_cost = trial.CostThere();
+    summary.last_step = trial.Share() * step;
     if (last) break;
     damping *= 0.1;
     if (damping < 1e-6) damping = 0.0;
-    sum = next ? std::move(*next) : linearize(*state);
+    sum = trial.Equations() ? std::move(*trial.Equations()) : linearize(*state);
   }
   probes.End(state);
   summary.landmarks = WithPointsWhole(given, std::move(problem), origins);
