@@ -84,7 +84,8 @@ DriveTerms Scan(const CalibrationState& state, const ErrorsAt& errors_at) {
 
 bool Correct(const std::vector<DriveTerms>& drives, CalibrationState* state) {
   std::vector<UncorrectedMap> uncorrected;
-  return CorrectRings(drives, 1.0, {{kNoise, 0.0}}, &uncorrected, state);
+  const std::vector<PlaneNoise> noise(state->lidars.size(), {kNoise, 0.0});
+  return CorrectRings(drives, 1.0, noise, &uncorrected, state);
 }
 
 const auto kAlways = [](int, int) { return true; };
@@ -151,7 +152,7 @@ TEST(RingCorrections, ThatBlurTheMapAreTakenBackForGood) {
   const DriveTerms scan = Scan(state, kAlways);
   DriveTerms less = scan;
   less.planes.observations.pop_back();
-  --less.planes.begin.back();
+  for (std::size_t& begin : less.planes.begin) begin = std::min(begin, less.planes.observations.size());
   for (const double noise : {0.9 * kNoise, 1.1 * kNoise}) {
     state.rings.clear();
     std::vector<UncorrectedMap> uncorrected;
