@@ -12,9 +12,9 @@
 namespace mlic {
 namespace {
 
-constexpr double kTop = 0.5 / kFinestKnots;  // Hz
-constexpr double kAbove = 3.0 * kTop;        // Hz, where the filter lets nothing through
-constexpr double kRate = 8.0 * kTop;         // Hz; from: structural, above twice kAbove
+constexpr double kTop = 0.5 / kFinestKnots;  // Hz; from: derivation, half of the knots' rate
+constexpr double kAbove = 3.0 * kTop;  // Hz; from: derivation, from here on LowPass lets nothing through
+constexpr double kRate = 8.0 * kTop;   // Hz; from: structural, above twice kAbove
 // Of levels of the spectrum; from: derivation, less widens the sigmas of slow signals by less than 1.4
 constexpr double kLeastExcess = 2.0;
 // Of the drive: gaps, each of which takes the filter's width with it, may not leave less. from: guard
