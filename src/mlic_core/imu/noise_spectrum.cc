@@ -9,7 +9,7 @@
 
 namespace mlic {
 
-NoiseSpectrum::NoiseSpectrum(const Eigen::VectorXd& values, double rate) {
+NoiseSpectrum::NoiseSpectrum(const Eigen::VectorXd& values, double rate) : nyquist_(0.5 * rate) {
   // Lengths with many small factors: others take the transform long.
   const auto all = static_cast<std::size_t>(values.size());
   const std::size_t unit = all < 16384 ? 64 : 1024;

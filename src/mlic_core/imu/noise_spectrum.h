@@ -11,6 +11,9 @@ class NoiseSpectrum {
  public:
   // rate: Hz. The last samples, less than a sixteenth of all, may be left out; below 64 there is no spectrum.
   NoiseSpectrum(const Eigen::VectorXd& values, double rate);
+  NoiseSpectrum() = default;  // of no samples
+
+  double Nyquist() const { return nyquist_; }  // Hz
 
   // Variance of what of the signal lies from low to high (Hz).
   double Variance(double low, double high) const;
@@ -21,6 +24,7 @@ class NoiseSpectrum {
  private:
   std::size_t Bin(double frequency) const;
 
+  double nyquist_ = 0.0;       // Hz
   double step_ = 1.0;          // Hz
   std::size_t count_ = 0;      // of samples
   std::vector<double> level_;  // of each bin from zero to half of the rate

@@ -12,9 +12,9 @@
 namespace mlic {
 namespace {
 
-constexpr double kTop = 0.5 / kFinestKnots;  // Hz; from: derivation, half of the knots' rate
-constexpr double kAbove = 3.0 * kTop;  // Hz; from: derivation, from here on LowPass lets nothing through
-constexpr double kRate = 8.0 * kTop;   // Hz; from: structural, above twice kAbove
+// Up to where a LowPass leaves what it is (2 * top): the splines' band, and twice that. The lower one where
+// something shakes between them. from: derivation, half of the finest knots' rate is 12.5 Hz
+constexpr std::array<double, 2> kTops{0.25 / kFinestKnots, 0.5 / kFinestKnots};  // Hz
 // Of levels of the spectrum; from: derivation, less widens the sigmas of slow signals by less than 1.4
 constexpr double kLeastExcess = 2.0;
 // Of the drive: gaps, each of which takes the filter's width with it, may not leave less. from: guard
@@ -48,26 +48,36 @@ struct EvenSamples {
   }
 };
 
-// Variances of what lies above kAbove where any exceeds its noise by enough, otherwise nullopt.
-std::optional<Values> FindVibration(const EvenSamples& samples) {
-  const double rate = 1.0 / samples.period, nyquist = 0.5 * rate;
-  Values variances;
-  bool any = false;
-  for (int axis = 0; axis < 6; ++axis) {
-    const NoiseSpectrum spectrum(samples.values.col(axis), rate);
-    variances[axis] = spectrum.Variance(kAbove, nyquist);
-    const double noise = spectrum.WhiteVariance(kTop, 2.0 * kTop) * (nyquist - kAbove) / nyquist;
-    any |= noise > 0.0 && variances[axis] > kLeastExcess * noise;
+// From where on a filter lets nothing through, Hz: twice that is the rate of what it leaves.
+double StopOf(double top) { return 3.0 * top; }
+
+// Whether any axis shakes from the filter's stop up to `end` (Hz) more than noise at the level of the octave
+// below.
+bool Shakes(const std::array<NoiseSpectrum, 6>& axes, double top, double end) {
+  const double stop = StopOf(top);
+  return std::any_of(axes.begin(), axes.end(), [&](const NoiseSpectrum& axis) {
+    const double noise = axis.WhiteVariance(0.5 * stop, stop) * (end - stop) / axis.Nyquist();
+    return noise > 0.0 && axis.Variance(stop, end) > kLeastExcess * noise;
+  });
+}
+
+// The lowest that is needed, Hz; zero for none.
+double TopOfFilter(const std::array<NoiseSpectrum, 6>& axes) {
+  const double nyquist = axes[0].Nyquist();
+  for (std::size_t k = 0; k < kTops.size(); ++k) {
+    const double end = k + 1 < kTops.size() ? std::min(nyquist, StopOf(kTops[k + 1])) : nyquist;
+    if (1.1 * StopOf(kTops[k]) < end && Shakes(axes, kTops[k], end)) return kTops[k];
   }
-  return any ? std::optional<Values>(variances) : std::nullopt;
+  return 0.0;
 }
 
 // Adds those samples that have the whole filter within the given ones.
-void Filter(const EvenSamples& samples, const LowPass& filter, std::vector<ImuSample>* filtered) {
+void Filter(const EvenSamples& samples, const LowPass& filter, double rate,
+            std::vector<ImuSample>* filtered) {
   const double half = filter.HalfWidth();
   const double last = samples.start + static_cast<double>(samples.values.rows() - 1) * samples.period;
-  for (double k = std::ceil((samples.start + half) * kRate); k / kRate <= last - half; k += 1.0) {
-    const double time = k / kRate, at = (time - samples.start) / samples.period;
+  for (double k = std::ceil((samples.start + half) * rate); k / rate <= last - half; k += 1.0) {
+    const double time = k / rate, at = (time - samples.start) / samples.period;
     const double reach = half / samples.period;
     double total = 0.0;
     Values sum = Values::Zero();
@@ -87,25 +97,29 @@ void Filter(const EvenSamples& samples, const LowPass& filter, std::vector<ImuSa
 std::optional<FilteredImu> WithoutVibration(const std::vector<ImuSample>& samples) {
   if (samples.size() < 2) return std::nullopt;
   const double period = MedianPeriod(samples);
-  if (1.0 / period < kRate) return std::nullopt;
   const ImuSample* const end = samples.data() + samples.size();
-  const std::optional<Values> variances = FindVibration({samples.data(), end, period});
-  if (!variances) return std::nullopt;
+  const EvenSamples even(samples.data(), end, period);
+  std::array<NoiseSpectrum, 6> axes;
+  for (int axis = 0; axis < 6; ++axis) axes[axis] = NoiseSpectrum(even.values.col(axis), 1.0 / period);
+  const double top = TopOfFilter(axes);
+  if (top == 0.0) return std::nullopt;
   FilteredImu filtered;
-  filtered.above = kAbove;
-  filtered.angular_velocity = std::sqrt(variances->head<3>().maxCoeff());
-  filtered.specific_force = std::sqrt(variances->tail<3>().maxCoeff());
-  const LowPass filter(kTop);
-  const double longest = LongestBridgedPeriod(period);
+  filtered.above = StopOf(top);
+  for (int axis = 0; axis < 6; ++axis) {
+    double& largest = axis < 3 ? filtered.angular_velocity : filtered.specific_force;
+    largest = std::max(largest, std::sqrt(axes[axis].Variance(filtered.above, axes[axis].Nyquist())));
+  }
+  const LowPass filter(top);
+  const double rate = 2.0 * StopOf(top), longest = LongestBridgedPeriod(period);
   for (const ImuSample* begin = samples.data(); begin != end;) {
     const ImuSample* next = begin + 1;
     while (next != end && next->time - (next - 1)->time <= longest) ++next;
     if ((next - 1)->time - begin->time > 2.0 * filter.HalfWidth()) {
-      Filter({begin, next, period}, filter, &filtered.samples);
+      Filter({begin, next, period}, filter, rate, &filtered.samples);
     }
     begin = next;
   }
-  const double kept = static_cast<double>(filtered.samples.size()) / kRate;
+  const double kept = static_cast<double>(filtered.samples.size()) / rate;
   if (kept < kLeastKept * static_cast<double>(samples.size()) * period) return std::nullopt;
   return filtered;
 }

@@ -16,12 +16,14 @@ struct FilteredImu {
   double specific_force = 0.0;    // m/s^2
 };
 
-// Where an axis has more than twice the noise above three times the band of the finest knots (kFinestKnots)
-// than just above that band, all axes are low-passed, without delay, and sampled anew at eight times the band
-// (100 Hz). A joint solve that weighs samples by their scatter would take such vibration for noise of slow
-// signals, which it is not. Samples come in order of time; lost ones are bridged, at gaps and ends half of
-// the filter's width (0.13 s) is left out. nullopt where there is none, where samples come too seldom to show
-// it, or where gaps would leave too little.
+// Trajectories follow an IMU up to 12.5 Hz at most (kFinestKnots). Where an axis shakes above 37.5 Hz more
+// than twice as much as noise at the level of the octave below would, all axes are low-passed, without delay,
+// up to 25 Hz and sampled anew at 75 Hz; where one shakes so between 18.75 and 37.5 Hz, up to 12.5 Hz and
+// sampled at 37.5 Hz, at which what is left is nearly white. A joint solve that weighs samples by their
+// scatter would take such vibration for noise of slow signals, which it is not. Samples come in order of
+// time; lost ones are bridged, at gaps and ends half of the filter's width (0.13 or 0.26 s) is left out.
+// nullopt where there is none, where samples come too seldom to show it, or where gaps would leave too
+// little.
 std::optional<FilteredImu> WithoutVibration(const std::vector<ImuSample>& samples);
 
 }  // namespace mlic
