@@ -6,6 +6,7 @@
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/imu/imu_samples.h"
+#include "mlic_core/imu/least_noise.h"
 
 namespace mlic {
 namespace {
@@ -51,11 +52,6 @@ bool AtRest(const std::vector<ImuSample>& samples, std::size_t begin, std::size_
          force.covariance.diagonal().maxCoeff() < accelerometer_limit * accelerometer_limit &&
          rate.mean.norm() < 0.05 && std::abs(force.mean.norm() - 9.81) < 0.5;
 }
-
-// Densities that no IMU on a vehicle undercuts (navigation grade: 1e-6 rad/s/sqrt(Hz), 1e-5 m/s^2/sqrt(Hz)).
-// Exact or filtered data would give the IMU such weight that the joint solve runs out of digits.
-constexpr double kBestGyroscope = 2e-6;      // from: standard, data sheets; twice the navigation grade
-constexpr double kBestAccelerometer = 2e-5;  // from: standard, data sheets; twice the navigation grade
 
 }  // namespace
 

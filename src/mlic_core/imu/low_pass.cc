@@ -5,8 +5,8 @@
 namespace mlic {
 namespace {
 
-constexpr double kTransition =
-    3.3;  // from: derivation, of a Hann window of length T: 3.3 / T from pass to stop
+// From pass to stop of a Hann window, times its length. from: derivation
+constexpr double kTransition = 3.3;
 
 }  // namespace
 

@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include "mlic_core/common/order_statistics.h"
 #include "mlic_core/imu/imu_samples.h"
+#include "mlic_core/imu/least_noise.h"
 #include "mlic_core/imu/low_pass.h"
 #include "mlic_core/imu/noise_spectrum.h"
 
@@ -52,13 +52,16 @@ struct EvenSamples {
 double StopOf(double top) { return 3.0 * top; }
 
 // Whether any axis shakes from the filter's stop up to `end` (Hz) more than noise at the level of the octave
-// below.
+// below, or of the best of IMUs.
 bool Shakes(const std::array<NoiseSpectrum, 6>& axes, double top, double end) {
-  const double stop = StopOf(top);
-  return std::any_of(axes.begin(), axes.end(), [&](const NoiseSpectrum& axis) {
-    const double noise = axis.WhiteVariance(0.5 * stop, stop) * (end - stop) / axis.Nyquist();
-    return noise > 0.0 && axis.Variance(stop, end) > kLeastExcess * noise;
-  });
+  const double stop = StopOf(top), nyquist = axes[0].Nyquist();
+  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+    const double density = axis < 3 ? kBestGyroscope : kBestAccelerometer;
+    const double noise =
+        std::max(density * density * 2.0 * nyquist, axes[axis].WhiteVariance(0.5 * stop, stop));
+    if (axes[axis].Variance(stop, end) > kLeastExcess * noise * (end - stop) / nyquist) return true;
+  }
+  return false;
 }
 
 // The lowest that is needed, Hz; zero for none.
@@ -96,8 +99,9 @@ void Filter(const EvenSamples& samples, const LowPass& filter, double rate,
 
 std::optional<FilteredImu> WithoutVibration(const std::vector<ImuSample>& samples) {
   if (samples.size() < 2) return std::nullopt;
-  const double period = MedianPeriod(samples);
   const ImuSample* const end = samples.data() + samples.size();
+  // Not the median, of which stamps that come in pairs could make any number of even samples.
+  const double period = ((end - 1)->time - samples.front().time) / static_cast<double>(samples.size() - 1);
   const EvenSamples even(samples.data(), end, period);
   std::array<NoiseSpectrum, 6> axes;
   for (int axis = 0; axis < 6; ++axis) axes[axis] = NoiseSpectrum(even.values.col(axis), 1.0 / period);

@@ -203,7 +203,6 @@ class StepTrial {
       const double least = kSufficient * share_ * (2.0 - share_) * solution_.predicted_decrease;
       if (Falls(Cost({problem_, state_, layout_}), least) || FallsWithPointsSettled(least)) return true;
     }
-    share_ = 0.0;
     return false;
   }
   void TakeBack() {

@@ -55,6 +55,9 @@ TEST(Vibration, NoiseAloneStaysAsItIs) {
   EXPECT_FALSE(WithoutVibration(Shaken(0.0)));
   EXPECT_FALSE(WithoutVibration(Shaken(0.5 * kNoise)));
   EXPECT_FALSE(WithoutVibration({}));
+  std::vector<ImuSample> exact;  // but for rounding
+  for (int k = 0; k < 4000; ++k) exact.push_back({k / kRate, {0.1, 0.0, 0.0}, {0.0, 0.0, 9.81}});
+  EXPECT_FALSE(WithoutVibration(exact));
 }
 
 TEST(Vibration, ALineAboveTheBandGoesAndTheMotionStays) {
@@ -72,6 +75,18 @@ TEST(Vibration, LostSamplesDoNotBendTheMotion) {
   const std::optional<FilteredImu> filtered = WithoutVibration(Shaken(0.2, 0.1));
   ASSERT_TRUE(filtered);
   EXPECT_LT(RmsError(filtered->samples), 0.05);
+}
+
+TEST(Vibration, StampsInPairsAreAsGoodAsEvenOnes) {
+  std::vector<ImuSample> samples = Shaken(3.0, 0.0, 27.0);
+  for (std::size_t k = 1; k < samples.size(); k += 2) {
+    const double time = samples[k - 1].time + 1e-7;
+    samples[k] = samples[k - 1];
+    samples[k].time = time;
+  }
+  const std::optional<FilteredImu> filtered = WithoutVibration(samples);
+  ASSERT_TRUE(filtered);
+  EXPECT_LT(RmsError(filtered->samples), 0.2);
 }
 
 TEST(Vibration, NothingIsMadeAcrossAGap) {
