@@ -181,7 +181,7 @@ class StepTrial {
         layout_(layout),
         problem_(*problem),
         before_(GeometryOf(*problem)) {
-    MoveLandmarks(couplings, solution.delta, problem);
+    MoveLandmarks(LandmarkSteps(couplings, solution.delta), problem);
   }
 
   // False where the cost rises by too much, or is not a number. linearize: the normal equations at a state,

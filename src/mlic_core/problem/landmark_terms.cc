@@ -66,14 +66,14 @@ void AddToCalibration(const CameraColumns& c, const Square& H, LandmarkCoupling*
 }
 
 void AddToKnots(const CameraColumns& c, const KnotColumns& columns, const Square& H, CouplingSlots* slots,
-                LandmarkCoupling* landmark, Accumulator* sum) {
+                Accumulator* sum) {
   for (int a = 0; a < 8; ++a) {
     sum->gradient_knots.segment<3>(sum->Local(columns[a])) += H.block<3, 1>(3 * a, kResidual);
     sum->border.block<7, 3>(c.pose, sum->Local(columns[a])) += H.block<7, 3>(kExtrinsic, 3 * a);
     sum->border.block(c.inner, sum->Local(columns[a]), c.count, 3) += H.block(c.from, 3 * a, c.count, 3);
     if (c.drift >= 0)
       sum->border.block<1, 3>(c.drift, sum->Local(columns[a])) += H.block<1, 3>(kDrift, 3 * a);
-    slots->Block(landmark, columns[a]) += H.block<3, 3>(3 * a, kPoint);
+    slots->Block(columns[a]) += H.block<3, 3>(3 * a, kPoint);
     for (int b = 0; b < 8; ++b) {
       if (columns[a] >= columns[b]) sum->AddBand(columns[a], columns[b], H.block<3, 3>(3 * a, 3 * b));
     }
@@ -88,7 +88,7 @@ void AddLidarPoint(const LinearizationPoint& at, std::size_t d, std::size_t p, c
         CameraColumns::OfLidar(at.layout, at.problem.drives[d].landmarks.lidar_points[p].lidar);
     if (!at.problem.fix_trajectory) {
       AddToKnots(columns, KnotColumns(at.layout, d, bases.rotation.first, bases.position.first), H, slots,
-                 landmark, sum);
+                 sum);
     }
     AddToCalibration(columns, H, landmark, sum);
   });
@@ -113,7 +113,7 @@ void AddLandmarks(const LinearizationPoint& at, std::size_t d, std::size_t begin
       if (with_knots) {
         H.noalias() = rows * rows.transpose();
         AddToKnots(columns, KnotColumns(at.layout, d, bases.rotation.first, bases.position.first), H, &slots,
-                   &landmark, sum);
+                   sum);
       } else {
         constexpr int kRest = kColumns - kExtrinsic;  // from: structural, places of columns
         H.bottomRightCorner<kRest, kRest>().noalias() =
@@ -123,7 +123,7 @@ void AddLandmarks(const LinearizationPoint& at, std::size_t d, std::size_t begin
     };
     observations.ForEach(p, J_chart, &sum->cost, add);
     if (set.IsOnMap(p)) AddLidarPoint(at, d, p, J_chart, &slots, &landmark, sum);
-    slots.Release(landmark);
+    slots.Finish(&landmark);
   }
 }
 

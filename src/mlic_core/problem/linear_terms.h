@@ -83,25 +83,32 @@ inline std::vector<std::size_t> CutByObservations(const std::vector<std::size_t>
   return cut;
 }
 
-// The couplings of one landmark while its observations are summed; slots are found by control point.
+// The couplings of one landmark to control points while its observations are summed.
 class CouplingSlots {
  public:
   explicit CouplingSlots(int knots) : slot_(knots / 3, -1) {}
-  Eigen::Matrix3d& Block(LandmarkCoupling* couplings, int column) {
+  Eigen::Matrix3d& Block(int column) {
     int& slot = slot_[column / 3];
     if (slot < 0) {
-      slot = static_cast<int>(couplings->columns.size());
-      couplings->columns.push_back(column);
-      couplings->blocks.push_back(Eigen::Matrix3d::Zero());
+      slot = static_cast<int>(columns_.size());
+      columns_.push_back(column);
+      blocks_.push_back(Eigen::Matrix3d::Zero());
     }
-    return couplings->blocks[slot];
+    return blocks_[slot];
   }
-  void Release(const LandmarkCoupling& couplings) {
-    for (const int column : couplings.columns) slot_[column / 3] = -1;
+  // Gives the landmark its couplings, no more memory than they need, and begins the next.
+  void Finish(LandmarkCoupling* landmark) {
+    landmark->columns.assign(columns_.begin(), columns_.end());
+    landmark->blocks.assign(blocks_.begin(), blocks_.end());
+    for (const int column : columns_) slot_[column / 3] = -1;
+    columns_.clear();
+    blocks_.clear();
   }
 
  private:
   std::vector<int> slot_;
+  std::vector<int> columns_;
+  std::vector<Eigen::Matrix3d> blocks_;
 };
 
 }  // namespace mlic

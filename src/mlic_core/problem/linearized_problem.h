@@ -1,16 +1,24 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
-#include <optional>
 #include <vector>
 
 #include "mlic_core/problem/linear_terms.h"
-#include "mlic_core/solver/normal_equations.h"
 
 namespace mlic {
 
+// A deviation of the trajectory drawn from the normal distribution that the equations give it with the
+// calibration held, the same for the same equations.
+struct TrajectoryDraw {
+  Eigen::VectorXd step;  // laid out as Layout, zero for the calibration
+  // The landmarks' best steps (linearizer.h) beside this step, and beside its opposite.
+  std::vector<Eigen::Vector3d> landmarks, landmarks_of_opposite;
+};
+
 // The joint problem linearised at a solution, with control points and landmarks eliminated: what the measures
-// of uncertainty share. Couplings of points are cut short as in the solve (time_windows.h).
+// of uncertainty share. Couplings of points are cut short as in the solve (time_windows.h). The equations
+// themselves, which are as large as all else together, are not kept.
 struct LinearizedProblem {
   // state must outlive this.
   LinearizedProblem(const JointProblem& given, const CalibrationState& state);
@@ -22,8 +30,10 @@ struct LinearizedProblem {
   JointProblem problem;
   const CalibrationState& state;
   Layout layout;
-  std::vector<LandmarkCoupling> couplings;    // as Linearize gives them
-  std::optional<ReducedEquations> equations;  // none: the trajectory is held, or they have no solution
+  bool solved = false;            // if not, the trajectory is held, or the equations have no solution
+  Eigen::MatrixXd information;    // of the calibration, as in NormalSolution
+  Eigen::MatrixXd knot_response;  // calibration x knots, as in ReducedEquations
+  TrajectoryDraw draw;
 };
 
 }  // namespace mlic

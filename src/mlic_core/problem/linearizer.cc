@@ -168,14 +168,18 @@ double Cost(const LinearizationPoint& at) {
   return cost;
 }
 
-void MoveLandmarks(const std::vector<LandmarkCoupling>& couplings, const Eigen::VectorXd& delta,
-                   JointProblem* problem) {
+std::vector<Eigen::Vector3d> LandmarkSteps(const std::vector<LandmarkCoupling>& couplings,
+                                           const Eigen::VectorXd& delta) {
+  std::vector<Eigen::Vector3d> steps(couplings.size());
+  ParallelFor(steps.size(), [&](std::size_t i) { steps[i] = LandmarkStep(couplings[i], delta); });
+  return steps;
+}
+
+void MoveLandmarks(const std::vector<Eigen::Vector3d>& steps, JointProblem* problem) {
   std::size_t at = 0;
   for (DriveTerms& drive : problem->drives) {
-    for (MapPlane& plane : drive.planes.planes) MovePlane(LandmarkStep(couplings[at++], delta), &plane);
-    for (PointLandmark& point : drive.landmarks.points) {
-      MovePoint(LandmarkStep(couplings[at++], delta), &point);
-    }
+    for (MapPlane& plane : drive.planes.planes) MovePlane(steps[at++], &plane);
+    for (PointLandmark& point : drive.landmarks.points) MovePoint(steps[at++], &point);
   }
 }
 

@@ -14,7 +14,8 @@ Accumulator Linearize(const LinearizationPoint& at, std::vector<LandmarkCoupling
 double Cost(const LinearizationPoint& at);
 
 // The landmarks' own steps after the control points' and the calibration's (delta).
-void MoveLandmarks(const std::vector<LandmarkCoupling>& couplings, const Eigen::VectorXd& delta,
-                   JointProblem* problem);
+std::vector<Eigen::Vector3d> LandmarkSteps(const std::vector<LandmarkCoupling>& couplings,
+                                           const Eigen::VectorXd& delta);
+void MoveLandmarks(const std::vector<Eigen::Vector3d>& steps, JointProblem* problem);
 
 }  // namespace mlic

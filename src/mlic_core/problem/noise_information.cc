@@ -1,26 +1,23 @@
 #include "mlic_core/problem/noise_information.h"
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <vector>
 
 #include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/problem/linearizer.h"
+#include "mlic_core/solver/normal_equations.h"
 
 namespace mlic {
 namespace {
 
-// rad and m: control points at the ends of a drive that next to nothing shows stay where they are.
-constexpr double kShownControlPoint = 0.3;  // from: guard
-
-// The information at the trajectory moved by `step`; landmarks follow it.
-std::optional<Eigen::MatrixXd> InformationAt(const LinearizedProblem& linearized,
-                                             const Eigen::VectorXd& step) {
+// The information at the trajectory moved by `step`, the landmarks by theirs.
+std::optional<Eigen::MatrixXd> InformationAt(const LinearizedProblem& linearized, const Eigen::VectorXd& step,
+                                             const std::vector<Eigen::Vector3d>& landmark_steps) {
   CalibrationState moved = linearized.state;
   linearized.layout.Update(step, &moved);
   JointProblem followed = linearized.problem;
-  MoveLandmarks(linearized.couplings, step, &followed);
+  MoveLandmarks(landmark_steps, &followed);
   std::vector<LandmarkCoupling> couplings;
   const Accumulator sum = Linearize({followed, moved, linearized.layout}, &couplings);
   const std::optional<ReducedEquations> equations = Reduce(sum, couplings);
@@ -39,20 +36,16 @@ Eigen::MatrixXd PositivePart(const Eigen::MatrixXd& matrix) {
 Eigen::MatrixXd NoiseInformation(const LinearizedProblem& linearized, const CancellationToken& cancellation) {
   const Layout& layout = linearized.layout;
   const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(layout.calibration, layout.calibration);
-  if (!linearized.equations) return none;
-  Eigen::VectorXd step = Eigen::VectorXd::Zero(layout.Total());
-  step.head(layout.knots) = DrawKnots(*linearized.equations).unaryExpr([](double v) {
-    return std::abs(v) < kShownControlPoint ? v : 0.0;
-  });
+  if (!linearized.solved) return none;
+  const TrajectoryDraw& draw = linearized.draw;
   // There and back, so that what grows by the first order cancels.
-  Eigen::MatrixXd excess = -linearized.equations->information;
-  for (const double side : {1.0, -1.0}) {
-    cancellation.ThrowIfCancelled();
-    const std::optional<Eigen::MatrixXd> there = InformationAt(linearized, side * step);
-    if (!there) return none;
-    excess += 0.5 * *there;
-  }
-  return excess;
+  cancellation.ThrowIfCancelled();
+  const std::optional<Eigen::MatrixXd> there = InformationAt(linearized, draw.step, draw.landmarks);
+  cancellation.ThrowIfCancelled();
+  const std::optional<Eigen::MatrixXd> opposite =
+      InformationAt(linearized, -draw.step, draw.landmarks_of_opposite);
+  if (!there || !opposite) return none;
+  return 0.5 * (*there + *opposite) - linearized.information;
 }
 
 Eigen::MatrixXd WithoutNoise(const Eigen::MatrixXd& information, const Eigen::MatrixXd& noise,

@@ -114,7 +114,7 @@ void PlaneTerms::Add(std::size_t d, std::size_t begin, std::size_t end, Landmark
       buffer.Commit(residual, std::sqrt(weight) / o.sigma, from_middle);
     }
     if (segment.lidar >= 0) Flush(segment, &buffer, &slots, &landmark, sum);
-    slots.Release(landmark);
+    slots.Finish(&landmark);
   }
 }
 
@@ -171,7 +171,7 @@ void PlaneTerms::Flush(const Segment& segment, RowBuffer* buffer, CouplingSlots*
       if (drift >= 0) {
         sum->border.block<1, 3>(drift, sum->Local(columns[a])) += D.segment<3>(3 * a).transpose();
       }
-      slots->Block(landmark, columns[a]) += H.block<3, 3>(3 * a, P::kPlane);
+      slots->Block(columns[a]) += H.block<3, 3>(3 * a, P::kPlane);
       for (int b = 0; b < 8; ++b) {
         if (columns[a] >= columns[b]) sum->AddBand(columns[a], columns[b], H.block<3, 3>(3 * a, 3 * b));
       }

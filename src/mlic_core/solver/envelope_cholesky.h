@@ -48,6 +48,8 @@ class EnvelopeMatrix {
 
   // Solves L^T x = right in place, once factored.
   void SolveTransposed(Eigen::VectorXd* right) const;
+  // The same of each row (any number x size), reading the factor once for many of them.
+  void SolveTransposedRows(Eigen::MatrixXd* rows) const;
 
  private:
   struct Panel {

@@ -4,7 +4,6 @@
 #include <random>
 #include <utility>
 
-#include "mlic_core/common/parallel.h"
 #include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/solver/schur_complement.h"
 
@@ -113,24 +112,18 @@ std::optional<ReducedEquations> Reduce(const Accumulator& sum,
   return ReducedEquations{std::move(A), std::move(information)};
 }
 
-Eigen::VectorXd DrawKnots(const ReducedEquations& equations) {
+Eigen::VectorXd ReducedEquations::DrawKnots() const {
   std::mt19937_64 engine(1);
   std::normal_distribution<double> draw;
-  Eigen::VectorXd deviation(equations.factor.size());
+  Eigen::VectorXd deviation(factor.size());
   for (double& value : deviation) value = draw(engine);
-  equations.factor.SolveTransposed(&deviation);
+  factor.SolveTransposed(&deviation);
   return deviation;
 }
 
-Eigen::MatrixXd KnotResponse(const ReducedEquations& equations) {
-  const Eigen::Index calibration = equations.information.rows();
-  const EnvelopeMatrix& A = equations.factor;
-  Eigen::MatrixXd response(calibration, A.border.cols());
-  ParallelFor(static_cast<std::size_t>(calibration), [&](std::size_t i) {
-    Eigen::VectorXd row = A.border.row(static_cast<Eigen::Index>(i)).transpose();
-    A.SolveTransposed(&row);
-    response.row(static_cast<Eigen::Index>(i)) = row.transpose();
-  });
+Eigen::MatrixXd ReducedEquations::KnotResponse() const {
+  Eigen::MatrixXd response = factor.border.topRows(information.rows());
+  factor.SolveTransposedRows(&response);
   return response;
 }
 

@@ -35,6 +35,14 @@ Eigen::VectorXd SolveCalibration(const Eigen::MatrixXd& information, const Eigen
 
 // The normal equations with control points and landmarks eliminated.
 struct ReducedEquations {
+  // Draws a deviation of the control points from the normal distribution that the equations give them with
+  // the calibration held and landmarks left free. The same for the same equations.
+  Eigen::VectorXd DrawKnots() const;
+
+  // How control points follow the calibration, landmarks left free (calibration x knots): a step of the
+  // calibration moves their best places by minus the transpose of this times the step.
+  Eigen::MatrixXd KnotResponse() const;
+
   EnvelopeMatrix factor;        // of the control points, landmarks left free
   Eigen::MatrixXd information;  // of the calibration, as in NormalSolution
 };
@@ -42,13 +50,5 @@ struct ReducedEquations {
 // Nothing where the equations have no solution.
 std::optional<ReducedEquations> Reduce(const Accumulator& sum,
                                        const std::vector<LandmarkCoupling>& landmarks);
-
-// Draws a deviation of the control points from the normal distribution that the equations give them with the
-// calibration held and landmarks left free. The same for the same equations.
-Eigen::VectorXd DrawKnots(const ReducedEquations& equations);
-
-// How control points follow the calibration, landmarks left free (calibration x knots): a step of the
-// calibration moves their best places by minus the transpose of this times the step.
-Eigen::MatrixXd KnotResponse(const ReducedEquations& equations);
 
 }  // namespace mlic

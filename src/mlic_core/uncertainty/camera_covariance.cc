@@ -271,9 +271,8 @@ CameraInflation MeasureCameraInflation(const LinearizedProblem& linearized, cons
       ++count;
     }
   }
-  if (count == 0 || !linearized.equations) return {};
-  const Eigen::MatrixXd knot_response = KnotResponse(*linearized.equations);
-  const Ground ground{at, knot_response, covariance, made_with, Groups(at.state)};
+  if (count == 0 || !linearized.solved) return {};
+  const Ground ground{at, linearized.knot_response, covariance, made_with, Groups(at.state)};
   std::vector<Sums> sums(kLinearizationChunks, Sums(layout.calibration, ground.groups.first_stretch.back(),
                                                     ground.groups.cells, at.state.cameras.size()));
   for (std::size_t d = 0; d < parts.size(); ++d) {

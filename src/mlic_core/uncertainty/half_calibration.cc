@@ -165,7 +165,7 @@ std::optional<HalfCalibration> CalibrateHalf(const Adjustment& adjustment, doubl
         sum, couplings, scale * half.prior, scale * half.prior * half.moved, free_calibration, 0.0, false);
     if (!solution.solved) return std::nullopt;
     layout.Update(solution.delta, &state);
-    MoveLandmarks(couplings, solution.delta, &problem);
+    MoveLandmarks(LandmarkSteps(couplings, solution.delta), &problem);
     half.moved += solution.delta.tail(layout.calibration);
     half.information = WithoutFixed(solution.information, free_calibration);
     change = InSigmas(solution.delta.tail(layout.calibration), half, scale, limits);

@@ -174,15 +174,14 @@ Eigen::MatrixXd Excess(const Scatter& scatter, double usual, const Eigen::Vector
 Eigen::MatrixXd ScatterOfPoints(const LinearizedProblem& linearized, double usual) {
   const Layout& layout = linearized.layout;
   const CalibrationState& state = linearized.state;
-  if (!linearized.equations) return Eigen::MatrixXd::Zero(layout.calibration, layout.calibration);
+  if (!linearized.solved) return Eigen::MatrixXd::Zero(layout.calibration, layout.calibration);
   const LinearizationPoint at = linearized.At();
-  const Eigen::MatrixXd knot_response = KnotResponse(*linearized.equations);
   std::vector<Scatter> parts(kLinearizationChunks, Scatter(layout.calibration, state));
   for (std::size_t d = 0; d < at.problem.drives.size(); ++d) {
     ParallelChunks(at.problem.drives[d].planes.planes.size(), parts.size(),
                    [&](std::size_t chunk, std::size_t begin, std::size_t end) {
                      for (std::size_t p = begin; p < end; ++p) {
-                       AddPlane(at, knot_response, d, p, &parts[chunk]);
+                       AddPlane(at, linearized.knot_response, d, p, &parts[chunk]);
                      }
                    });
   }

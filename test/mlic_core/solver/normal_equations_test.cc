@@ -42,6 +42,10 @@ TEST(EnvelopeMatrix, FactorsAsADenseOneDoes) {
   Eigen::VectorXd x = envelope.border.row(0).transpose();
   envelope.SolveTransposed(&x);
   EXPECT_LT((A * x - border.row(0).transpose()).norm(), 1e-11);
+  Eigen::MatrixXd rows = envelope.border.colwise().reverse().replicate(9, 1);
+  const Eigen::MatrixXd right = border.colwise().reverse().replicate(9, 1);
+  envelope.SolveTransposedRows(&rows);
+  EXPECT_LT((rows * A - right).norm(), 1e-10);
 }
 
 TEST(EnvelopeMatrix, SaysWhenItIsNotPositiveDefinite) {
@@ -73,7 +77,7 @@ struct Equations {
         Add(RandomMatrix(12, 2, &random), RandomMatrix(kCalibration, 2, &random), 3 * k, p,
             RandomMatrix(3, 2, &random), &slots, &random);
       }
-      slots.Release(couplings[p]);
+      slots.Finish(&couplings[p]);
     }
     H = H.selfadjointView<Eigen::Lower>();
   }
@@ -89,7 +93,7 @@ struct Equations {
       for (int b = 0; b <= a; ++b) {
         sum.AddBand(column + 3 * a, column + 3 * b, J * of_knots.middleRows<3>(3 * b).transpose());
       }
-      if (landmark >= 0) slots->Block(&couplings[landmark], column + 3 * a) += J * of_landmark.transpose();
+      if (landmark >= 0) slots->Block(column + 3 * a) += J * of_landmark.transpose();
     }
     sum.corner += of_calibration * of_calibration.transpose();
     sum.gradient_calibration += of_calibration * r;
