@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/sensors/measurements.h"
@@ -32,10 +33,9 @@ struct ImuBases {
 // scale and shear (M_a <- M_a (I + delta), delta a lower triangle row by row, 6), the lower triangle of the
 // gyroscope's matrix row by row (6).
 //
-// The column of the lag has the jerk's mean over one knot spacing about t - lag in place of the jerk. That of
-// a cubic spline is a step function. Its steps are noise and what the spline cannot follow; no control point
-// follows them, and where samples lie otherwise before the knots than behind they agree with the residuals:
-// in exact readings of 200 Hz a lag of 0.35 ms was found with knots of 40 ms.
+// The column of the lag has the jerk's mean about t - lag in place of the jerk. That of a cubic spline is a
+// step function. Its steps are noise and what the spline cannot follow; no control point follows them, and
+// where samples lie otherwise before the knots than behind they agree with the residuals (docs/method.md).
 struct ImuResidual {
   static constexpr int kPosition = 12;                  // from: structural, places of columns
   static constexpr int kBias = 24;                      // from: structural, places of columns
@@ -89,11 +89,17 @@ struct ImuResidual {
   }
 
  private:
-  // Over one knot spacing about a time.
+  // About a time, over a fifth of a second or one knot spacing, whichever is longer, as far as the spline
+  // goes.
   static Eigen::Vector3d MeanJerk(const PositionSpline& position, double time) {
+    // s; from: derivation, hands and vehicles move below 2 Hz, of which the mean keeps three quarters
+    constexpr double kLeastSpan = 0.2;
     const UniformKnots& knots = position.knots();
-    const SplineBasis before(knots, time - 0.5 * knots.spacing), after(knots, time + 0.5 * knots.spacing);
-    return (position.Acceleration(after) - position.Acceleration(before)) / knots.spacing;
+    const double half = 0.5 * std::max(kLeastSpan, knots.spacing);
+    const double from = std::clamp(time - half, knots.start, knots.End() - half);
+    const double to = std::clamp(time + half, knots.start + half, knots.End());
+    return (position.Acceleration(SplineBasis(knots, to)) - position.Acceleration(SplineBasis(knots, from))) /
+           (to - from);
   }
 
   // Its components' columns; the specific force's are zero but for what Evaluate fills.

@@ -102,5 +102,12 @@ TEST_F(Turntable, MotionThatShowsTheHeadingKeepsItsInformation) {
   EXPECT_LT(Heading(WithoutNoise(summary.information, noise, Limits()), state_), claimed);
 }
 
+// A lag of 30 ms would hardly be seen by accelerations that are not there.
+TEST_F(Turntable, WithoutMotionTheNoiseHardlyShowsTheLag) {
+  const SolveSummary summary = Solve(0.0, 1.0);
+  const int lag = Layout(state_, false).lag;
+  EXPECT_LT(summary.information(lag, lag), 1.0 / (0.03 * 0.03));
+}
+
 }  // namespace
 }  // namespace mlic
