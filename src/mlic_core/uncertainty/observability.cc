@@ -34,17 +34,24 @@ ObservabilityAnalysis::LeastShown Judge(const Eigen::Matrix3d& data_covariance,
     if (!(sigma * least.limit <= least.sigma * along)) least = {sigma, along};
     return sigma <= along;
   };
-  for (int a = 0; a < 3; ++a) {
-    (*axes)[a] = look(Eigen::Vector3d::Unit(a), std::sqrt(data_covariance(a, a)));
-  }
+  // An axis that lies a little along a direction which stands at the guess errs by that little of the guess.
+  constexpr double kOfGuess = 2.0;  // sigmas; from: derivation, its 95 percent interval
+  Eigen::Matrix3d with_held = Eigen::Matrix3d::Zero();
   const SymmetricEigen<3> eigen(data_covariance);
   for (int i = 0; i < 3; ++i) {
     Eigen::Vector3d direction = eigen.eigenvectors().col(i);
-    if (look(direction, std::sqrt(std::max(0.0, eigen.eigenvalues()[i])))) continue;
+    double sigma = std::sqrt(std::max(0.0, eigen.eigenvalues()[i]));
+    const bool shown = look(direction, sigma);
+    if (!shown && guess_sigma != nullptr) sigma = kOfGuess * direction.cwiseProduct(*guess_sigma).norm();
+    with_held += sigma * sigma * direction * direction.transpose();
+    if (shown) continue;
     int largest;
     direction.cwiseAbs().maxCoeff(&largest);
     if (direction[largest] < 0.0) direction = -direction;
     directions->push_back({quantity, direction, std::sqrt(direction.dot(covariance * direction))});
+  }
+  for (int a = 0; a < 3; ++a) {
+    (*axes)[a] = look(Eigen::Vector3d::Unit(a), std::sqrt(with_held(a, a)));
   }
   return least;
 }

@@ -1,0 +1,54 @@
+#include "mlic_core/uncertainty/observability.h"
+
+#include <gtest/gtest.h>
+
+#include "mlic_core/problem/layout.h"
+
+namespace mlic {
+namespace {
+
+using Axes = std::array<bool, 3>;
+
+// One LiDAR whose translation the data show to a millimetre, but along `hidden` to ten metres.
+ObservabilityAnalysis::Sensor Analyzed(const Eigen::Vector3d& hidden, double guess_sigma) {
+  CalibrationState state;
+  state.lidars.resize(1);
+  state.drives.resize(1);
+  const UniformKnots knots = UniformKnots::Covering(0.0, 1.0, 0.5);
+  state.drives[0].trajectory = {
+      So3Spline(knots, std::vector<Eigen::Quaterniond>(knots.count, Eigen::Quaterniond::Identity())),
+      PositionSpline(knots, std::vector<Eigen::Vector3d>(knots.count, Eigen::Vector3d::Zero()))};
+  JointProblem problem;
+  problem.lidars.resize(1);
+  if (guess_sigma > 0.0) {
+    problem.lidars[0].guess.emplace();
+    problem.lidars[0].guess->sigma_translation.setConstant(guess_sigma);
+  }
+  const int calibration = Layout(state, false).calibration;
+  Eigen::MatrixXd information = 1e8 * Eigen::MatrixXd::Identity(calibration, calibration);
+  const Eigen::Vector3d along = hidden.normalized();
+  information.block<3, 3>(Layout::Lidar(0) + 3, Layout::Lidar(0) + 3) =
+      1e6 * Eigen::Matrix3d::Identity() + (1e-2 - 1e6) * along * along.transpose();
+  return AnalyzeCalibration(problem, state, information).sensors[0];
+}
+
+// The vertical of a car whose IMU is mounted a degree askew.
+TEST(Observability, AxesThatHardlyLieAlongTheGuessAreShown) {
+  const ObservabilityAnalysis::Sensor sensor = Analyzed({0.02, 0.01, 1.0}, 0.1);
+  EXPECT_EQ(sensor.translation, (Axes{true, true, false}));
+  ASSERT_EQ(sensor.directions.size(), 1u);
+  EXPECT_NEAR(sensor.directions[0].sigma, 0.1, 1e-4);
+}
+
+TEST(Observability, AxesThatErrByTheGuessAreNot) {
+  EXPECT_EQ(Analyzed({0.5, 0.01, 1.0}, 0.1).translation, (Axes{false, true, false}));
+  // As well as the limit, but what it says is not the data's.
+  EXPECT_EQ(Analyzed({0.02, 0.01, 1.0}, 0.03).translation, (Axes{true, true, false}));
+}
+
+TEST(Observability, WithoutAGuessTheHiddenDirectionSpoilsAll) {
+  EXPECT_EQ(Analyzed({0.02, 0.01, 1.0}, 0.0).translation, (Axes{false, false, false}));
+}
+
+}  // namespace
+}  // namespace mlic
