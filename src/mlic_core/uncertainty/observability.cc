@@ -36,15 +36,15 @@ ObservabilityAnalysis::LeastShown Judge(const Eigen::Matrix3d& data_covariance,
   };
   // An axis that lies a little along a direction which stands at the guess errs by that little of the guess.
   constexpr double kOfGuess = 2.0;  // sigmas; from: derivation, its 95 percent interval
-  Eigen::Matrix3d with_held = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d with_held = data_covariance;
   const SymmetricEigen<3> eigen(data_covariance);
   for (int i = 0; i < 3; ++i) {
     Eigen::Vector3d direction = eigen.eigenvectors().col(i);
-    double sigma = std::sqrt(std::max(0.0, eigen.eigenvalues()[i]));
-    const bool shown = look(direction, sigma);
-    if (!shown && guess_sigma != nullptr) sigma = kOfGuess * direction.cwiseProduct(*guess_sigma).norm();
-    with_held += sigma * sigma * direction * direction.transpose();
-    if (shown) continue;
+    if (look(direction, std::sqrt(std::max(0.0, eigen.eigenvalues()[i])))) continue;
+    if (guess_sigma != nullptr) {
+      const double held = kOfGuess * direction.cwiseProduct(*guess_sigma).norm();
+      with_held += (held * held - eigen.eigenvalues()[i]) * direction * direction.transpose();
+    }
     int largest;
     direction.cwiseAbs().maxCoeff(&largest);
     if (direction[largest] < 0.0) direction = -direction;
