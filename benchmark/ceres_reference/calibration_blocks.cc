@@ -44,8 +44,8 @@ std::vector<CalibrationBlock> CalibrationBlocks(EvaluationPoint* at, const Layou
     blocks.push_back({state.gyroscope_matrix.data(), 9, 6, layout.matrices + 6, PlusLowerTriangle});
   }
   for (std::size_t d = 0; d < state.drives.size(); ++d) {
-    blocks.push_back({state.drives[d].gyroscope_bias.data(), 3, 3, layout.Bias(d), nullptr});
-    blocks.push_back({state.drives[d].accelerometer_bias.data(), 3, 3, layout.Bias(d) + 3, nullptr});
+    double* bias = state.drives[d].bias.knots[0].data();  // constant
+    blocks.push_back({bias, Layout::kOfBias, Layout::kOfBias, layout.Bias(d, 0), nullptr});
   }
   return blocks;
 }

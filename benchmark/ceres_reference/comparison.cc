@@ -38,9 +38,8 @@ Eigen::VectorXd CalibrationDifference(const Layout& layout, const CalibrationSta
     }
   }
   for (std::size_t d = 0; d < a.drives.size(); ++d) {
-    difference.segment<3>(layout.Bias(d)) = a.drives[d].gyroscope_bias - b.drives[d].gyroscope_bias;
-    difference.segment<3>(layout.Bias(d) + 3) =
-        a.drives[d].accelerometer_bias - b.drives[d].accelerometer_bias;
+    difference.segment<Layout::kOfBias>(layout.Bias(d, 0)) =
+        a.drives[d].bias.knots[0] - b.drives[d].bias.knots[0];
   }
   difference[layout.gravity] = a.gravity - b.gravity;
   difference[layout.lag] = a.accelerometer_lag - b.accelerometer_lag;

@@ -27,8 +27,7 @@ ImuCost::ImuCost(EvaluationPoint* at, std::size_t drive, const ImuSample& sample
       knots_(at->state.drives[drive].trajectory, sample.time, MeasurementKnots::kClockMargin) {
   DriveState& state = at->state.drives[drive];
   knots_.AddTo(&at->drives[drive], blocks);
-  blocks->Add(state.gyroscope_bias.data(), 3);
-  blocks->Add(state.accelerometer_bias.data(), 3);
+  blocks->Add(state.bias.knots[0].data(), Layout::kOfBias);  // constant
   blocks->Add(&at->state.gravity, 1);
   blocks->Add(&at->state.accelerometer_lag, 1);
   blocks->Add(at->state.accelerometer_matrix.data(), 9);
@@ -39,7 +38,7 @@ ImuCost::ImuCost(EvaluationPoint* at, std::size_t drive, const ImuSample& sample
 
 bool ImuCost::Evaluate(double const* const*, double* residuals, double** jacobians) const {
   const SplitSpline& trajectory = at_.state.drives[drive_].trajectory;
-  const ImuCalibration imu = at_.state.Imu(drive_);
+  const ImuCalibration imu = at_.state.Imu(drive_, sample_.time);
   const double then = sample_.time - imu.accelerometer_lag;
   const ImuBases bases(knots_.rotation.Basis(trajectory.rotation.knots(), sample_.time),
                        knots_.rotation.Basis(trajectory.rotation.knots(), then),
@@ -67,16 +66,15 @@ bool ImuCost::Evaluate(double const* const*, double* residuals, double** jacobia
   knots_.rotation.Write(rows.rightCols<4>(), 0, bases.rotation, 4, jacobians, 3);
   knots_.position.Write(rows, ImuResidual::kPosition, bases.position, 3, jacobians + knots_.rotation.count);
   double** rest = jacobians + knots_.Count();
-  WriteBlock(rows, ImuResidual::kBias, 3, 3, rest[0]);
-  WriteBlock(rows, ImuResidual::kBias + 3, 3, 3, rest[1]);
-  WriteBlock(rows, ImuResidual::kGravity, 1, 1, rest[2]);
-  WriteBlock(rows, ImuResidual::kLag, 1, 1, rest[3]);
+  WriteBlock(rows, ImuResidual::kBias, Layout::kOfBias, Layout::kOfBias, rest[0]);
+  WriteBlock(rows, ImuResidual::kGravity, 1, 1, rest[1]);
+  WriteBlock(rows, ImuResidual::kLag, 1, 1, rest[2]);
   if (!with_matrices_) {
-    WriteBlock(rows, ImuResidual::kAlignment, 3, 9, rest[4]);
+    WriteBlock(rows, ImuResidual::kAlignment, 3, 9, rest[3]);
     return true;
   }
-  WriteBlock(rows, ImuResidual::kAlignment, 9, 9, rest[4]);
-  WriteBlock(rows, ImuResidual::kMatrices + 6, 6, 9, rest[5]);
+  WriteBlock(rows, ImuResidual::kAlignment, 9, 9, rest[3]);
+  WriteBlock(rows, ImuResidual::kMatrices + 6, 6, 9, rest[4]);
   return true;
 }
 

@@ -139,6 +139,9 @@ EFFECTS = {
     'imu_filtered': on_imu(low_pass={'gyroscope': 0.1, 'accelerometer': 0.1}),  # cut-off as a share of the rate
     'imu_lag': on_imu(low_pass={'gyroscope': 0.2, 'accelerometer': 0.1}),  # the accelerometer 5.6 ms later
     'vibration': on_imu(vibration=[{'frequency': 73, 'specific_force': 3, 'angular_velocity': 0.02}]),
+    # What a consumer IMU's biases change by within a minute after it is switched on.
+    'warm_up': on_imu(warm_up={'gyroscope': [0.005, -0.0035, 0.0025], 'accelerometer': [-0.03, 0.02, 0.024],
+                               'time_constant': 30}),
     'gravity': on_imu(gravity=9.79),
     'clock_drift': on_lidars(clock_drift_ppm=50),
     'imu_stamps': on_imu(stamps={'jitter': 0.0005, 'doubled': 0.3}),

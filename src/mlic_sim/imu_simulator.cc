@@ -135,8 +135,9 @@ ImuSample ImuSimulator::Next(double time, const Motion& motion) {
   const bool accelerometer_filtered = imu_.accelerometer_low_pass > 0.0;
   ImuSample sample = TrueReading(time, motion);
   if (gyroscope_filtered || accelerometer_filtered) Filter(time, motion, &sample);
-  sample.angular_velocity += gyroscope_bias_;
-  sample.specific_force += accelerometer_bias_;
+  const double warm = -std::expm1(-std::max(0.0, time) / imu_.warm_up.time_constant);
+  sample.angular_velocity += gyroscope_bias_ + warm * imu_.warm_up.gyroscope;
+  sample.specific_force += accelerometer_bias_ + warm * imu_.warm_up.accelerometer;
   AddVibration(&sample);
   if (with_noise_) {
     const double per_sample = std::sqrt(imu_.rate), per_step = 1.0 / per_sample;

@@ -33,8 +33,8 @@ class ButterworthFilter {
 };
 
 // Turns true motion into an IMU's readings, sample after sample: measured = matrix * true + bias + noise,
-// white noise of the given densities and biases that walk; with a low-pass, all of it but the biases' walk
-// goes through it.
+// white noise of the given densities and biases that walk and settle; with a low-pass, all of it but the
+// biases goes through it.
 class ImuSimulator {
  public:
   using Motion = std::function<MotionState(double time)>;

@@ -50,6 +50,13 @@ void ReadFilterAndSurroundings(const Section& s, SimulatedImu* imu) {
     stamps.Read("step", imu->stamp_step);
     stamps.Read("doubled", imu->doubled);
   }
+  if (s.Has("warm_up")) {
+    const Section warm_up = s.Sub("warm_up");
+    warm_up.OnlyKeys({"gyroscope", "accelerometer", "time_constant"});
+    warm_up.ReadNumbers("gyroscope", imu->warm_up.gyroscope.data(), 3);
+    warm_up.ReadNumbers("accelerometer", imu->warm_up.accelerometer.data(), 3);
+    warm_up.ReadPositive("time_constant", imu->warm_up.time_constant);
+  }
   if (!s.Has("vibration")) return;
   if (!s.Need("vibration").IsSequence()) s.Fail(s.Need("vibration"), "'vibration' must be a list");
   for (const YAML::Node& node : s.Need("vibration")) {
@@ -65,7 +72,7 @@ void ReadFilterAndSurroundings(const Section& s, SimulatedImu* imu) {
 SimulatedImu ReadImu(const Section& s) {
   s.OnlyKeys({"topic", "frame_id", "rate", "T_body_imu", "noise", "gyroscope_bias", "accelerometer_bias",
               "gyroscope_matrix", "accelerometer_matrix", "intrinsics", "low_pass", "vibration", "gravity",
-              "stamps"});
+              "stamps", "warm_up"});
   SimulatedImu imu;
   s.Read("topic", imu.topic);
   s.Read("frame_id", imu.frame_id);

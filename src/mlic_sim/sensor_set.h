@@ -29,6 +29,13 @@ struct VibrationLine {
   double angular_velocity = 0.0;  // amplitude, rad/s
 };
 
+// What the biases settle to as an IMU warms up, beyond those at the drive's start.
+struct WarmUp {
+  Eigen::Vector3d gyroscope = Eigen::Vector3d::Zero();      // rad/s
+  Eigen::Vector3d accelerometer = Eigen::Vector3d::Zero();  // m/s^2
+  double time_constant = 60.0;                              // s
+};
+
 struct SimulatedImu {
   std::string topic = "/imu/data";
   std::string frame_id = "imu_link";
@@ -37,6 +44,7 @@ struct SimulatedImu {
   ImuNoise noise;                   // white noise densities, rad/s/sqrt(Hz) and m/s^2/sqrt(Hz)
   double gyroscope_walk = 0.0;      // rad/s^2/sqrt(Hz)
   double accelerometer_walk = 0.0;  // m/s^3/sqrt(Hz)
+  WarmUp warm_up;
   ImuCalibration calibration;       // measured = matrix * true + bias
   // Cut-offs of second-order Butterworth low-passes as shares of the rate; 0: none.
   double gyroscope_low_pass = 0.0;

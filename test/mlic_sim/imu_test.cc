@@ -37,6 +37,18 @@ TEST(ImuSimulator, MatricesAndBiasesAct) {
   EXPECT_LT((sample.specific_force - Eigen::Vector3d(-0.1, 9.81, 0.4)).norm(), 1e-12);
 }
 
+TEST(ImuSimulator, BiasesSettleAsItWarmsUp) {
+  SimulatedImu imu;
+  imu.rate = 100.0;
+  imu.warm_up = {{0.01, 0.0, -0.02}, {0.0, 0.3, 0.0}, 20.0};
+  ImuSimulator simulator(imu, false, Random(1));
+  EXPECT_EQ(simulator.Next(0.0, AtRest).angular_velocity.norm(), 0.0);
+  const ImuSample warm = simulator.Next(20.0, AtRest);
+  const double share = 1.0 - std::exp(-1.0);
+  EXPECT_LT((warm.angular_velocity - share * Eigen::Vector3d(0.01, 0.0, -0.02)).norm(), 1e-12);
+  EXPECT_LT((warm.specific_force - Eigen::Vector3d(0.0, share * 0.3, 9.81)).norm(), 1e-12);
+}
+
 TEST(ImuSimulator, WhiteNoiseHasTheStatedDensity) {
   SimulatedImu imu;
   imu.rate = 400.0;

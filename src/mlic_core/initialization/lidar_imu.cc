@@ -96,8 +96,7 @@ bool InitializeDrive(const Dataset& dataset, std::size_t d, const std::vector<Ti
   DriveState state;
   state.trajectory = SplineThrough(imu_poses, UniformKnots::Covering(start, end, spacing.rotation),
                                    UniformKnots::Covering(start, end, spacing.position));
-  state.gyroscope_bias = alignment.gyroscope_bias;
-  state.accelerometer_bias = arm.accelerometer_bias;
+  state.bias = {alignment.gyroscope_bias, arm.accelerometer_bias};
   result->state.drives.push_back(FitToPoses(drive, result->imu_sigma[d], imu_poses,
                                             std::max(1e-3, alignment.residual_rms),
                                             std::max(5e-3, arm.residual_rms), std::move(state)));

@@ -2,10 +2,12 @@
 
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/problem/imu_terms.h"
 #include "mlic_core/sensors/imu_matrices.h"
+#include "mlic_core/uncertainty/bias_wander.h"
 #include "mlic_core/uncertainty/imu_alignment.h"
 #include "mlic_core/uncertainty/imu_matrices.h"
 
@@ -58,6 +60,38 @@ bool ReviewMatrices(const AdjustmentContext& context, Adjustment* adjustment) {
                 100.0 * evidence.sigma, std::sqrt(evidence.gain));
   context.monitor.line(text);
   adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment);
+  return true;
+}
+
+bool ReviewBiases(const AdjustmentContext& context, Adjustment* adjustment) {
+  if (adjustment->rounds.biases_judged) return false;
+  adjustment->rounds.biases_judged = true;
+  bool any = false;
+  for (std::size_t d = 0; d < context.dataset.drives.size(); ++d) {
+    DriveTerms& terms = adjustment->problem.drives[d];
+    BiasCourse& bias = adjustment->state.drives[d].bias;
+    if (!bias.IsConstant()) continue;
+    const std::optional<BiasWander> wander =
+        FindBiasWander(EvaluateImuResiduals(context.dataset, adjustment->state, d), terms.imu_sigma);
+    if (!wander) continue;
+    any = true;
+    terms.bias_steps = wander->steps;
+    bias.start = wander->start;
+    bias.spacing = wander->spacing;
+    bias.knots.resize(wander->intervals + 1, bias.knots[0]);
+  }
+  if (!any) return false;
+  adjustment->rounds.noise_measured = false;
+  adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment);
+  for (const DriveState& drive : adjustment->state.drives) {
+    if (drive.bias.IsConstant()) continue;
+    const Eigen::Vector2d range = drive.bias.Range();
+    char text[200];
+    std::snprintf(text, sizeof(text),
+                  "the IMU's biases wander by %.1g rad/s and %.1g m/s^2: they are estimated every %.0f s",
+                  range[0], range[1], drive.bias.spacing);
+    context.monitor.line(text);
+  }
   return true;
 }
 

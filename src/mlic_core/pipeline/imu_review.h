@@ -16,6 +16,10 @@ bool ReviewAxes(const AdjustmentContext& context, bool many, Adjustment* adjustm
 // been solved for anew.
 bool ReviewMatrices(const AdjustmentContext& context, Adjustment* adjustment);
 
+// Decides whether the IMU's biases wander (docs/method.md, section 10), once. True if they are estimated as a
+// course from now on; then the state has been solved for anew.
+bool ReviewBiases(const AdjustmentContext& context, Adjustment* adjustment);
+
 // What the IMU's slow errors, which single samples do not show, take from its say: to be measured once, as
 // with less say it contradicts the trajectory more. Solves once more where they take any.
 void WeakenImuBySlowErrors(const AdjustmentContext& context, Adjustment* adjustment);

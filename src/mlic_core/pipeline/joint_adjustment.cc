@@ -48,6 +48,7 @@ void BeginRounds(Landmarks landmarks, Adjustment* adjustment) {
   adjustment->rounds.noise_measured = false;
   adjustment->rounds.clocks_reviewed = false;
   adjustment->rounds.matrices_judged = false;
+  adjustment->rounds.biases_judged = false;
   adjustment->rounds.ranges_measured = false;
   if (landmarks != Landmarks::kTracksAndMap) return;
   adjustment->map.cameras_before = adjustment->state.cameras;
@@ -273,14 +274,16 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     }
     // Not before: extrinsics on their way look like clocks that drift, and like rings and ranges that err.
     const bool settled = options.find_sensor_errors && many && change < 1.0;
-    bool clocks_moved = false, lenses_moved = false, matrices_moved = false, ranges_moved = false;
+    bool clocks_moved = false, lenses_moved = false, matrices_moved = false, biases_moved = false;
+    bool ranges_moved = false;
     if (settled && !rounds.clocks_reviewed) {
       rounds.clocks_reviewed = true;
       lenses_moved = cameras && ReviewLenses(context, probes, &adjustment);
       clocks_moved = ReviewClocks(context, &adjustment);
     }
     if (settled && !clocks_moved) matrices_moved = ReviewMatrices(context, &adjustment);
-    if (settled && !clocks_moved && !matrices_moved) ranges_moved = ReviewRanges(&adjustment);
+    if (settled && !clocks_moved && !matrices_moved) biases_moved = ReviewBiases(context, &adjustment);
+    if (settled && !clocks_moved && !matrices_moved && !biases_moved) ranges_moved = ReviewRanges(&adjustment);
     if (!adjustment.state.lidars.empty()) {
       adjustment.cameras.sigmas =
           SigmasAgainstLidar(Analyze(adjustment, context.dataset), adjustment.state, adjustment.base_lidar);
@@ -293,7 +296,7 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     const bool guess_dropped =
         round + 1 < kMostRounds && FindContradictedGuesses(context, before, &adjustment);
     if (many && !more && !ranges_moved && !axes_moved && !guess_dropped && !clocks_moved && !lenses_moved &&
-        !matrices_moved && change < options.until && round + 1 >= least_rounds &&
+        !matrices_moved && !biases_moved && change < options.until && round + 1 >= least_rounds &&
         (round + 1 == kMostRounds || !settled || !ReviewClocks(context, &adjustment))) {
       break;
     }

@@ -22,6 +22,54 @@ PoseResidual ResidualOf(const PoseObservations& observed, const TimedPose& pose)
   return {pose.pose, observed.sigma_rotation, observed.sigma_translation};
 }
 
+// The calibration that samples touch, after their control points: of ImuResidual's columns those from kBias on,
+// with one more set of biases behind where these wander.
+class ImuColumns {
+ public:
+  ImuColumns(const LinearizationPoint& at, std::size_t drive)
+      : layout_(at.layout), course_(at.state.drives[drive].bias), drive_(drive) {
+    for (int i = 0; i < Layout::kOfBias; ++i) indices_.push_back(layout_.Bias(drive, 0) + i);
+    indices_.push_back(layout_.gravity);
+    indices_.push_back(layout_.lag);
+    for (int i = 0; i < 3; ++i) indices_.push_back(layout_.alignment + i);
+    for (int i = 0; i < Layout::kOfMatrices && layout_.matrices >= 0; ++i) {
+      indices_.push_back(layout_.matrices + i);
+    }
+    of_residual_ = ImuResidual::kBias + static_cast<int>(indices_.size());
+    if (course_.IsConstant()) return;
+    for (int i = 0; i < Layout::kOfBias; ++i) indices_.push_back(layout_.Bias(drive, 1) + i);
+  }
+
+  // For a sample at a time, until the next call.
+  void MoveTo(double time) {
+    if (course_.IsConstant()) return;
+    place_ = course_.At(time);
+    for (int i = 0; i < Layout::kOfBias; ++i) {
+      indices_[i] = layout_.Bias(drive_, place_.knot) + i;
+      indices_[indices_.size() - Layout::kOfBias + i] = layout_.Bias(drive_, place_.knot + 1) + i;
+    }
+  }
+  const std::vector<int>& Indices() const { return indices_; }
+
+  // The rows of AddRows.
+  void Fill(const ImuResidual::Jacobian& J, Eigen::Matrix<double, Eigen::Dynamic, 6>* rows) const {
+    *rows = J.topRows(of_residual_);
+    if (course_.IsConstant()) return;
+    const auto of_bias = J.middleRows<Layout::kOfBias>(ImuResidual::kBias);
+    rows->middleRows<Layout::kOfBias>(ImuResidual::kBias) = (1.0 - place_.share) * of_bias;
+    rows->conservativeResize(of_residual_ + Layout::kOfBias, Eigen::NoChange);
+    rows->bottomRows<Layout::kOfBias>() = place_.share * of_bias;
+  }
+
+ private:
+  const Layout& layout_;
+  const BiasCourse& course_;
+  std::size_t drive_;
+  std::vector<int> indices_;
+  int of_residual_;
+  BiasCourse::Place place_{0, 0.0};
+};
+
 // Where in the calibration the rotation of a LiDAR stands that sees planes; none if no LiDAR does. Points of
 // cameras are as free to follow as the trajectory: with a camera's yaw fixed, a car's first steps end 30 cm
 // off (camera_imu_test), with the IMU's not.
@@ -46,21 +94,15 @@ std::pair<std::size_t, std::size_t> ImuPart(const LinearizationPoint& at, std::s
 
 void AddImu(const LinearizationPoint& at, std::size_t d, std::size_t chunk, Accumulator* sum) {
   const SplitSpline& trajectory = at.state.drives[d].trajectory;
-  const ImuCalibration imu = at.state.Imu(d);
   const Eigen::Vector3d gravity = at.state.Gravity();
   const auto& samples = at.problem.dataset->drives[d].imu;
-  std::vector<int> calibration;
-  for (int i = 0; i < 6; ++i) calibration.push_back(at.layout.Bias(d) + i);
-  calibration.push_back(at.layout.gravity);
-  calibration.push_back(at.layout.lag);
-  for (int i = 0; i < 3; ++i) calibration.push_back(at.layout.alignment + i);
-  for (int i = 0; i < Layout::kOfMatrices && at.layout.matrices >= 0; ++i)
-    calibration.push_back(at.layout.matrices + i);
-  const int width = 24 + static_cast<int>(calibration.size());
+  ImuColumns calibration(at, d);
   const auto [begin, end] = ImuPart(at, d, chunk);
   ImuResidual::Jacobian J;
+  Eigen::Matrix<double, Eigen::Dynamic, 6> rows;
   for (std::size_t k = begin; k < end; ++k) {
     if (!trajectory.Contains(samples[k].time)) continue;
+    const ImuCalibration imu = at.state.Imu(d, samples[k].time);
     const ImuBases bases(trajectory, samples[k].time, imu.accelerometer_lag);
     Eigen::Matrix<double, 6, 1> r = ImuResidual::Evaluate(trajectory, bases, imu, gravity, samples[k], &J);
     for (int i = 0; i < 6; ++i) {
@@ -72,27 +114,28 @@ void AddImu(const LinearizationPoint& at, std::size_t d, std::size_t chunk, Accu
       r[i] *= scale;
     }
     const KnotColumns of_force(at.layout, d, bases.rotation.first, bases.position.first);
-    const auto rows = J.topRows(width);
+    calibration.MoveTo(samples[k].time);
+    calibration.Fill(J, &rows);
     if (bases.rates.first == bases.rotation.first) {
-      AddRows(of_force, calibration, rows, r, sum);
+      AddRows(of_force, calibration.Indices(), rows, r, sum);
       continue;
     }
     // Rates have no position: any of the same time will do.
     const SplineBasis position(trajectory.position.knots(), samples[k].time);
     const KnotColumns of_rates(at.layout, d, bases.rates.first, position.first);
-    AddRows(of_rates, calibration, rows.leftCols<3>(), r.head<3>(), sum);
-    AddRows(of_force, calibration, rows.rightCols<3>(), r.tail<3>(), sum);
+    AddRows(of_rates, calibration.Indices(), rows.leftCols<3>(), r.head<3>(), sum);
+    AddRows(of_force, calibration.Indices(), rows.rightCols<3>(), r.tail<3>(), sum);
   }
 }
 
 double ImuCost(const LinearizationPoint& at, std::size_t d, std::size_t chunk) {
   const SplitSpline& trajectory = at.state.drives[d].trajectory;
-  const ImuCalibration imu = at.state.Imu(d);
   const auto& samples = at.problem.dataset->drives[d].imu;
   const auto [begin, end] = ImuPart(at, d, chunk);
   double cost = 0.0;
   for (std::size_t k = begin; k < end; ++k) {
     if (!trajectory.Contains(samples[k].time)) continue;
+    const ImuCalibration imu = at.state.Imu(d, samples[k].time);
     const ImuBases bases(trajectory, samples[k].time, imu.accelerometer_lag);
     const Eigen::Matrix<double, 6, 1> r =
         ImuResidual::Evaluate(trajectory, bases, imu, at.state.Gravity(), samples[k], nullptr);
@@ -153,11 +196,11 @@ void AddGauge(const LinearizationPoint& at, std::size_t d, Accumulator* sum) {
 
 ImuResiduals EvaluateImuResiduals(const Dataset& dataset, const CalibrationState& state, std::size_t drive) {
   const SplitSpline& trajectory = state.drives[drive].trajectory;
-  const ImuCalibration imu = state.Imu(drive);
   ImuResiduals residuals;
   for (const ImuSample& sample : dataset.drives[drive].imu) {
     if (!trajectory.Contains(sample.time)) continue;
     residuals.times.push_back(sample.time);
+    const ImuCalibration imu = state.Imu(drive, sample.time);
     const ImuBases bases(trajectory, sample.time, imu.accelerometer_lag);
     residuals.values.push_back(
         ImuResidual::Evaluate(trajectory, bases, imu, state.Gravity(), sample, nullptr));

@@ -75,16 +75,20 @@ Layout::Layout(const CalibrationState& state, bool with_imu_matrices) {
     matrices = calibration;
     calibration += kOfMatrices;
   }
-  biases = calibration;
-  calibration += 6 * static_cast<int>(state.drives.size());
+  for (const DriveState& drive : state.drives) {
+    bias.push_back(calibration);
+    calibration += kOfBias * static_cast<int>(drive.bias.knots.size());
+  }
 }
 
 void Layout::Update(const Eigen::VectorXd& delta, CalibrationState* state) const {
   for (std::size_t d = 0; d < drives.size(); ++d) {
     state->drives[d].trajectory.rotation.Update(delta, drives[d].rotation);
     state->drives[d].trajectory.position.Update(delta, drives[d].position);
-    state->drives[d].gyroscope_bias += delta.segment<3>(knots + Bias(d));
-    state->drives[d].accelerometer_bias += delta.segment<3>(knots + Bias(d) + 3);
+    std::vector<BiasCourse::Bias>& biases = state->drives[d].bias.knots;
+    for (std::size_t k = 0; k < biases.size(); ++k) {
+      biases[k] += delta.segment<kOfBias>(knots + Bias(d, static_cast<int>(k)));
+    }
   }
   const auto drift_step = [&](SensorId sensor) {
     return Drift(sensor) >= 0 ? delta[knots + Drift(sensor)] : 0.0;

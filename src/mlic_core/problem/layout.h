@@ -11,11 +11,12 @@ namespace mlic {
 // (left perturbation, 3), translation (3) and time offset (1); for each camera readout (1, rolling shutters
 // only) and intrinsics (as many as its model has); for each sensor whose clock's drift is estimated that (1);
 // gravity's magnitude (1); the accelerometer's lag (1) and rotation (left perturbation of its matrix, 3);
-// scale and shear of the IMU (12, if estimated: ImuResidual); for each drive gyroscope and accelerometer bias
-// (6).
+// scale and shear of the IMU (12, if estimated: ImuResidual); for each drive, for each knot of the biases'
+// course, gyroscope and accelerometer bias (6).
 struct Layout {
   static constexpr int kOfSensor = 7;     // scalars of one sensor's pose and offset; from: structural
   static constexpr int kOfMatrices = 12;  // scalars of scale and shear; from: structural
+  static constexpr int kOfBias = 6;       // scalars of gyroscope and accelerometer bias; from: structural
 
   struct DriveKnots {
     std::vector<int> rotation;  // first index of each control point
@@ -30,7 +31,6 @@ struct Layout {
   int lag = 0;          // index within the calibration of the accelerometer's lag
   int alignment = 0;    // index within the calibration of the accelerometer's rotation
   int matrices = -1;    // index within the calibration of scale and shear, -1: not estimated
-  int biases = 0;       // index within the calibration of the first drive's
 
   Layout(const CalibrationState& state, bool with_imu_matrices);
 
@@ -42,7 +42,7 @@ struct Layout {
   int Readout(std::size_t camera) const { return readout[camera]; }  // -1: a global shutter
   int Intrinsics(std::size_t camera) const { return intrinsics[camera]; }
   int Drift(SensorId sensor) const { return drift[order.PlaceOf(sensor)]; }  // -1: not estimated
-  int Bias(std::size_t drive) const { return biases + 6 * static_cast<int>(drive); }
+  int Bias(std::size_t drive, int knot) const { return bias[drive] + kOfBias * knot; }
 
   // The state moved by `delta` (Total()).
   void Update(const Eigen::VectorXd& delta, CalibrationState* state) const;
@@ -51,6 +51,7 @@ struct Layout {
   std::vector<int> readout;     // of each camera
   std::vector<int> intrinsics;  // of each camera's first parameter
   std::vector<int> drift;       // of each sensor, in the order
+  std::vector<int> bias;        // of each drive's first knot
 };
 
 }  // namespace mlic

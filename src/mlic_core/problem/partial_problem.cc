@@ -109,6 +109,7 @@ PartialProblem::PartialProblem(const JointProblem& whole, const CalibrationState
                  [&](const ImuSample& sample) { return intervals[d].Contains(sample.time); });
     DriveTerms& terms = problem.drives.emplace_back();
     terms.imu_sigma = whole.drives[d].imu_sigma;
+    terms.bias_steps = whole.drives[d].bias_steps;
     terms.planes = PlanesOf(whole.drives[d].planes, whole_state, stretches[d]);
     terms.landmarks = LandmarksOf(whole.drives[d].landmarks, whole_state, stretches[d]);
   }

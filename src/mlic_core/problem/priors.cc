@@ -95,6 +95,32 @@ void AddImu(const ImuFreedom& imu, const CalibrationState& state, const Layout& 
   }
 }
 
+// The first is small, and each is near the one before.
+void AddBiases(const BiasCourse& course, const BiasSteps& steps, int at, Eigen::MatrixXd* information,
+               Eigen::VectorXd* gradient) {
+  // from: derivation, of the sigmas.
+  constexpr double kGyroscopeWeight = 1.0 / (kGyroscopeBiasSigma * kGyroscopeBiasSigma);
+  // from: derivation, of the sigmas.
+  constexpr double kAccelerometerWeight = 1.0 / (kAccelerometerBiasSigma * kAccelerometerBiasSigma);
+  for (int a = 0; a < Layout::kOfBias; ++a) {
+    const double weight = a < 3 ? kGyroscopeWeight : kAccelerometerWeight;
+    (*information)(at + a, at + a) += weight;
+    (*gradient)[at + a] += weight * course.knots[0][a];
+    const double sigma = a < 3 ? steps.gyroscope : steps.accelerometer;
+    for (int later = 1; later < static_cast<int>(course.knots.size()); ++later) {
+      const int now = at + Layout::kOfBias * later + a, before = now - Layout::kOfBias;
+      const double of_step = 1.0 / (sigma * sigma);
+      const double step = course.knots[later][a] - course.knots[later - 1][a];
+      (*information)(now, now) += of_step;
+      (*information)(before, before) += of_step;
+      (*information)(now, before) -= of_step;
+      (*information)(before, now) -= of_step;
+      (*gradient)[now] += of_step * step;
+      (*gradient)[before] -= of_step * step;
+    }
+  }
+}
+
 }  // namespace
 
 double UsualCentreSigma(const CameraIntrinsics& intrinsics) {
@@ -142,18 +168,8 @@ void CalibrationPrior(const JointProblem& problem, const CalibrationState& state
     (*gradient)[layout.drift[s]] = kDriftWeight * *state.Sensor(layout.order.At(s)).clock_drift;
   }
   AddImu(problem.imu, state, layout, information, gradient);
-  // from: derivation, of the sigmas.
-  constexpr double kGyroscopeWeight = 1.0 / (kGyroscopeBiasSigma * kGyroscopeBiasSigma);
-  // from: derivation, of the sigmas.
-  constexpr double kAccelerometerWeight = 1.0 / (kAccelerometerBiasSigma * kAccelerometerBiasSigma);
   for (std::size_t d = 0; d < state.drives.size(); ++d) {
-    const int at = layout.Bias(d);
-    for (int a = 0; a < 3; ++a) {
-      (*information)(at + a, at + a) = kGyroscopeWeight;
-      (*gradient)[at + a] = kGyroscopeWeight * state.drives[d].gyroscope_bias[a];
-      (*information)(at + 3 + a, at + 3 + a) = kAccelerometerWeight;
-      (*gradient)[at + 3 + a] = kAccelerometerWeight * state.drives[d].accelerometer_bias[a];
-    }
+    AddBiases(state.drives[d].bias, problem.drives[d].bias_steps, layout.Bias(d, 0), information, gradient);
   }
 }
 

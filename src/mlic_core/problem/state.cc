@@ -20,7 +20,9 @@ bool IsFinite(const CameraCalibration& camera) {
 bool IsFinite(const DriveState& drive) {
   const auto& rotations = drive.trajectory.rotation.control_points();
   const auto& positions = drive.trajectory.position.control_points();
-  return drive.gyroscope_bias.allFinite() && drive.accelerometer_bias.allFinite() &&
+  const auto& biases = drive.bias.knots;
+  return std::all_of(biases.begin(), biases.end(),
+                     [](const BiasCourse::Bias& bias) { return bias.allFinite(); }) &&
          std::all_of(rotations.begin(), rotations.end(),
                      [](const Eigen::Quaterniond& rotation) { return rotation.coeffs().allFinite(); }) &&
          std::all_of(positions.begin(), positions.end(),

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "mlic_core/sensors/bias_course.h"
 #include "mlic_core/sensors/rig.h"
 #include "mlic_core/sensors/sensor_id.h"
 #include "mlic_core/trajectory/split_spline.h"
@@ -13,8 +14,7 @@ namespace mlic {
 // aligned to gravity.
 struct DriveState {
   SplitSpline trajectory;  // T_map_imu
-  Eigen::Vector3d gyroscope_bias = Eigen::Vector3d::Zero();
-  Eigen::Vector3d accelerometer_bias = Eigen::Vector3d::Zero();
+  BiasCourse bias;         // of the IMU
 };
 
 struct CameraCalibration {
@@ -54,9 +54,14 @@ struct CalibrationState {
   }
 
   Eigen::Vector3d Gravity() const { return {0.0, 0.0, -gravity}; }  // in the map, m/s^2
-  ImuCalibration Imu(std::size_t drive) const {
-    return {drives[drive].gyroscope_bias, drives[drive].accelerometer_bias, gyroscope_matrix,
-            accelerometer_matrix, accelerometer_lag};
+  // At a time of the drive, s.
+  ImuCalibration Imu(std::size_t drive, double time) const { return ImuWith(drives[drive].bias.Value(time)); }
+  // With the mean of the drive's biases.
+  ImuCalibration MeanImu(std::size_t drive) const { return ImuWith(drives[drive].bias.Mean()); }
+
+ private:
+  ImuCalibration ImuWith(const BiasCourse::Bias& bias) const {
+    return {bias.head<3>(), bias.tail<3>(), gyroscope_matrix, accelerometer_matrix, accelerometer_lag};
   }
 };
 

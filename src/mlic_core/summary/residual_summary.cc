@@ -76,11 +76,11 @@ class BiasCollector {
         width_((end - start) / kTimeBins),
         sums_(kTimeBins, Eigen::Vector3d::Zero()),
         counts_(kTimeBins, 0.0) {}
-  // residual: what is modelled less what was measured.
-  void Add(double time, const Eigen::Vector3d& residual) {
+  // residual: what is modelled less what was measured; with a bias that is so far from its mean.
+  void Add(double time, const Eigen::Vector3d& residual, const Eigen::Vector3d& from_mean) {
     const auto bin =
         static_cast<std::size_t>(std::clamp(static_cast<int>((time - start_) / width_), 0, kTimeBins - 1));
-    sums_[bin] -= residual;
+    sums_[bin] += from_mean - residual;
     counts_[bin] += 1.0;
   }
   // Bins are those of the residuals over time.
@@ -183,9 +183,11 @@ std::vector<ResidualSummary> SummarizeResiduals(const Rig& rig, const Dataset& d
                                   start, end);
   BiasCollector gyroscope_bias(imu.gyroscope, start, end), accelerometer_bias(imu.accelerometer, start, end);
   const ImuResiduals residuals = EvaluateImuResiduals(dataset, state, 0);
+  const BiasCourse& course = state.drives[0].bias;
   for (std::size_t k = 0; k < residuals.times.size(); ++k) {
-    gyroscope_bias.Add(residuals.times[k], residuals.values[k].head<3>());
-    accelerometer_bias.Add(residuals.times[k], residuals.values[k].tail<3>());
+    const BiasCourse::Bias from_mean = course.Value(residuals.times[k]) - course.Mean();
+    gyroscope_bias.Add(residuals.times[k], residuals.values[k].head<3>(), from_mean.head<3>());
+    accelerometer_bias.Add(residuals.times[k], residuals.values[k].tail<3>(), from_mean.tail<3>());
     for (int a = 0; a < 3; ++a) {
       gyroscope.Add(residuals.times[k], residuals.values[k][a], residuals.values[k][a] / imu.gyroscope[a]);
       accelerometer.Add(residuals.times[k], residuals.values[k][3 + a],

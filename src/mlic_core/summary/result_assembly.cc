@@ -352,7 +352,7 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
   result->initial_sensors = InitialSensors(rig, adjustment.initial, shown);
   result->pairs = MakePairs(sensors, shown, lost, of_data);
   result->rounds = adjustment.rounds.history;
-  result->imu = state.Imu(0);
+  result->imu = state.MeanImu(0);
   result->gravity = state.Gravity();
   result->alignment = AlignmentOf(adjustment);
   for (std::size_t d = 0; d < state.drives.size(); ++d) {

@@ -48,6 +48,7 @@ struct JointRounds {
   bool alignment_tried = false;     // AlignmentReview::taken_back of an earlier round
   bool clocks_reviewed = false;     // for drift, a first time
   bool matrices_judged = false;     // whether the IMU has errors of scale and shear
+  bool biases_judged = false;       // whether the IMU's biases wander
   bool noise_measured = false;      // Adjustment::noise_information is of these rounds
   bool ranges_measured = false;     // whether LiDARs' ranges err together (CorrectRanges)
   // By how many of its sigmas the last round moved the calibration where rounds were over before it was

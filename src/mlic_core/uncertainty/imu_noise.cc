@@ -6,6 +6,7 @@
 
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/imu/noise_spectrum.h"
+#include "mlic_core/uncertainty/stretch_means.h"
 
 namespace mlic {
 namespace {
@@ -23,13 +24,6 @@ double RobustSigma(const Eigen::VectorXd& values) {
 double RateOf(const ImuResiduals& residuals) {
   return (static_cast<double>(residuals.times.size()) - 1.0) /
          std::max(1e-9, residuals.times.back() - residuals.times.front());
-}
-
-// A mean of so many squares of standard normal variates is beyond it by chance once in 700 (Wilson and
-// Hilferty, 1931).
-double LargestByChance(double freedom) {
-  const double spread = 2.0 / (9.0 * freedom);
-  return std::pow(1.0 - spread + kChance * std::sqrt(spread), 3);
 }
 
 // Sigmas of three components that follow each other, from `first`.
@@ -67,27 +61,12 @@ ImuSigma MeasureImuSigma(const ImuResiduals& residuals, const SplitSpline& traje
 ImuMeanExcess MeasureMeanExcess(const ImuResiduals& residuals, const ImuSigma& sigma) {
   ImuMeanExcess excess;
   if (residuals.times.empty()) return excess;
-  Eigen::Matrix<double, 6, 1> of_one;
-  of_one << sigma.gyroscope, sigma.accelerometer;
-  const double start = residuals.times.front(), duration = residuals.times.back() - start;
+  const double duration = residuals.times.back() - residuals.times.front();
   for (const double length : kLengths) {
-    const auto stretches = static_cast<std::size_t>(duration / length);
-    if (stretches < 2) break;
-    std::vector<Eigen::Matrix<double, 6, 1>> sums(stretches, Eigen::Matrix<double, 6, 1>::Zero());
-    std::vector<double> samples(stretches, 0.0);
-    for (std::size_t k = 0; k < residuals.times.size(); ++k) {
-      const auto at = static_cast<std::size_t>((residuals.times[k] - start) / length);
-      if (at >= stretches) break;
-      sums[at] += residuals.values[k].cwiseQuotient(of_one);
-      samples[at] += 1.0;
-    }
-    const double freedom = 3.0 * static_cast<double>(stretches);
-    for (std::size_t sensor = 0; sensor < 2; ++sensor) {
-      double squares = 0.0;
-      for (std::size_t s = 0; s < stretches; ++s) {
-        squares += sums[s].segment<3>(3 * static_cast<int>(sensor)).squaredNorm() / std::max(1.0, samples[s]);
-      }
-      const double found = squares / freedom / LargestByChance(freedom);
+    if (duration < 2.0 * length) break;
+    const StretchMeans means(residuals, sigma, length);
+    for (int sensor = 0; sensor < 2; ++sensor) {
+      const double found = means.Excess(3 * sensor);
       if (found <= excess.variance[sensor]) continue;
       excess.variance[sensor] = found;
       excess.seconds[sensor] = length;

@@ -29,8 +29,8 @@ CalibrationState RandomState(std::uint64_t seed) {
   for (int j = 0; j < position.count; ++j) positions.push_back(0.3 * RandomVector(&random));
   DriveState drive;
   drive.trajectory = {So3Spline(rotation, rotations), PositionSpline(position, positions)};
-  drive.gyroscope_bias = 0.1 * RandomVector(&random);
-  drive.accelerometer_bias = 0.1 * RandomVector(&random);
+  const Eigen::Vector3d gyroscope_bias = 0.1 * RandomVector(&random);
+  drive.bias = {gyroscope_bias, 0.1 * RandomVector(&random)};
   state.drives.push_back(drive);
   SensorCalibration lidar;
   lidar.T_imu_sensor = {ExpQuaternion(RandomVector(&random)), RandomVector(&random)};
@@ -174,14 +174,14 @@ void ExpectImuJacobian(CalibrationState state, double time) {
   sample.specific_force = Eigen::Vector3d(0.1, 9.0, 1.0);
   const auto evaluate = [&](const CalibrationState& at, ImuResidual::Jacobian* J) {
     const ImuBases bases(at.drives[0].trajectory, time, at.accelerometer_lag);
-    return ImuResidual::Evaluate(at.drives[0].trajectory, bases, at.Imu(0), at.Gravity(), sample, J);
+    return ImuResidual::Evaluate(at.drives[0].trajectory, bases, at.Imu(0, sample.time), at.Gravity(), sample, J);
   };
   ImuResidual::Jacobian J;
   evaluate(state, &J);
   // The rates' control points are those at the sample's time, the specific force's those of the lag before.
   for (const bool of_force : {false, true}) {
     std::vector<int> columns = KnotColumns(layout, state, of_force ? time - state.accelerometer_lag : time);
-    for (int i = 0; i < 6; ++i) columns.push_back(layout.knots + layout.Bias(0) + i);
+    for (int i = 0; i < 6; ++i) columns.push_back(layout.knots + layout.Bias(0, 0) + i);
     columns.push_back(layout.knots + layout.gravity);
     columns.push_back(layout.knots + layout.lag);
     for (int i = 0; i < 3; ++i) columns.push_back(layout.knots + layout.alignment + i);

@@ -63,6 +63,27 @@ TEST(TurnedAccelerometer, IsFoundWithinSigmasInNoise) {
   EXPECT_LT(result.alignment->sigma.maxCoeff(), 0.03 * kDegree);
 }
 
+// Biases that change by some mrad/s as the IMU warms up: held constant, they would contradict the trajectory.
+TEST(ColdImu, IsFollowedAsItWarmsUp) {
+  sim::SensorSet sensors = ConfiguredSensors("handheld.yaml");
+  sensors.imu.warm_up = {{0.005, -0.0035, 0.0025}, {-0.03, 0.02, 0.024}, 30.0};
+  const CalibrationResult result = CalibrateHandheld(sensors, 24.0, true);
+  ASSERT_TRUE(result.Trusted());
+  const SensorResult& lidar = result.sensors[0];
+  const RigidTransform &found = lidar.calibration.T_imu_sensor,
+                       &truth = sensors.lidars[0].calibration.T_imu_sensor;
+  const Eigen::Vector3d rotation = Log(found.rotation * truth.rotation.conjugate());
+  EXPECT_LT(rotation.cwiseQuotient(lidar.sigma.rotation).cwiseAbs().maxCoeff(), 4.0);
+  EXPECT_LT((found.translation - truth.translation).cwiseQuotient(lidar.sigma.translation).cwiseAbs().maxCoeff(),
+            4.0);
+  EXPECT_LT(rotation.norm() / kDegree, 0.01);
+  // Half way the IMU has warmed up by a third.
+  EXPECT_LT((result.imu.gyroscope_bias - sensors.imu.calibration.gyroscope_bias -
+             (1.0 - std::exp(-0.4)) * sensors.imu.warm_up.gyroscope)
+                .norm(),
+            0.5e-3);
+}
+
 // Scale and shear of 0.3 percent, which nothing says but the data.
 TEST(ScaledImu, IsFoundWhereTheRigFileAsksForBiasesAlone) {
   sim::SensorSet sensors = ConfiguredSensors("handheld.yaml");

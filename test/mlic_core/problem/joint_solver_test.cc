@@ -156,7 +156,7 @@ TEST(CalibrationState, IsFiniteLooksAtEveryPart) {
   EXPECT_TRUE(spoiled([](CalibrationState* s) { s->lidars[0].T_imu_sensor.rotation.x() = kNotANumber; }));
   EXPECT_TRUE(spoiled([](CalibrationState* s) { s->cameras[0].intrinsics.parameters[1] = kNotANumber; }));
   EXPECT_TRUE(spoiled([](CalibrationState* s) { s->cameras[0].readout = INFINITY; }));
-  EXPECT_TRUE(spoiled([](CalibrationState* s) { s->drives[0].gyroscope_bias.z() = kNotANumber; }));
+  EXPECT_TRUE(spoiled([](CalibrationState* s) { s->drives[0].bias.knots[0].z() = kNotANumber; }));
   EXPECT_TRUE(spoiled([](CalibrationState* s) { s->accelerometer_matrix(2, 1) = kNotANumber; }));
   EXPECT_TRUE(spoiled([](CalibrationState* s) {
     std::vector<Eigen::Vector3d> points(4, Eigen::Vector3d::Zero());

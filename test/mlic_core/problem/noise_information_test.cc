@@ -72,7 +72,7 @@ class Turntable : public testing::Test {
       const double t = (i + 0.5) / kRate;
       ImuSample sample{t, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
       const Eigen::Matrix<double, 6, 1> measured = ImuResidual::Evaluate(
-          trajectory, {trajectory, t, 0.0}, state_.Imu(0), state_.Gravity(), sample, nullptr);
+          trajectory, {trajectory, t, 0.0}, state_.Imu(0, t), state_.Gravity(), sample, nullptr);
       sample.angular_velocity = measured.head<3>() + noise * terms.imu_sigma.gyroscope.cwiseProduct(random());
       sample.specific_force =
           measured.tail<3>() + noise * terms.imu_sigma.accelerometer.cwiseProduct(random());

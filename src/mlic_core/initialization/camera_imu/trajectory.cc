@@ -80,8 +80,7 @@ DriveState UprightTrajectory(const Drive& drive, const GyroIntegration& gyro,
   }
   return FitToPoses(drive, imu_sigma, poses, kPoseRotationSigma, kPoseTranslationSigma,
                     {{So3Spline(rotation_knots, rotations), PositionSpline(position_knots, translations)},
-                     gyroscope_bias,
-                     positions.accelerometer_bias});
+                     {gyroscope_bias, positions.accelerometer_bias}});
 }
 
 }  // namespace mlic

@@ -13,6 +13,8 @@ struct IsFlat<UniformKnots> : std::true_type {};
 template <>
 struct IsFlat<ImuSigma> : std::true_type {};
 template <>
+struct IsFlat<BiasSteps> : std::true_type {};
+template <>
 struct IsFlat<PlaneNoise> : std::true_type {};
 template <>
 struct IsFlat<LandmarkNoise> : std::true_type {};
@@ -70,8 +72,8 @@ void Fields(ByteReader& archive, Eigen::MatrixXd& matrix) {
 }
 
 auto Members(DriveState& drive) {
-  return std::tie(drive.trajectory.rotation, drive.trajectory.position, drive.gyroscope_bias,
-                  drive.accelerometer_bias);
+  return std::tie(drive.trajectory.rotation, drive.trajectory.position, drive.bias.start, drive.bias.spacing,
+                  drive.bias.knots);
 }
 
 auto Members(CameraCalibration& camera) {
@@ -117,7 +119,7 @@ auto Members(LidarPointObservation& observation) {
 
 auto Members(LandmarkSet& set) { return std::tie(set.points, set.observations, set.begin, set.lidar_points); }
 // Of the problem what rounds hand on: planes are found anew in each, and guesses are the rig file's.
-auto Members(DriveTerms& drive) { return std::tie(drive.imu_sigma, drive.landmarks); }
+auto Members(DriveTerms& drive) { return std::tie(drive.imu_sigma, drive.bias_steps, drive.landmarks); }
 auto Members(CameraTerms& camera) { return std::tie(camera.fixed, camera.given_intrinsics); }
 auto Members(RoundSummary& round) { return std::tie(round.stage, round.change); }
 auto Members(UncorrectedMap& map) { return std::tie(map.points, map.noise, map.is_better); }
@@ -128,7 +130,7 @@ auto Members(Adjustment& adjustment) {
       adjustment.cameras.sigmas, adjustment.map.cameras_before, adjustment.map.noise, adjustment.map.held_out,
       adjustment.rounds.landmarks, adjustment.rounds.done, adjustment.rounds.points_per_scan,
       adjustment.rounds.alignment_tried, adjustment.rounds.noise_measured, adjustment.rounds.clocks_reviewed,
-      adjustment.rounds.matrices_judged, adjustment.rounds.ranges_measured, adjustment.rounds.history,
+      adjustment.rounds.matrices_judged, adjustment.rounds.biases_judged, adjustment.rounds.ranges_measured, adjustment.rounds.history,
       adjustment.constant_clocks, adjustment.alignment_covariance, adjustment.noise_information,
       adjustment.problem.imu.alignment_held, adjustment.problem.imu.gravity_sigma,
       adjustment.problem.imu.matrix_sigma, adjustment.problem.estimate_imu_matrices, adjustment.lines);
