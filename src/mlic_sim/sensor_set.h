@@ -45,7 +45,7 @@ struct SimulatedImu {
   double gyroscope_walk = 0.0;      // rad/s^2/sqrt(Hz)
   double accelerometer_walk = 0.0;  // m/s^3/sqrt(Hz)
   WarmUp warm_up;
-  ImuCalibration calibration;       // measured = matrix * true + bias
+  ImuCalibration calibration;  // measured = matrix * true + bias
   // Cut-offs of second-order Butterworth low-passes as shares of the rate; 0: none.
   double gyroscope_low_pass = 0.0;
   double accelerometer_low_pass = 0.0;

@@ -283,7 +283,8 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     }
     if (settled && !clocks_moved) matrices_moved = ReviewMatrices(context, &adjustment);
     if (settled && !clocks_moved && !matrices_moved) biases_moved = ReviewBiases(context, &adjustment);
-    if (settled && !clocks_moved && !matrices_moved && !biases_moved) ranges_moved = ReviewRanges(&adjustment);
+    if (settled && !clocks_moved && !matrices_moved && !biases_moved)
+      ranges_moved = ReviewRanges(&adjustment);
     if (!adjustment.state.lidars.empty()) {
       adjustment.cameras.sigmas =
           SigmasAgainstLidar(Analyze(adjustment, context.dataset), adjustment.state, adjustment.base_lidar);

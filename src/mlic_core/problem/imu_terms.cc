@@ -22,8 +22,8 @@ PoseResidual ResidualOf(const PoseObservations& observed, const TimedPose& pose)
   return {pose.pose, observed.sigma_rotation, observed.sigma_translation};
 }
 
-// The calibration that samples touch, after their control points: of ImuResidual's columns those from kBias on,
-// with one more set of biases behind where these wander.
+// The calibration that samples touch, after their control points: of ImuResidual's columns those from kBias
+// on, with one more set of biases behind where these wander.
 class ImuColumns {
  public:
   ImuColumns(const LinearizationPoint& at, std::size_t drive)
@@ -53,11 +53,11 @@ class ImuColumns {
 
   // The rows of AddRows.
   void Fill(const ImuResidual::Jacobian& J, Eigen::Matrix<double, Eigen::Dynamic, 6>* rows) const {
-    *rows = J.topRows(of_residual_);
+    rows->resize(ImuResidual::kBias + static_cast<Eigen::Index>(indices_.size()), Eigen::NoChange);
+    rows->topRows(of_residual_) = J.topRows(of_residual_);
     if (course_.IsConstant()) return;
     const auto of_bias = J.middleRows<Layout::kOfBias>(ImuResidual::kBias);
     rows->middleRows<Layout::kOfBias>(ImuResidual::kBias) = (1.0 - place_.share) * of_bias;
-    rows->conservativeResize(of_residual_ + Layout::kOfBias, Eigen::NoChange);
     rows->bottomRows<Layout::kOfBias>() = place_.share * of_bias;
   }
 

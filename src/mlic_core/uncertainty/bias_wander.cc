@@ -10,12 +10,12 @@
 namespace mlic {
 namespace {
 
-// Of the course, s. A bias that settles with a time constant of a minute is within a hundredth of what it
-// wanders by of such straight lines (spacing^2 / 8 times its curvature, from: derivation); the shortest
-// leaves noise of consumer gyroscopes little to follow.
-constexpr double kLongest = 10.0, kShortest = 5.0;
-constexpr double kFewest = 4.0;  // intervals; from: guard, fewer do not tell wandering from a mean
-constexpr double kMost = 20.0;   // intervals; from: guard, unknowns
+// Of the course, s. A bias that settles with a time constant of a minute is within half a hundredth of what
+// it wanders by of lines so long (spacing^2 / 8 times its curvature); what the shortest have of noise, the
+// prior keeps small. from: derivation
+constexpr double kLongest = 10.0, kShortest = 2.5;
+constexpr double kFewest = 4.0;     // intervals; from: guard, fewer do not tell wandering from a mean
+constexpr double kMost = 20.0;      // intervals; from: guard, unknowns
 constexpr double kRounding = 1e-9;  // of an interval; from: guard
 constexpr double kLeastStep = 0.1;  // of a mean's noise; from: guard, keeps the equations regular
 

@@ -21,8 +21,7 @@ StretchMeans::StretchMeans(const ImuResiduals& residuals, const ImuSigma& sigma,
   sigma_ << sigma.gyroscope, sigma.accelerometer;
   const double start = residuals.times.front();
   constexpr double kRounding = 1e-9;  // of a stretch; from: guard, a length that divides the drive
-  const auto count =
-      static_cast<std::size_t>((residuals.times.back() - start) / length + kRounding);
+  const auto count = static_cast<std::size_t>((residuals.times.back() - start) / length + kRounding);
   sums_.assign(count, Mean::Zero());
   samples_.assign(count, 0.0);
   for (std::size_t k = 0; k < residuals.times.size(); ++k) {

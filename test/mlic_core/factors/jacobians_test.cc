@@ -174,7 +174,8 @@ void ExpectImuJacobian(CalibrationState state, double time) {
   sample.specific_force = Eigen::Vector3d(0.1, 9.0, 1.0);
   const auto evaluate = [&](const CalibrationState& at, ImuResidual::Jacobian* J) {
     const ImuBases bases(at.drives[0].trajectory, time, at.accelerometer_lag);
-    return ImuResidual::Evaluate(at.drives[0].trajectory, bases, at.Imu(0, sample.time), at.Gravity(), sample, J);
+    return ImuResidual::Evaluate(at.drives[0].trajectory, bases, at.Imu(0, sample.time), at.Gravity(), sample,
+                                 J);
   };
   ImuResidual::Jacobian J;
   evaluate(state, &J);

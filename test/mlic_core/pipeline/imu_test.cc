@@ -74,8 +74,9 @@ TEST(ColdImu, IsFollowedAsItWarmsUp) {
                        &truth = sensors.lidars[0].calibration.T_imu_sensor;
   const Eigen::Vector3d rotation = Log(found.rotation * truth.rotation.conjugate());
   EXPECT_LT(rotation.cwiseQuotient(lidar.sigma.rotation).cwiseAbs().maxCoeff(), 4.0);
-  EXPECT_LT((found.translation - truth.translation).cwiseQuotient(lidar.sigma.translation).cwiseAbs().maxCoeff(),
-            4.0);
+  EXPECT_LT(
+      (found.translation - truth.translation).cwiseQuotient(lidar.sigma.translation).cwiseAbs().maxCoeff(),
+      4.0);
   EXPECT_LT(rotation.norm() / kDegree, 0.01);
   // Half way the IMU has warmed up by a third.
   EXPECT_LT((result.imu.gyroscope_bias - sensors.imu.calibration.gyroscope_bias -

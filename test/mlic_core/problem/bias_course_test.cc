@@ -43,7 +43,8 @@ TEST(BiasCourse, IsFoundByTheSolve) {
   std::vector<Eigen::Vector3d> positions;
   for (int k = 0; k < knots.count; ++k) {
     const double t = knots.ControlPointTime(k);
-    rotations.push_back(ExpQuaternion({0.6 * std::sin(0.9 * t), 0.5 * std::sin(1.3 * t), 0.8 * std::sin(0.7 * t)}));
+    rotations.push_back(
+        ExpQuaternion({0.6 * std::sin(0.9 * t), 0.5 * std::sin(1.3 * t), 0.8 * std::sin(0.7 * t)}));
     positions.emplace_back(std::sin(0.8 * t), std::cos(1.1 * t), 0.3 * std::sin(1.7 * t));
   }
   CalibrationState state;

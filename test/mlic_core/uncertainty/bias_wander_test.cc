@@ -21,7 +21,8 @@ ImuResiduals Residuals(double duration, double gyroscope, std::uint64_t seed) {
     residuals.times.push_back(time);
     residuals.values.emplace_back();
     for (int a = 0; a < 6; ++a) {
-      residuals.values.back()[a] = (a < 3 ? kSigma.gyroscope[a] : kSigma.accelerometer[a - 3]) * random.Normal();
+      residuals.values.back()[a] =
+          (a < 3 ? kSigma.gyroscope[a] : kSigma.accelerometer[a - 3]) * random.Normal();
     }
     residuals.values.back()[0] += gyroscope * (time / duration - 0.5);
   }
@@ -54,7 +55,7 @@ TEST(BiasWander, LongDrivesHaveAFewKnots) {
 }
 
 TEST(BiasWander, ShortDrivesHaveNone) {
-  EXPECT_FALSE(FindBiasWander(Residuals(19.0, 0.02, 1), kSigma).has_value());
+  EXPECT_FALSE(FindBiasWander(Residuals(9.0, 0.02, 1), kSigma).has_value());
   EXPECT_FALSE(FindBiasWander({}, kSigma).has_value());
 }
 

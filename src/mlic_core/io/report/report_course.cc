@@ -167,8 +167,10 @@ std::string BiasOverTime(const CalibrationResult& result) {
   if (cards.empty()) return "";
   return "<div class=\"grid\">" + cards + "</div>\n" + AxisLegend() +
          "<p class=\"note\">By how much the samples of each sixtieth of the drive would have the bias beyond "
-         "the one above; dashed: three sigmas of their noise. What leaves these bounds for long is a bias that "
-         "wanders (followed in drives of 20 s and more), or motion that the trajectory does not follow.</p>\n";
+         "the one above; dashed: three sigmas of their noise. What leaves these bounds for long is a bias "
+         "that "
+         "wanders (followed in drives of 10 s and more), or motion that the trajectory does not "
+         "follow.</p>\n";
 }
 
 std::string HowItWasMade(const CalibrationResult& result) {
