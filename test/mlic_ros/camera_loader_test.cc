@@ -297,13 +297,32 @@ TEST_F(CameraLoader, DriverThatHangsIsNoticed) {
   EXPECT_TRUE(Reported(report_.warnings, "topic /image: 10 of 30 images repeat the one before"));
 }
 
-TEST_F(CameraLoader, DamagedCompressedImageFailsWhenLoaded) {
+TEST_F(CameraLoader, DamagedPngIsLeftOut) {
   Write([&](int i) {
     sensor_msgs::CompressedImage message;
     message.header = make_(i).header;
     message.format = "png";
     cv::imencode(".png", TestImage(i), message.data);
-    if (i == 9) message.data.resize(40);
+    if (i == 9) message.data.resize(message.data.size() - 20);
+    if (i == 12) message.data[message.data.size() / 2] ^= 1;
+    return message;
+  });
+  const Dataset dataset = Load();
+  const ImageSource& images = *dataset.drives[0].cameras[0].images;
+  ASSERT_EQ(images.Count(), static_cast<std::size_t>(kImages) - 2);
+  EXPECT_EQ(LargestDifference(images.Load(9), TestImage(10)), 0.0);
+  EXPECT_EQ(LargestDifference(images.Load(11), TestImage(13)), 0.0);
+  EXPECT_TRUE(
+      Reported(report_.warnings, "topic /image: 2 images dropped; the first: a png image is damaged"));
+}
+
+TEST_F(CameraLoader, DamagedJpegFailsWhenLoaded) {
+  Write([&](int i) {
+    sensor_msgs::CompressedImage message;
+    message.header = make_(i).header;
+    message.format = "jpeg";
+    cv::imencode(".jpg", TestImage(i), message.data);
+    if (i == 9) message.data.resize(200);  // tables and size, no pixels
     return message;
   });
   const Dataset dataset = Load();

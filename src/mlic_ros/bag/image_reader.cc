@@ -5,6 +5,7 @@
 #include <sensor_msgs/Image.h>
 
 #include <algorithm>
+#include <boost/crc.hpp>
 #include <cstring>
 #include <map>
 #include <opencv2/imgproc.hpp>
@@ -102,11 +103,28 @@ std::uint32_t BigEndian(const std::uint8_t* bytes, int count) {
   return value;
 }
 
+constexpr std::uint8_t kPng[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+
+// A PNG is a row of chunks (length, name, contents, checksum of name and contents) up to the one named IEND.
+bool IsWholePng(const ImageView& view) {
+  constexpr std::size_t kFrame = 12;  // from: standard, length, name and checksum
+  for (std::size_t at = sizeof(kPng); at + kFrame <= view.size;) {
+    const std::uint8_t* chunk = view.data + at;
+    const std::size_t length = BigEndian(chunk, 4);
+    if (length > view.size - at - kFrame) return false;
+    boost::crc_32_type checksum;
+    checksum.process_bytes(chunk + 4, length + 4);
+    if (checksum.checksum() != BigEndian(chunk + 8 + length, 4)) return false;
+    if (std::memcmp(chunk + 4, "IEND", 4) == 0) return true;
+    at += kFrame + length;
+  }
+  return false;
+}
+
 // Size of a PNG (its first chunk is the header) or a JPEG (in the frame segment SOF, ITU-T T.81, B.2.2).
 bool FindCompressedSize(const ImageView& view, ImageHeader& header) {
-  constexpr std::uint8_t png[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
   const std::uint8_t* data = view.data;
-  if (view.size >= 24 && std::memcmp(data, png, sizeof(png)) == 0) {
+  if (view.size >= 24 && std::memcmp(data, kPng, sizeof(kPng)) == 0) {
     header.encoding = "png";
     header.width = static_cast<int>(BigEndian(data + 16, 4));
     header.height = static_cast<int>(BigEndian(data + 20, 4));
@@ -244,6 +262,8 @@ ImageHeader ReadImageHeader(const SerializedMessage& message) {
   } else if (!IsPlausible(header, view.size)) {
     header.error = "a compressed image is damaged (" + std::to_string(header.width) + " x " +
                    std::to_string(header.height) + " in " + std::to_string(view.size) + " bytes)";
+  } else if (header.encoding == "png" && !IsWholePng(view)) {
+    header.error = "a png image is damaged: a checksum is wrong or its end is missing";
   }
   return header;
 }
