@@ -249,6 +249,25 @@ TEST(VisualInitialization, VibrationDoesNotHideTheScale) {
   EXPECT_LT(worst.path_share, 0.01);
 }
 
+// A rig that is set down, or bumps into something, is shaken for a second in all frequencies.
+TEST(VisualInitialization, KnocksDoNotHideTheScale) {
+  SyntheticTracksOptions options;
+  options.noise = 0.5;
+  options.duration = 30.0;
+  options.points = 4000;
+  Case c = MakeCase(Stereo(), options, RealImu());
+  Random random(11);
+  for (ImuSample& sample : c.dataset.drives[0].imu) {
+    const bool knock = std::abs(sample.time - 14.0) < 0.5 || std::abs(sample.time - 22.0) < 0.5;
+    const Eigen::Vector3d shaken(random.Normal(), random.Normal(), random.Normal());
+    if (knock) sample.specific_force += 8.0 * shaken;
+  }
+  const Errors worst = Worst(c, c.Run());
+  EXPECT_LT(worst.degrees, 0.1);
+  EXPECT_LT(worst.metres, 0.02);
+  EXPECT_LT(worst.path_share, 0.01);
+}
+
 SyntheticTracksOptions SeenFromACar() {
   SyntheticTracksOptions options;
   options.noise = 0.5;

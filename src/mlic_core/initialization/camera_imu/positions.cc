@@ -21,20 +21,31 @@ constexpr double kLeastForceSigma = 0.02;  // m/s^2: rotations are not exact
 constexpr int kPositionRounds = 12;        // from: guard
 constexpr int kConvexRounds = 5;           // from: guard
 
-NoiseSpectrum SpectrumOf(const std::vector<Eigen::Vector3d>& signal, int axis, double rate) {
-  Eigen::VectorXd values(static_cast<Eigen::Index>(signal.size()));
-  for (std::size_t k = 0; k < signal.size(); ++k) values[static_cast<Eigen::Index>(k)] = signal[k][axis];
-  return {values, rate};
-}
+// from: guard, short enough that a knock leaves the rest of the drive as it is, long enough for a spectrum.
+constexpr double kForceWindow = 4.0;  // s
 
-// The specific force of one drive.
+// The specific force of one drive. Its noise is that of a window of time: landing, a bump or a hand that sets
+// the rig down shake it for a second, and say nothing of the time before and after.
 struct Forces {
   std::vector<ImuSample> samples;
   double rate = 0.0;                       // Hz
   double top = 0.0;                        // Hz, up to where positions go
-  Eigen::Vector3d sigma;                   // m/s^2, along the IMU's axes
+  std::size_t window = 1;                  // samples
+  std::vector<Eigen::Vector3d> sigma;      // m/s^2, along the IMU's axes, of each window
   std::vector<Eigen::Vector3d> residuals;  // along the IMU's axes, of each sample
+
+  // The last one is longer, by what is left.
+  std::size_t WindowOf(std::size_t sample) const { return std::min(sample / window, sigma.size() - 1); }
+  std::size_t End(std::size_t w) const { return w + 1 < sigma.size() ? (w + 1) * window : samples.size(); }
 };
+
+NoiseSpectrum SpectrumOf(const std::vector<Eigen::Vector3d>& signal, const Forces& forces, std::size_t w,
+                         int axis) {
+  const std::size_t begin = w * forces.window, end = forces.End(w);
+  Eigen::VectorXd values(static_cast<Eigen::Index>(end - begin));
+  for (std::size_t k = begin; k < end; ++k) values[static_cast<Eigen::Index>(k - begin)] = signal[k][axis];
+  return {values, forces.rate};
+}
 
 // Sigmas by the noise's density where positions end: vibration above does not move them.
 Forces ForcesOf(const KnownRotations& known, std::size_t d) {
@@ -42,26 +53,35 @@ Forces ForcesOf(const KnownRotations& known, std::size_t d) {
   forces.samples = OrderedFiniteSamples(known.dataset->drives[d].imu);
   forces.rate = 1.0 / MedianPeriod(forces.samples);
   forces.top = TopOfBand(forces.rate, known.knot_spacing[d]);
+  forces.window = std::max<std::size_t>(1, static_cast<std::size_t>(kForceWindow * forces.rate));
   std::vector<Eigen::Vector3d> measured;
   for (const ImuSample& sample : forces.samples) measured.push_back(sample.specific_force);
-  forces.sigma = known.imu_sigma[d].accelerometer;
-  for (int a = 0; a < 3; ++a) {
-    const double level = SpectrumOf(measured, a, forces.rate).WhiteVariance(forces.top, 2.0 * forces.top);
-    if (level > 0.0) forces.sigma[a] = std::sqrt(level);
+  forces.sigma.assign(std::max<std::size_t>(1, measured.size() / forces.window),
+                      known.imu_sigma[d].accelerometer);
+  for (std::size_t w = 0; w < forces.sigma.size(); ++w) {
+    for (int a = 0; a < 3; ++a) {
+      const double level = SpectrumOf(measured, forces, w, a).WhiteVariance(forces.top, 2.0 * forces.top);
+      if (level > 0.0) forces.sigma[w][a] = std::sqrt(level);
+    }
+    forces.sigma[w] = (2.0 * forces.sigma[w]).cwiseMax(kLeastForceSigma);
   }
-  forces.sigma = (2.0 * forces.sigma).cwiseMax(kLeastForceSigma);
   return forces;
 }
 
-// By what the forces that are left exceed their sigmas in the band of positions and as far again beyond it.
+// By what the forces that are left exceed their sigmas in the band of positions and as far again beyond it,
+// by what the windows tell.
 double MisfitOf(const Forces& forces) {
   const double top = 2.0 * forces.top, share = std::min(1.0, 2.0 * top / forces.rate);
-  double squares = 0.0;
-  for (int a = 0; a < 3; ++a) {
-    const double level = SpectrumOf(forces.residuals, a, forces.rate).Variance(0.0, top) / share;
-    squares += level / (3.0 * forces.sigma[a] * forces.sigma[a]);
+  double squares = 0.0, all = 0.0;
+  for (std::size_t w = 0; w < forces.sigma.size(); ++w) {
+    for (int a = 0; a < 3; ++a) {
+      const double level = SpectrumOf(forces.residuals, forces, w, a).Variance(0.0, top) / share;
+      const double weight = 1.0 / (forces.sigma[w][a] * forces.sigma[w][a]);
+      squares += weight * level * weight;
+      all += weight;
+    }
   }
-  return std::max(1.0, std::sqrt(squares));
+  return std::max(1.0, std::sqrt(squares / all));
 }
 
 class PositionSolver {
@@ -104,9 +124,10 @@ class PositionSolver {
     double squares = 0.0, count = 0.0;
     for (std::size_t d = 0; d < forces_.size(); ++d) {
       Forces& forces = forces_[d];
-      const Eigen::Vector3d weights = forces.sigma.cwiseAbs2().cwiseInverse();
       forces.residuals.clear();
-      for (const ImuSample& sample : forces.samples) {
+      for (std::size_t k = 0; k < forces.samples.size(); ++k) {
+        const ImuSample& sample = forces.samples[k];
+        const Eigen::Vector3d weights = forces.sigma[forces.WindowOf(k)].cwiseAbs2().cwiseInverse();
         const Eigen::Matrix3d R = known_.gyro[d].RotationTo(sample.time).toRotationMatrix();
         const LinearRow row = ForceRow(unknowns_, d, sample.time, R);
         const Eigen::Vector3d value = R * sample.specific_force;
