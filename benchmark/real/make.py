@@ -6,7 +6,7 @@ usage: make.py --list
 
 FILES: the checked-out repository (`git clone`, or `git archive COMMIT | tar -x -C FILES`). FOLDER: gets drive_1.bag,
 drive_2.bag, ... and drive_rig.yaml. A new bag begins where the IMU pauses for more than half a second. Needs rosbag's
-Python. None of the recordings is part of MLIC.
+Python and, for videos, ffmpeg. None of the recordings is part of MLIC.
 """
 
 import argparse
@@ -16,6 +16,7 @@ import pathlib
 import sys
 
 import genpy
+import gopro
 import rosbag
 from sensor_msgs.msg import CompressedImage, Imu
 
@@ -70,6 +71,37 @@ def read_phone(files):
     return Data(imu, {'color': pictures_of(folder / 'cam0/data')})
 
 
+def read_drone(files):
+    """Pictures of 4.7 s with the IMU of the whole flight, of which half a second before and after is kept."""
+    folder = files / 'tests/data/MicroEurocDataset/mav0'
+    cameras = {side: pictures_of(folder / name / 'data') for side, name in (('left', 'cam0'), ('right', 'cam1'))}
+    begin, end = cameras['left'][0][0] - PAUSE_NS, cameras['left'][-1][0] + PAUSE_NS
+    return Data([sample for sample in samples_of(folder / 'imu0/data.csv') if begin <= sample[0] <= end], cameras)
+
+
+def read_hall(files):
+    """The IMU's stamps went through a spreadsheet, which kept 15 digits; they are those of a grid of 5 ms."""
+    first, step = 1_403_636_579_758_555_392, 5_000_000
+    folder = files / 'meam620-2020-proj2_2/proj2_2/dataset/MachineHall01_reduced'
+    cameras = {side: pictures_of(folder / name / 'data') for side, name in (('left', 'cam0'), ('right', 'cam1'))}
+    begin, end = cameras['left'][0][0] - PAUSE_NS, cameras['left'][-1][0] + PAUSE_NS
+    imu = []
+    for row in rows_of(files / 'mav0/imu0/data.csv'):
+        if len(row) != 7 or not row[0][0].isdigit():
+            continue
+        stamp = first + round((float(row[0]) - first) / step) * step
+        if begin <= stamp <= end:
+            imu.append((stamp, tuple(map(float, row[1:4])), tuple(map(float, row[4:7]))))
+    return Data(imu, cameras)
+
+
+def read_gopro(name):
+    def read(files):
+        imu, pictures = gopro.read(files / 'samples' / f'{name}.mp4', files / 'pictures' / name)
+        return Data(imu, {'color': pictures})
+    return read
+
+
 RECORDINGS = {
     'room': Recording(
         source='github.com/Zoltan3057/DM-VIO-dataset',
@@ -94,6 +126,57 @@ cameras:
   right: {topic: /right/image_raw/compressed, frame_id: right, model: plumb_bob, fov_deg: 90, shutter: global}
 ''',
         read=read_desk),
+    'drone': Recording(
+        source='github.com/MIT-SPARK/Kimera-VIO',
+        commit='ce8c59b7b273ab5ac29db7e5572e1623760e19c7',
+        licence='BSD-2-Clause (the repository); the data are of ASL, ETH Zurich (EuRoC, V1_01_easy), for research',
+        truth='''First 4.7 s of EuRoC's V1_01_easy: a drone that stands and whose rotors start, so it must be refused. Sensors as
+those of `hall`.''',
+        rig='''imu: {topic: /imu/data, frame_id: imu_link}
+cameras:
+  left: {topic: /left/image_raw/compressed, frame_id: left, model: plumb_bob, fov_deg: 80, shutter: global}
+  right: {topic: /right/image_raw/compressed, frame_id: right, model: plumb_bob, fov_deg: 80, shutter: global}
+''',
+        read=read_drone),
+    'hall': Recording(
+        source='github.com/iamliguangming/MEAM620 (images) and '
+               'github.com/kalebburnham/IMU-Research (IMU), both checked out in one folder',
+        commit='247efe345e2a76fad084d2477e4e821902d0e1c4 and 454019146f6d6db1d6d1c04e8f6c2f184bb7e550',
+        licence='none stated; the data are of ASL, ETH Zurich (EuRoC, MH_01_easy), for research',
+        truth='''EuRoC's MH_01_easy from 5 to 35 s: a drone that is turned by hand for 14 s, set down with a knock, rests and is
+shaken at 26 s. Stereo 752 x 480, global shutter, 20 Hz, triggered by the IMU's clock, stamps in the middle of the
+exposure; IMU 200 Hz (ADIS16448). sensor.yaml: left 458.654 457.296 367.215 248.375, -0.28340811 0.07395907 0.00019359
+0.0000176; right 457.587 456.134 379.999 255.238, -0.28368365 0.07451284 -0.00010473 -0.0000356; T_BS of both.''',
+        rig='''imu: {topic: /imu/data, frame_id: imu_link}
+cameras:
+  left: {topic: /left/image_raw/compressed, frame_id: left, model: plumb_bob, fov_deg: 80, shutter: global}
+  right: {topic: /right/image_raw/compressed, frame_id: right, model: plumb_bob, fov_deg: 80, shutter: global}
+''',
+        read=read_hall),
+    'walk': Recording(
+        source='github.com/gopro/gpmf-parser, samples/max-heromode.mp4',
+        commit='9a7150632892c7356c91145c889016f07b0ed48d',
+        licence='MIT or Apache-2.0',
+        truth='''GoPro MAX in hero mode, walking, 10.5 s: video 848 x 480 at 29.97 Hz, stabilised by the camera (its telemetry says
+by how much each image is turned, up to 19 deg), so it must be refused: the images are not those of a camera that is
+fixed to the IMU. IMU 198 Hz, with times of its own.''',
+        rig='''imu: {topic: /imu/data, frame_id: imu_link}
+cameras:
+  color: {topic: /color/image_raw/compressed, frame_id: color, model: plumb_bob, fov_deg: 85, shutter: rolling}
+''',
+        read=read_gopro('max-heromode')),
+    'coast': Recording(
+        source='github.com/gopro/gpmf-parser, samples/karma.mp4',
+        commit='9a7150632892c7356c91145c889016f07b0ed48d',
+        licence='MIT or Apache-2.0',
+        truth='''GoPro Hero5 on a drone's gimbal, straight along a coast, 12 s: video 854 x 480 at 29.97 Hz, gyroscope 400 Hz,
+accelerometer 200 Hz, no times of their own. The gimbal holds it still, half of the image is sea and clouds: no turns, so
+it must be refused. No calibration.''',
+        rig='''imu: {topic: /imu/data, frame_id: imu_link}
+cameras:
+  color: {topic: /color/image_raw/compressed, frame_id: color, model: plumb_bob, fov_deg: 90, shutter: rolling}
+''',
+        read=read_gopro('karma')),
     'phone': Recording(
         source='github.com/AbhinandIITM/VI-SLAM',
         commit='2e8671402fe2706c9a38d2f22f30beadbc022060',
