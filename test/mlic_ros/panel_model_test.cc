@@ -69,6 +69,17 @@ TEST(PanelModel, SigmasAreInMillimetresAndSolvesWithoutResidualsLeaveNoPoint) {
   EXPECT_EQ(residuals[1].value, 0.98);
 }
 
+TEST(PanelModel, TheTextOfALineStandsWhereTheCurveIsNot) {
+  const Box left_above{0.0, 0.0, 60.0, 16.0}, left_below{0.0, 20.0, 60.0, 16.0},
+      right_above{200.0, 0.0, 60.0, 16.0};
+  const std::vector<Box> boxes{left_above, left_below, right_above};
+  EXPECT_EQ(FreestBox(boxes, {}), 0u);
+  EXPECT_EQ(FreestBox(boxes, {{10.0, 30.0}, {250.0, 30.0}}), 0u);
+  EXPECT_EQ(FreestBox(boxes, {{10.0, 5.0}, {50.0, 30.0}, {250.0, 35.0}}), 2u)
+      << "both to the left are crossed";
+  EXPECT_EQ(FreestBox(boxes, {{-50.0, 8.0}, {300.0, 8.0}}), 1u) << "no point of the curve is in a box";
+}
+
 TEST(PanelModel, TheAxisHoldsAllValuesAndTheLine) {
   const LogAxis axis = FitLogAxis({{0, 250.0, 1}, {1, 0.04, 1}}, 1.0);
   EXPECT_EQ(axis.lowest, -2);

@@ -41,7 +41,10 @@ TEST(PathTurning, AStraightDriveHasAScaleAndAShortOneIsStill) {
 
 TEST(PathTurning, LongPathsAreThinnedOutAndColouredPointByPoint) {
   const std::vector<StampedPose> drive = Drive(120.0, 60.0, 0.4);
-  const auto line = MakeTurningMarkers(drive, TurningAlong(drive), 0.0).markers.at(0);
+  const auto markers = MakeTurningMarkers(drive, TurningAlong(drive), 0.0).markers;
+  ASSERT_EQ(markers.size(), 2u);
+  EXPECT_EQ(markers[0].action, visualization_msgs::Marker::DELETEALL);
+  const visualization_msgs::Marker& line = markers[1];
   EXPECT_EQ(line.header.frame_id, "map");
   EXPECT_LE(line.points.size(), 5000u);
   EXPECT_GE(line.points.size(), 4000u);
@@ -49,11 +52,21 @@ TEST(PathTurning, LongPathsAreThinnedOutAndColouredPointByPoint) {
   EXPECT_LT(line.colors.front().r, line.colors.back().r);
 }
 
-TEST(PathTurning, TheLineEndsBeforeTheRig) {
-  const std::vector<StampedPose> drive = Drive(10.0, 5.0, 0.4);
-  const auto line = MakeTurningMarkers(drive, TurningAlong(drive), 0.5).markers.at(0);
-  EXPECT_NEAR(line.points.back().x, 9.5, 0.011);
-  EXPECT_EQ(line.colors.size(), line.points.size());
+TEST(PathTurning, TheLineIsLeftOutAroundTheRig) {
+  // To 10 m and back to 5 m, where the rig stands.
+  std::vector<StampedPose> drive = Drive(15.0, 5.0, 0.4);
+  for (StampedPose& pose : drive) {
+    double& x = pose.pose.translation.x();
+    if (x > 10.0) x = 20.0 - x;
+  }
+  const auto markers = MakeTurningMarkers(drive, TurningAlong(drive), 0.5).markers;
+  ASSERT_EQ(markers.size(), 3u) << "before it passes the place, and after";
+  EXPECT_NEAR(markers[1].points.front().x, 0.0, 1e-9);
+  EXPECT_NEAR(markers[1].points.back().x, 4.5, 0.011);
+  EXPECT_NEAR(markers[2].points.front().x, 5.5, 0.011);
+  EXPECT_NEAR(markers[2].points.back().x, 5.5, 0.011);
+  EXPECT_NE(markers[1].id, markers[2].id);
+  for (const visualization_msgs::Marker& piece : markers) EXPECT_EQ(piece.colors.size(), piece.points.size());
 }
 
 }  // namespace

@@ -83,6 +83,15 @@ TEST(StatusBoard, TheFirstViewTakesInTheGuesses) {
   const Status before = Started().Get();
   EXPECT_GT(before.map_radius, 1.0f);
   EXPECT_LT(before.map_radius, 3.0f);
+  // By hand: a view of a metre would show the names a few pixels high.
+  Rig small = TwoLidars();
+  for (LidarConfig& lidar : small.lidars) {
+    if (lidar.guess) lidar.guess->T_imu_sensor.translation = Eigen::Vector3d(0.05, 0.0, 0.02);
+  }
+  StatusBoard by_hand;
+  by_hand.SetRig(small);
+  EXPECT_GT(by_hand.Get().map_radius, 0.1f);
+  EXPECT_LT(by_hand.Get().map_radius, 0.3f);
 }
 
 TEST(StatusBoard, TheResultSaysWhatBecameOfEachSensor) {
@@ -159,6 +168,32 @@ TEST(RigMarkers, NamesOfSensorsInOnePlaceStandAboveOneAnother) {
     EXPECT_GT(names[k].pose.position.z - names[k - 1].pose.position.z, names[k].scale.z);
     EXPECT_EQ(names[k].pose.position.x, names[k - 1].pose.position.x);
   }
+}
+
+TEST(RigMarkers, NamesBehindOneAnotherInTheFirstViewAreApartToo) {
+  // From 40 deg above the horizon; from the side or from above they are a metre apart.
+  const Eigen::Vector3d from(std::cos(4.0) * std::cos(0.75), std::sin(4.0) * std::cos(0.75), std::sin(0.75));
+  const Eigen::Vector3d up(-std::cos(4.0) * std::sin(0.75), -std::sin(4.0) * std::sin(0.75), std::cos(0.75));
+  Status status;
+  status.sensors.resize(2);
+  for (std::size_t k = 0; k < 2; ++k) {
+    const Eigen::Vector3d place = Eigen::Vector3d(0.5, 1.0, 0.2) + 1.6 * static_cast<double>(k) * from;
+    geometry_msgs::Transform& transform = status.sensors[k].transform;
+    transform.translation.x = place.x(), transform.translation.y = place.y(),
+    transform.translation.z = place.z();
+    transform.rotation.w = 1.0;
+    status.sensors[k].state = SensorStatus::ESTIMATED;
+  }
+  std::vector<double> heights;
+  double text = 0.0;
+  for (const visualization_msgs::Marker& marker : MakeRigMarkers(status, "imu").markers) {
+    if (marker.ns != "names") continue;
+    const geometry_msgs::Point& p = marker.pose.position;
+    heights.push_back(up.dot(Eigen::Vector3d(p.x, p.y, p.z)));
+    text = marker.scale.z;
+  }
+  ASSERT_EQ(heights.size(), 3u) << "the IMU's too";
+  EXPECT_GT(std::abs(heights[2] - heights[1]), text);
 }
 
 TEST(RigMarkers, TheOverlaySaysStageThenVerdict) {

@@ -6,6 +6,7 @@
 #include "mlic_core/common/angles.h"
 #include "mlic_core/geometry/so3.h"
 #include "mlic_ros/display/display_messages.h"
+#include "mlic_ros/display/rig_markers.h"
 
 namespace mlic {
 namespace {
@@ -73,8 +74,8 @@ std::uint32_t ColourOfRate(double rate, double scale) {
 
 visualization_msgs::MarkerArray MakeTurningMarkers(const std::vector<StampedPose>& trajectory,
                                                    const PathTurning& turning, double clearance) {
-  visualization_msgs::MarkerArray array;
-  if (trajectory.empty()) return array;
+  if (trajectory.empty()) return {};
+  visualization_msgs::MarkerArray array = NoMarkers("map");  // of pieces that are no longer there
   visualization_msgs::Marker line;
   line.header.frame_id = "map";
   line.ns = "path";
@@ -83,15 +84,23 @@ visualization_msgs::MarkerArray MakeTurningMarkers(const std::vector<StampedPose
   line.pose.orientation.w = 1.0;
   line.scale.x = std::clamp(kLineWidth * Extent(trajectory), kNarrowest, kWidest);
   line.color.a = 1.0f;
+  const auto end_piece = [&] {
+    if (line.points.size() > 1) array.markers.push_back(line);
+    line.id = static_cast<int>(array.markers.size());
+    line.points.clear(), line.colors.clear();
+  };
   const Eigen::Vector3d rig = trajectory.back().pose.translation;
-  std::size_t end = trajectory.size();
-  while (end > 0 && (trajectory[end - 1].pose.translation - rig).norm() < clearance) --end;
   const std::size_t stride = (trajectory.size() + kMostPlaces - 1) / kMostPlaces;
-  for (std::size_t k = 0; k < end; k += stride) {
-    line.points.push_back(ToPoint(trajectory[k].pose.translation));
+  for (std::size_t k = 0; k < trajectory.size(); k += stride) {
+    const Eigen::Vector3d& place = trajectory[k].pose.translation;
+    if ((place - rig).norm() < clearance) {
+      end_piece();
+      continue;
+    }
+    line.points.push_back(ToPoint(place));
     line.colors.push_back(ToColour(ColourOfRate(turning.rates[k], turning.scale), 1.0f));
   }
-  array.markers.push_back(line);
+  end_piece();
   return array;
 }
 

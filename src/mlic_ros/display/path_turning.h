@@ -20,8 +20,9 @@ PathTurning TurningAlong(const std::vector<StampedPose>& trajectory);
 
 std::uint32_t ColourOfRate(double rate, double scale);  // 0xRRGGBB
 
-// The path as one line of these colours, with at most so many points as RViz draws fluently; in frame map. It
-// ends so far before the last pose, m: the rig is drawn there, and the line would lie over a small one.
+// The path as lines of these colours, with at most so many points as RViz draws fluently; in frame map. It is
+// left out so far around the last pose, m: the rig is drawn there, and a line between it and who looks at it
+// would hide it.
 visualization_msgs::MarkerArray MakeTurningMarkers(const std::vector<StampedPose>& trajectory,
                                                    const PathTurning& turning, double clearance);
 

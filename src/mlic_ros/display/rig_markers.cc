@@ -17,6 +17,7 @@ namespace {
 constexpr double kLeastRig = 0.15;       // m, what the rig's size counts as at least
 constexpr double kAxis = 0.25;           // of the rig's size
 constexpr double kText = 0.08;           // likewise
+constexpr double kTextRow = 1.1;         // of a text's height, what no other one is to be in
 constexpr double kOverlayText = 0.06;    // of the map's radius
 constexpr double kOverlayHeight = 1.05;  // likewise: above the map's far edge as the view comes
 constexpr double kRadiusBefore = 12.0;   // m, before there is a map: that of the first view
@@ -67,16 +68,28 @@ void AddAxes(const Eigen::Isometry3d& pose, double length, bool grey, Marker* li
   }
 }
 
-// Places of names in one another's way: those that would be are lifted along the IMU's z.
+// To the right and up on the screen, in the view with which RViz comes (rviz/mlic.rviz) and which turns with
+// the IMU's axes until the rig is found.
+Eigen::Vector2d OnScreen(const Eigen::Vector3d& p) {
+  constexpr double kYaw = 4.0, kPitch = 0.75;  // rad
+  const Eigen::Vector3d right(-std::sin(kYaw), std::cos(kYaw), 0.0);
+  const Eigen::Vector3d up(-std::cos(kYaw) * std::sin(kPitch), -std::sin(kYaw) * std::sin(kPitch),
+                           std::cos(kPitch));
+  return {right.dot(p), up.dot(p)};
+}
+
+// Places of names in one another's way, as seen from the side or in the first view: those that would be are
+// lifted along the IMU's z.
 class NamePlaces {
  public:
   explicit NamePlaces(double text) : text_(text) {}
   Eigen::Vector3d Free(Eigen::Vector3d wanted) {
-    constexpr double kWidth = 6.0,
-                     kHeight = 1.6;  // of the text's height; from: structural, as seen from above
+    constexpr double kWidth = 6.0, kHeight = 1.6;  // of the text's height; from: structural
     const auto in_the_way = [&](const Eigen::Vector3d& other) {
       const Eigen::Vector3d between = wanted - other;
-      return between.head<2>().norm() < kWidth * text_ && std::abs(between.z()) < kHeight * text_;
+      const Eigen::Vector2d seen = OnScreen(between);
+      return (between.head<2>().norm() < kWidth * text_ && std::abs(between.z()) < kHeight * text_) ||
+             (std::abs(seen.x()) < kWidth * text_ && std::abs(seen.y()) < kTextRow * text_);
     };
     while (std::any_of(taken_.begin(), taken_.end(), in_the_way)) wanted.z() += kHeight * text_;
     taken_.push_back(wanted);

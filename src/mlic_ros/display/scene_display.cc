@@ -13,8 +13,8 @@
 namespace mlic {
 namespace {
 
-constexpr double kRigsClear = 1.5,
-                 kMostClear = 0.6;  // of a rig's size; m. from: structural
+// Of a rig's size; m, m. from: structural, no path between the rig and who looks at a sensor of it
+constexpr double kRigsClear = 3.5, kLeastClear = 0.6, kMostClear = 2.5;
 
 }  // namespace
 
@@ -102,7 +102,7 @@ void SceneDisplay::Show() {
   }
   if (!scene.trajectory.empty()) {
     Publish(trajectory_, MakePath(scene.trajectory, now));
-    const double clearance = std::min(kRigsClear * RigSize(scene.sensors), kMostClear);
+    const double clearance = std::clamp(kRigsClear * RigSize(scene.sensors), kLeastClear, kMostClear);
     Publish(excitation_, MakeTurningMarkers(scene.trajectory, scene.turning, clearance));
   }
   if (landmarks_) Publish(landmarks_, MakeLandmarkCloud(scene.landmarks, now));
@@ -159,8 +159,7 @@ Answer SceneDisplay::GoToRound(const std::string& word) {
   shown_round_ = scene == nullptr ? 0 : scene->round;
   Show();
   return {true, scene == nullptr ? "the latest state is shown"
-                                 : "round " + std::to_string(shown_round_) + " of " +
-                                       std::to_string(history_.RoundCount()) + " is shown"};
+                                 : "round " + std::to_string(shown_round_) + " is shown"};
 }
 
 Answer SceneDisplay::SetBlinking(bool blinks) {
@@ -168,7 +167,7 @@ Answer SceneDisplay::SetBlinking(bool blinks) {
   blinks_ = blinks;
   shows_guess_ = false;
   Show();
-  return {true, blinks ? "guess and first map by turns with what is shown" : "no more by turns"};
+  return {true, blinks ? "guess and first map by turns with what is shown" : "blinking has ended"};
 }
 
 void SceneDisplay::Blink() {

@@ -31,7 +31,7 @@ double Length(const geometry_msgs::Vector3& v) { return std::sqrt(v.x * v.x + v.
 
 // About the IMU, with room for the sensors' axes and names.
 void MeasureGuesses(Status* status) {
-  constexpr double kLeastRadius = 0.5, kReaches = 1.6;  // m, of the farthest guess; from: structural
+  constexpr double kLeastRadius = 0.2, kReaches = 1.6;  // m, of the farthest guess; from: structural
   double farthest = -1.0;
   for (const SensorStatus& sensor : status->sensors) {
     if (sensor.has_guess) farthest = std::max(farthest, Length(sensor.guess.translation));

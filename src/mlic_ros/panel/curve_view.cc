@@ -12,6 +12,7 @@ namespace {
 const QColor kGround(28, 30, 38), kBand(38, 42, 54), kGrid(70, 75, 90), kText(205, 210, 220),
     kCurve(90, 190, 255), kLine(120, 220, 130);
 constexpr int kLeft = 44, kTop = 30, kMargin = 8;  // px
+constexpr double kLineText = 16.0;                 // px, height
 
 }  // namespace
 
@@ -49,6 +50,26 @@ void CurveView::PaintAxis(const QRectF& area, const LogAxis& axis, QPainter* pai
   }
 }
 
+void CurveView::PaintLine(const QRectF& area, double y, const QPolygonF& places, QPainter* painter) const {
+  painter->setPen(QPen(kLine, 1.5, Qt::DashLine));
+  painter->drawLine(QPointF(area.left(), y), QPointF(area.right(), y));
+  // Its text at one of its ends, above or below it; neither the title's place nor that below the ground is
+  // its.
+  const double text_width = painter->fontMetrics().boundingRect(line_text_).width() + 2.0;
+  std::vector<Box> boxes;
+  for (const double left : {area.left(), area.right() - text_width}) {
+    for (const double top : {y - 1.0 - kLineText, y + 1.0}) {
+      if (top >= area.top() && top + kLineText <= height())
+        boxes.push_back({left, top, text_width, kLineText});
+    }
+  }
+  if (boxes.empty()) return;
+  std::vector<Place> curve;
+  for (const QPointF& place : places) curve.push_back({place.x(), place.y()});
+  const Box& box = boxes[FreestBox(boxes, curve)];
+  painter->drawText(QRectF(box.left, box.top, box.width, box.height), Qt::AlignLeft, line_text_);
+}
+
 void CurveView::paintEvent(QPaintEvent*) {
   QPainter painter(this);
   painter.setRenderHint(QPainter::Antialiasing);
@@ -60,7 +81,7 @@ void CurveView::paintEvent(QPaintEvent*) {
   const QRectF area(kLeft, kTop, width() - kLeft - kMargin, height() - kTop - kMargin);
   if (curve_.empty()) {
     painter.setPen(kGrid);
-    painter.drawText(area, Qt::AlignCenter, "after the first solve");
+    painter.drawText(area, Qt::AlignCenter, "not measured yet");
     return;
   }
   const LogAxis axis = FitLogAxis(curve_, line_ > 0.0 ? line_ : curve_.front().value);
@@ -68,17 +89,11 @@ void CurveView::paintEvent(QPaintEvent*) {
   PaintBands(area, step, &painter);
   PaintAxis(area, axis, &painter);
   const auto height_of = [&](double value) { return area.bottom() - area.height() * axis.Place(value); };
-  if (line_ > 0.0) {
-    painter.setPen(QPen(kLine, 1.5, Qt::DashLine));
-    const double y = height_of(line_);
-    painter.drawLine(QPointF(area.left(), y), QPointF(area.right(), y));
-    const double above = y - 17.0 < area.top() ? y + 1.0 : y - 17.0;  // the title's place is not its
-    painter.drawText(QRectF(area.left(), above, area.width(), 16.0), Qt::AlignLeft, line_text_);
-  }
   QPolygonF places;
   for (const CurvePoint& point : curve_) {
     places << QPointF(area.left() + step * (point.solve + 0.5), height_of(point.value));
   }
+  if (line_ > 0.0) PaintLine(area, height_of(line_), places, &painter);
   painter.setPen(QPen(kCurve, 2.0));
   painter.drawPolyline(places);
   painter.setBrush(kCurve);

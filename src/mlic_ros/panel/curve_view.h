@@ -1,5 +1,6 @@
 #pragma once
 
+#include <QPolygonF>
 #include <QString>
 #include <QWidget>
 #include <vector>
@@ -22,6 +23,8 @@ class CurveView : public QWidget {
  private:
   void PaintBands(const QRectF& area, double width, QPainter* painter) const;
   void PaintAxis(const QRectF& area, const LogAxis& axis, QPainter* painter) const;
+  // At this height, and what stands at it, where the curve's places leave room.
+  void PaintLine(const QRectF& area, double y, const QPolygonF& places, QPainter* painter) const;
 
   QString title_, line_text_;
   double line_;

@@ -93,6 +93,27 @@ LogAxis FitLogAxis(const std::vector<CurvePoint>& curve, double around) {
   return axis;
 }
 
+std::size_t FreestBox(const std::vector<Box>& boxes, const std::vector<Place>& curve) {
+  constexpr int kParts = 64;  // of a line between two points; from: structural
+  const auto passes = [&](const Box& box) {
+    double inside = 0.0;
+    for (std::size_t k = 0; k + 1 < curve.size(); ++k) {
+      const double dx = curve[k + 1].x - curve[k].x, dy = curve[k + 1].y - curve[k].y;
+      for (int part = 0; part <= kParts; ++part) {
+        const double share = static_cast<double>(part) / kParts;
+        const double x = curve[k].x + share * dx - box.left, y = curve[k].y + share * dy - box.top;
+        if (x >= 0.0 && x <= box.width && y >= 0.0 && y <= box.height) inside += std::hypot(dx, dy) / kParts;
+      }
+    }
+    return inside;
+  };
+  std::size_t best = 0;
+  for (std::size_t k = 1; k < boxes.size(); ++k) {
+    if (passes(boxes[k]) < passes(boxes[best])) best = k;
+  }
+  return best;
+}
+
 std::string ShortNumberText(double value) {
   const double size = std::abs(value);
   if (size >= 1e7) return Text("%.1e", value);

@@ -34,6 +34,16 @@ struct LogAxis {
 // Around all values and `around`.
 LogAxis FitLogAxis(const std::vector<CurvePoint>& curve, double around);
 
+// In pixels.
+struct Place {
+  double x = 0.0, y = 0.0;
+};
+struct Box {
+  double left = 0.0, top = 0.0, width = 0.0, height = 0.0;
+};
+// Of these boxes, of which there is one, the first that least of the curve passes through.
+std::size_t FreestBox(const std::vector<Box>& boxes, const std::vector<Place>& curve);
+
 // "0.04", "12", "3.1e+07"
 std::string ShortNumberText(double value);
 
