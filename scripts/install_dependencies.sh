@@ -68,11 +68,16 @@ esac
 optional[$qt]="RViz shows no panel with stage, verdict and convergence"
 
 installed() { [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]; }
-available() {
-  local policy
-  policy=$(apt-cache policy "$1" 2>/dev/null)
-  [[ $policy == *"Candidate: "[^\(]* ]]
+# Asked once for all: in a container, where apt keeps no cache of its lists, each call reads them anew.
+declare -A candidates=()
+ask_apt() {
+  local package
+  candidates=()
+  while read -r package; do candidates[$package]=yes; done < <(
+    apt-cache policy libc6-dev "${required[@]}" "${!optional[@]}" 2>/dev/null |
+      awk '/^[^ ]/ {name = substr($1, 1, length($1) - 1)} $1 == "Candidate:" && $2 != "(none)" {print name}')
 }
+available() { [ -n "${candidates[$1]:-}" ]; }
 # CLI11 is a few headers: a copy in /usr/local is as good as the package.
 have() {
   installed "$1" || { [ "$1" = libcli11-dev ] && [ -f /usr/local/include/CLI/CLI.hpp ]; }
@@ -87,6 +92,7 @@ if $with_learned; then
   esac
 fi
 
+ask_apt
 # Optional packages that this suite lacks are no reason to ask the network again at every call.
 lists_known=false
 if available libc6-dev; then lists_known=true; fi
@@ -118,6 +124,7 @@ elif ! "${as_root[@]}" apt-get update -q; then
   exit 1
 else
   lists_known=true
+  ask_apt
 fi
 
 to_install=()
