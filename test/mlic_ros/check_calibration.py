@@ -175,6 +175,11 @@ class CheckCalibration(unittest.TestCase):
             pixels = zip(image.data[0::3], image.data[1::3], image.data[2::3])
             coloured = sum(max(pixel) - min(pixel) > 60 for pixel in pixels)
             self.assertGreater(coloured, 500, "lines in colour on a gray photo: " + topic)
+        # Beside the others one photo alone: six panels of each would be too small in RViz' window.
+        self.assertEqual(len(self.rig["cameras"]), 1)
+        all_cameras = self.latched("/mlic/projections", Image)
+        width, height = self.calibration["sensors"][next(iter(self.rig["cameras"]))]["intrinsics"]["image_size"]
+        self.assertEqual(all_cameras.height, all_cameras.width * height // width)
         for name in self.rig["cameras"]:
             image = self.latched(f"/mlic/{name}/projection", Image)
             width, height = self.calibration["sensors"][name]["intrinsics"]["image_size"]

@@ -166,12 +166,16 @@ RosDisplay::PictureTopics RosDisplay::AdvertisePictures(const Rig& rig, const st
 
 void RosDisplay::PublishPictures(const std::vector<std::string>& cameras,
                                  const std::vector<cv::Mat>& pictures, PictureTopics* topics) {
-  if (pictures.empty()) return;
-  const ros::Time now = ros::Time::now();
   for (std::size_t i = 0; i < pictures.size(); ++i) {
-    scene_.Publish(topics->of_cameras.at(cameras[i]), MakeImage(pictures[i], cameras[i], now));
+    scene_.Publish(topics->of_cameras.at(cameras[i]), MakeImage(pictures[i], cameras[i], ros::Time::now()));
   }
-  scene_.Publish(topics->all, MakeImage(TilePictures(pictures, cameras, kTileWidth), "map", now));
+}
+
+void RosDisplay::PublishTiles(const std::vector<std::string>& cameras, const std::vector<cv::Mat>& pictures,
+                              PictureTopics* topics) {
+  if (pictures.empty()) return;
+  const cv::Mat tiles = TilePictures(pictures, cameras, kTileWidth);
+  scene_.Publish(topics->all, MakeImage(tiles, "map", ros::Time::now()));
 }
 
 const cv::Mat& RosDisplay::PhotoOf(const CameraView& view) {
@@ -188,6 +192,7 @@ void RosDisplay::PublishTracks(const std::vector<CameraView>& views) {
     pictures.push_back(DrawTracks(PhotoOf(view), view));
   }
   PublishPictures(cameras, pictures, &tracks_);
+  PublishTiles(cameras, pictures, &tracks_);
 }
 
 // The map's points on the photos as the calibration stands.
@@ -207,16 +212,21 @@ void RosDisplay::PublishRound(const CalibrationSnapshot& snapshot) {
         DrawByDepth(PhotoOf(view), ProjectMap(snapshot.points, snapshot.view_poses[k], intrinsics), when));
   }
   PublishPictures(cameras, pictures, &projections_);
+  PublishTiles(cameras, pictures, &projections_);
 }
 
+// Of each camera all that the report has; beside the others one photo, which a small window can show.
 void RosDisplay::PublishProjections(const std::vector<CameraProjection>& projections) {
   std::vector<std::string> cameras;
-  std::vector<cv::Mat> pictures;
+  std::vector<cv::Mat> pictures, tiles;
   for (const CameraProjection& projection : projections) {
+    const cv::Mat photo = projection.images->Load(projection.image);
     cameras.push_back(projection.camera);
-    pictures.push_back(DrawProjection(projection.images->Load(projection.image), projection));
+    pictures.push_back(DrawProjection(photo, projection));
+    tiles.push_back(DrawByDepth(photo, projection.after, "of the result"));
   }
   PublishPictures(cameras, pictures, &projections_);
+  PublishTiles(cameras, tiles, &projections_);
 }
 
 void RosDisplay::OnSnapshot(const CalibrationSnapshot& snapshot) {

@@ -65,6 +65,9 @@ class RosDisplay : public JobObserver {
   // One picture of each of these cameras.
   void PublishPictures(const std::vector<std::string>& cameras, const std::vector<cv::Mat>& pictures,
                        PictureTopics* topics);
+  // Those of all cameras in one.
+  void PublishTiles(const std::vector<std::string>& cameras, const std::vector<cv::Mat>& pictures,
+                    PictureTopics* topics);
 
   struct Photo {
     std::size_t image = 0;
