@@ -78,6 +78,29 @@ TEST(StatusBoard, EveryRoundAddsToTheCurvesAndKeepsTheGuesses) {
   EXPECT_LT(status.map_radius, 200.0f) << "one far point decides what is looked at";
 }
 
+TEST(StatusBoard, CamerasThatWereFoundAreAllThatChangesWithoutASolve) {
+  StatusBoard board = Started();
+  CalibrationSnapshot snapshot = Snapshot();
+  board.AddSnapshot(snapshot);
+  const double sigma = board.Get().sensors.at(0).sigma_translation[0];
+  snapshot.after_solve = false;
+  snapshot.sigmas.clear();
+  snapshot.sensor_names.push_back("camera");
+  snapshot.sensor_frames.push_back("camera_frame");
+  snapshot.sensors.emplace_back().T_imu_sensor.translation = {0.0, 0.5, 0.0};
+  snapshot.intrinsics.emplace_back();
+  board.AddSnapshot(snapshot);
+  const Status& status = board.Get();
+  EXPECT_EQ(status.costs.size(), 1u);
+  EXPECT_EQ(status.solve_stages.size(), 1u);
+  EXPECT_TRUE(status.sensors.at(0).has_sigma);
+  EXPECT_EQ(status.sensors.at(0).sigma_translation[0], sigma);
+  ASSERT_EQ(status.sensors.size(), 3u);
+  EXPECT_TRUE(status.sensors[2].is_camera);
+  EXPECT_EQ(status.sensors[2].state, SensorStatus::ESTIMATED);
+  EXPECT_EQ(status.sensors[2].transform.translation.y, 0.5);
+}
+
 TEST(StatusBoard, TheFirstViewTakesInTheGuesses) {
   EXPECT_EQ(StatusBoard().Get().map_radius, 0.0f);
   const Status before = Started().Get();

@@ -19,6 +19,7 @@
 #include "mlic_core/problem/state.h"
 #include "mlic_core/summary/checks.h"
 #include "mlic_core/summary/result_assembly.h"
+#include "mlic_core/summary/snapshot.h"
 #include "mlic_core/uncertainty/split_halves.h"
 
 namespace mlic {
@@ -118,15 +119,25 @@ void TakeCameras(const StageContext& context, const CameraInitialization& camera
   }
 }
 
+// Shows the cameras as a stage found them, on the trajectory of an adjustment without them.
+void ShowCameras(const StageContext& context, const char* stage, const Adjustment& adjustment,
+                 const CameraInitialization& cameras) {
+  if (cameras.landmarks.empty()) return;
+  context.observer.OnSnapshot(MakeSnapshotOfCameras(stage, context.rig, context.dataset, adjustment,
+                                                    cameras.cameras, cameras.landmarks[0]));
+}
+
 // Brings the cameras together for the search for tracks across them. What the first look loses or takes for
 // noise is left as it is.
 void LookFirst(const StageContext& context, const std::vector<CameraStart>& intrinsics,
-               const std::vector<ImageFeatures>& features, CalibrationState state,
+               const std::vector<ImageFeatures>& features, const Adjustment& adjustment,
                CameraInitialization* cameras) {
+  CalibrationState state = adjustment.state;
   state.cameras = cameras->cameras;
   CameraInitialization looked = *cameras;
   const auto tracks = SharedTrackStage(context, SharedPass::kFirstLook, state, features);
   SharedCameraStage(context, SharedPass::kFirstLook, intrinsics, tracks, state, &looked);
+  ShowCameras(context, stage_names::kFirstSharedCameras, adjustment, looked);
   for (std::size_t c = 0; c < looked.cameras.size(); ++c) {
     if (looked.found[c]) cameras->cameras[c] = looked.cameras[c];
   }
@@ -137,11 +148,13 @@ Adjustment CameraStages(const StageContext& context, const std::vector<CameraSta
                         Adjustment adjustment) {
   CalibrationState state = adjustment.state;
   const bool map = !context.rig.lidars.empty();
-  if (map && cameras.cameras.size() > 1) LookFirst(context, intrinsics, features, state, &cameras);
+  ShowCameras(context, stage_names::kCameras, adjustment, cameras);
+  if (map && cameras.cameras.size() > 1) LookFirst(context, intrinsics, features, adjustment, &cameras);
   state.cameras = cameras.cameras;
   const auto tracks = SharedTrackStage(context, SharedPass::kAll, state, features);
   if (map) {
     SharedCameraStage(context, SharedPass::kAll, intrinsics, tracks, state, &cameras);
+    ShowCameras(context, stage_names::kSharedCameras, adjustment, cameras);
     RejectCameras(cameras, context.result);
   }
   TakeCameras(context, cameras, tracks, &adjustment);

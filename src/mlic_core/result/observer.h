@@ -28,6 +28,7 @@ struct LandmarkMark {
 struct CalibrationSnapshot {
   std::string stage;
   int iteration = 0;
+  bool after_solve = true;                // false: cameras have just been found, and all else is as it was
   double cost = 0.0;                      // sum of squared whitened residuals, after the solve
   std::optional<double> mean_square;      // of these residuals; none before the first solve
   std::optional<double> change;           // largest of a sensor in this round, in its sigmas

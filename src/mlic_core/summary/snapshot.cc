@@ -70,18 +70,10 @@ RigidTransform PoseAtExposure(const CameraView& view, const CameraCalibration& c
   return trajectory.Pose(std::clamp(time, trajectory.Start(), trajectory.End())) * camera.sensor.T_imu_sensor;
 }
 
-}  // namespace
-
-CalibrationSnapshot MakeSnapshot(const std::string& stage, int iteration, const Rig& rig,
-                                 const Dataset& dataset, const Adjustment& adjustment) {
-  const CalibrationState& state = adjustment.state;
-  const PlaneAssociation& planes = adjustment.problem.drives[0].planes;
-  const LandmarkSet& landmarks = adjustment.problem.drives[0].landmarks;
+// What is known without a solve.
+CalibrationSnapshot Show(const Rig& rig, const Dataset& dataset, const CalibrationState& state,
+                         const PlaneAssociation& planes, const LandmarkSet& landmarks) {
   CalibrationSnapshot snapshot;
-  snapshot.stage = stage;
-  snapshot.iteration = iteration;
-  snapshot.cost = adjustment.last_solve.last_cost;
-  if (adjustment.last_solve.solved) snapshot.mean_square = MeanSquaredResidual(adjustment, dataset);
   for (const LidarConfig& lidar : rig.lidars) {
     snapshot.sensor_names.push_back(lidar.name);
     snapshot.sensor_frames.push_back(lidar.frame_id.empty() ? lidar.name : lidar.frame_id);
@@ -94,7 +86,6 @@ CalibrationSnapshot MakeSnapshot(const std::string& stage, int iteration, const 
     snapshot.sensors.push_back(state.cameras[c].sensor);
     snapshot.intrinsics.push_back(state.cameras[c].intrinsics);
   }
-  if (adjustment.last_solve.information.size() > 0) snapshot.sigmas = Analyze(adjustment, dataset).sigmas;
   const RigidTransform origin = MapOrigin(state.drives[0].trajectory);
   snapshot.trajectory = SampleTrajectory(dataset.drives[0], state.drives[0].trajectory, origin, 0.1);
   snapshot.points = SampleMap(state, planes, origin, 100000);
@@ -109,6 +100,32 @@ CalibrationSnapshot MakeSnapshot(const std::string& stage, int iteration, const 
     snapshot.view_poses.push_back(origin *
                                   PoseAtExposure(view, state.cameras[c], state.drives[0].trajectory));
   }
+  return snapshot;
+}
+
+}  // namespace
+
+CalibrationSnapshot MakeSnapshot(const std::string& stage, int iteration, const Rig& rig,
+                                 const Dataset& dataset, const Adjustment& adjustment) {
+  const DriveTerms& drive = adjustment.problem.drives[0];
+  CalibrationSnapshot snapshot = Show(rig, dataset, adjustment.state, drive.planes, drive.landmarks);
+  snapshot.stage = stage;
+  snapshot.iteration = iteration;
+  snapshot.cost = adjustment.last_solve.last_cost;
+  if (adjustment.last_solve.solved) snapshot.mean_square = MeanSquaredResidual(adjustment, dataset);
+  if (adjustment.last_solve.information.size() > 0) snapshot.sigmas = Analyze(adjustment, dataset).sigmas;
+  return snapshot;
+}
+
+CalibrationSnapshot MakeSnapshotOfCameras(const std::string& stage, const Rig& rig, const Dataset& dataset,
+                                          const Adjustment& adjustment,
+                                          const std::vector<CameraCalibration>& cameras,
+                                          const LandmarkSet& landmarks) {
+  CalibrationState state = adjustment.state;
+  state.cameras = cameras;
+  CalibrationSnapshot snapshot = Show(rig, dataset, state, adjustment.problem.drives[0].planes, landmarks);
+  snapshot.stage = stage;
+  snapshot.after_solve = false;
   return snapshot;
 }
 

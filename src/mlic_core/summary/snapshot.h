@@ -27,4 +27,11 @@ std::vector<MapPoint> SampleMap(const CalibrationState& state, const PlaneAssoci
 CalibrationSnapshot MakeSnapshot(const std::string& stage, int iteration, const Rig& rig,
                                  const Dataset& dataset, const Adjustment& adjustment);
 
+// Cameras that were found on the adjustment's trajectory, of which it does not know yet, with the first
+// drive's landmarks.
+CalibrationSnapshot MakeSnapshotOfCameras(const std::string& stage, const Rig& rig, const Dataset& dataset,
+                                          const Adjustment& adjustment,
+                                          const std::vector<CameraCalibration>& cameras,
+                                          const LandmarkSet& landmarks);
+
 }  // namespace mlic

@@ -198,7 +198,8 @@ void RosDisplay::PublishTracks(const std::vector<CameraView>& views) {
 // The map's points on the photos as the calibration stands.
 void RosDisplay::PublishRound(const CalibrationSnapshot& snapshot) {
   if (snapshot.points.empty()) return;
-  const std::string when = "after round " + std::to_string(snapshot.iteration + 1);
+  const std::string when =
+      snapshot.after_solve ? "after round " + std::to_string(snapshot.iteration + 1) : "of " + snapshot.stage;
   const auto of_cameras =
       snapshot.sensor_names.end() - static_cast<std::ptrdiff_t>(snapshot.intrinsics.size());
   std::vector<std::string> cameras;
@@ -235,8 +236,10 @@ void RosDisplay::OnSnapshot(const CalibrationSnapshot& snapshot) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     status_.AddSnapshot(snapshot);
-    last_ = snapshot;
-    last_->views.clear();
+    if (snapshot.after_solve) {
+      last_ = snapshot;
+      last_->views.clear();
+    }
     Scene scene;
     const auto lidars = static_cast<std::ptrdiff_t>(snapshot.sensors.size() - snapshot.intrinsics.size());
     scene.lidars.assign(snapshot.sensor_names.begin(), snapshot.sensor_names.begin() + lidars);

@@ -147,6 +147,12 @@ bool StatusBoard::SetProgress(const std::string& stage, double fraction, double 
 }
 
 void StatusBoard::AddSnapshot(const CalibrationSnapshot& snapshot) {
+  if (!snapshot.after_solve) {  // the curves have no point of it, and the LiDARs keep their sigmas
+    for (const SensorStatus& sensor : MakeSensorStatus(snapshot)) {
+      if (sensor.is_camera) Put(sensor);
+    }
+    return;
+  }
   status_.iteration = snapshot.iteration;
   status_.costs.push_back(snapshot.cost);
   const auto or_nan = [](std::optional<double> value) {

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <mutex>
@@ -80,12 +81,21 @@ const Input& Drive() {
   return input;
 }
 
+// Keeps what is shown, by stage, without the points.
+class Shown : public CalibrationObserver {
+ public:
+  void OnSnapshot(const CalibrationSnapshot& snapshot) override {
+    snapshots.push_back(snapshot);
+    snapshots.back().points.resize(std::min<std::size_t>(1, snapshot.points.size()));
+  }
+  std::vector<CalibrationSnapshot> snapshots;
+};
+
 // One run from begin to end, for all tests.
+Shown shown_by_it;
 const CalibrationResult& Uninterrupted() {
-  static const CalibrationResult result = [] {
-    CalibrationObserver observer;
-    return Calibrate(Drive().rig, Drive().dataset, CancellationToken(), observer);
-  }();
+  static const CalibrationResult result =
+      Calibrate(Drive().rig, Drive().dataset, CancellationToken(), shown_by_it);
   return result;
 }
 
@@ -171,6 +181,32 @@ class DarkImages : public ImageSource {
  private:
   std::shared_ptr<const ImageSource> source_;
 };
+
+TEST(CameraEndToEnd, CamerasAreShownFromTheirFirstPosesOn) {
+  Uninterrupted();
+  const std::vector<CalibrationSnapshot>& shown = shown_by_it.snapshots;
+  const auto first = std::find_if(shown.begin(), shown.end(), [](const auto& s) { return !s.views.empty(); });
+  ASSERT_NE(first, shown.end());
+  EXPECT_EQ(first->stage, "camera initialisation");
+  std::vector<std::string> before_the_first_solve;
+  for (auto snapshot = first; snapshot->stage != "joint adjustment with cameras"; ++snapshot) {
+    before_the_first_solve.push_back(snapshot->stage);
+    EXPECT_FALSE(snapshot->after_solve);
+    EXPECT_EQ(snapshot->views.size(), 2u);
+    EXPECT_EQ(snapshot->view_poses.size(), 2u);
+    EXPECT_FALSE(snapshot->points.empty());
+    EXPECT_FALSE(snapshot->landmarks.empty());
+    ASSERT_EQ(snapshot->sensors.size(), 3u);
+    for (std::size_t i = 1; i < 3; ++i) {
+      const RigidTransform& pose = snapshot->sensors[i].T_imu_sensor;
+      const RigidTransform& truth = Drive().truth.sensors[i].calibration.T_imu_sensor;
+      EXPECT_LT(Log(pose.rotation * truth.rotation.conjugate()).norm(), kDegree);
+    }
+  }
+  EXPECT_EQ(before_the_first_solve,
+            (std::vector<std::string>{"camera initialisation", "cameras on first shared tracks",
+                                      "cameras on shared tracks"}));
+}
 
 TEST(CameraEndToEnd, ADarkCameraIsRejectedAndAFixedLensStays) {
   Rig rig = Drive().rig;
