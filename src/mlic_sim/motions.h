@@ -157,23 +157,66 @@ class Handheld {
   Wave x_, y_, z_, roll_, pitch_, yaw_;
 };
 
+// The yard's free lane: what a drive of this duration (s) along it has.
+struct LaneDrive {
+  explicit LaneDrive(double duration)
+      : speed(std::min(kFastest, kLength / std::max(duration, 1.0))), start(-0.5 * speed * duration) {}
+
+  static constexpr double kY = -11.5;      // m
+  static constexpr double kFastest = 5.0;  // m/s
+  static constexpr double kLength = 56.0;  // m
+  double speed, start;                     // m/s, m
+};
+
 class Straight {
  public:
-  explicit Straight(double duration)
-      : speed_(std::min(kFastest, kLength / std::max(duration, 1.0))), start_(-0.5 * speed_ * duration) {}
+  explicit Straight(double duration) : lane_(duration) {}
 
   template <typename Scalar>
   BodyPose<Scalar> At(const Scalar& t) const {
     BodyPose<Scalar> body;
-    body.x = Scalar(start_) + Scalar(speed_) * t;
-    body.y = Scalar(-11.5);
+    body.x = Scalar(lane_.start) + Scalar(lane_.speed) * t;
+    body.y = Scalar(LaneDrive::kY);
     return body;
   }
 
  private:
-  static constexpr double kFastest = 5.0;  // m/s
-  static constexpr double kLength = 56.0;  // m of free lane
-  double speed_, start_;
+  LaneDrive lane_;
+};
+
+// Along the lane with changes of speed, from side to side of it.
+class Weaving {
+ public:
+  Weaving(std::uint64_t seed, double duration) : lane_(duration) {
+    Random random(seed);
+    sway_ = random.Uniform(0.3, 1.0);
+    sway_rate_ = 2.0 * M_PI / random.Uniform(5.0, 8.0);
+    sway_start_ = RandomPhase(random);
+    // Speed by up to a third.
+    hurry_rate_ = 2.0 * M_PI / random.Uniform(9.0, 13.0);
+    hurry_ = random.Uniform(0.2, 0.33) * lane_.speed / hurry_rate_;
+    hurry_start_ = RandomPhase(random);
+  }
+
+  template <typename Scalar>
+  BodyPose<Scalar> At(const Scalar& t) const {
+    using std::atan2;
+    using std::cos;
+    using std::sin;
+    const Scalar sway = Scalar(sway_rate_) * t + Scalar(sway_start_);
+    const Scalar hurry = Scalar(hurry_rate_) * t + Scalar(hurry_start_);
+    BodyPose<Scalar> body;
+    body.x = Scalar(lane_.start) + Scalar(lane_.speed) * t + Scalar(hurry_) * sin(hurry);
+    body.y = Scalar(LaneDrive::kY) + Scalar(sway_) * sin(sway);
+    body.yaw = atan2(Scalar(sway_ * sway_rate_) * cos(sway),
+                     Scalar(lane_.speed) + Scalar(hurry_ * hurry_rate_) * cos(hurry));
+    return body;
+  }
+
+ private:
+  LaneDrive lane_;
+  double sway_, sway_rate_, sway_start_;     // m, rad/s, rad
+  double hurry_, hurry_rate_, hurry_start_;  // m, rad/s, rad
 };
 
 class Parked {

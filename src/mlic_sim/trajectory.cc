@@ -78,7 +78,8 @@ constexpr std::pair<Scenario, const char*> kScenarios[] = {{Scenario::kFigureEig
                                                            {Scenario::kStraight, "straight"},
                                                            {Scenario::kStatic, "static"},
                                                            {Scenario::kPlanar, "planar"},
-                                                           {Scenario::kCircle, "circle"}};
+                                                           {Scenario::kCircle, "circle"},
+                                                           {Scenario::kWeaving, "weaving"}};
 
 }  // namespace
 
@@ -96,7 +97,7 @@ bool IsCarriedByHand(Scenario scenario) {
 }
 
 bool IsOnFlatGround(Scenario scenario) {
-  return scenario == Scenario::kPlanar || scenario == Scenario::kCircle;
+  return scenario == Scenario::kPlanar || scenario == Scenario::kCircle || scenario == Scenario::kWeaving;
 }
 
 std::string ScenarioName(Scenario scenario) {
@@ -124,6 +125,8 @@ std::unique_ptr<Trajectory> MakeTrajectory(Scenario scenario, std::uint64_t seed
       return Make(Parked(own_seed), T_body_imu);
     case Scenario::kCircle:
       return Make(Circle(own_seed), T_body_imu);
+    case Scenario::kWeaving:
+      return Make(Weaving(own_seed, duration), T_body_imu);
   }
   throw InternalError("scenario without a trajectory");
 }

@@ -19,7 +19,8 @@ enum class Scenario {
   kStraight,        // constant velocity
   kStatic,          // parked
   kPlanar,          // figure-eight without any roll, pitch or heave, on perfectly flat ground
-  kCircle           // constant rate, without any roll, pitch or heave
+  kCircle,          // constant rate, without any roll, pitch or heave
+  kWeaving          // along the straight drive's lane, by 0.3 to 1 m to either side, on perfectly flat ground
 };
 
 // Whether the scenario takes place in the hall unless another world is asked for; the others do in the yard.
@@ -47,8 +48,8 @@ class Trajectory {
   virtual MotionState StateAt(double time) const = 0;
 };
 
-// Phases, frequencies and amplitudes follow from the seed. duration (s) matters for the straight drive only,
-// which has to stay inside the yard. T_body_imu mounts the IMU on the vehicle; in the hand-held scenarios the
+// Phases, frequencies and amplitudes follow from the seed. duration (s) matters for the straight and the
+// weaving drive only, which have to stay inside the yard. T_body_imu mounts the IMU on the vehicle; in the hand-held scenarios the
 // trajectory is the IMU's own, and only the rotation of T_body_imu counts. Of the cars only that of the
 // figure-eight follows the ground's terrain.
 std::unique_ptr<Trajectory> MakeTrajectory(Scenario scenario, std::uint64_t seed, double duration,

@@ -13,7 +13,7 @@ namespace {
 
 constexpr Scenario kAll[] = {Scenario::kFigureEight, Scenario::kHandheld, Scenario::kTiltedHandheld,
                              Scenario::kStraight,    Scenario::kStatic,   Scenario::kPlanar,
-                             Scenario::kCircle};
+                             Scenario::kCircle,      Scenario::kWeaving};
 
 RigidTransform OddMount() { return {FromRollPitchYaw({0.3, -0.2, 1.1}), Eigen::Vector3d(0.4, -0.3, 1.2)}; }
 
@@ -128,6 +128,23 @@ TEST(Trajectory, StraightAndCircleAreUniform) {
   const auto circle = MakeTrajectory(Scenario::kCircle, 1, 60.0, {});
   EXPECT_NEAR(circle->StateAt(3.0).angular_velocity.z(), circle->StateAt(50.0).angular_velocity.z(), 1e-12);
   EXPECT_NEAR(circle->StateAt(3.0).velocity.norm(), circle->StateAt(50.0).velocity.norm(), 1e-12);
+}
+
+TEST(Trajectory, WeavingStaysInItsLaneAndHeadsWhereItGoes) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const auto car = MakeTrajectory(Scenario::kWeaving, seed, 15.0, {});
+    double left = -100.0, right = 100.0;
+    for (double t = 0.0; t < 15.0; t += 0.1) {
+      const MotionState state = car->StateAt(t);
+      left = std::max(left, state.T_map_imu.translation.y());
+      right = std::min(right, state.T_map_imu.translation.y());
+      const Eigen::Vector3d own = state.T_map_imu.rotation.conjugate() * state.velocity;
+      EXPECT_NEAR(own.y(), 0.0, 1e-9);
+      EXPECT_GT(own.x(), 2.0);
+    }
+    EXPECT_LT(left - right, 2.01);
+    EXPECT_GT(left - right, 0.59);
+  }
 }
 
 TEST(Trajectory, UnknownScenarioIsAnInputError) {

@@ -61,7 +61,7 @@ void AddOptions(CLI::App& app, Arguments& a) {
   };
   file("--sensors", a.sensors, "sensors file, such as config/simulation/paper_rig.yaml");
   name("--scenario", a.scenario,
-       "figure_eight, handheld, handheld_tilted, straight, static, planar or circle");
+       "figure_eight, handheld, handheld_tilted, straight, static, planar, circle or weaving");
   app.add_option("--duration", a.duration, "length of the drive")
       ->check(CLI::Range(0.5, 7200.0))
       ->type_name("SECONDS");
