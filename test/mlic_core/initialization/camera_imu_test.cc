@@ -268,6 +268,21 @@ TEST(VisualInitialization, KnocksDoNotHideTheScale) {
   EXPECT_LT(worst.path_share, 0.01);
 }
 
+// Noise across the measured directions would be less in a smaller world: a short drive, whose forces weigh
+// less than its many observations, would shrink until none of its forces are explained.
+TEST(VisualInitialization, NoiseDoesNotShrinkAShortDrive) {
+  SyntheticTracksOptions options;
+  options.noise = 2.0;
+  options.duration = 8.0;
+  options.points = 8000;
+  ImuErrors imu = RealImu();
+  imu.accelerometer = 2e-2;
+  const Case c = MakeCase(Stereo(), options, imu);
+  const Errors worst = Worst(c, c.Run());
+  EXPECT_LT(worst.degrees, 0.5);
+  EXPECT_LT(worst.path_share, 0.02);
+}
+
 SyntheticTracksOptions SeenFromACar() {
   SyntheticTracksOptions options;
   options.noise = 0.5;

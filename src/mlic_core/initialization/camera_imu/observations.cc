@@ -27,6 +27,7 @@ bool MakeObservation(const KnownRotations& known, std::size_t drive, const Keyfr
   const Eigen::Quaterniond rotation = gyro.RotationTo(observation->time);
   observation->rotation = rotation.toRotationMatrix();
   observation->direction = rotation * (camera.sensor.T_imu_sensor.rotation * bearing);
+  observation->ray = observation->direction;
   const double sigma = std::max<double>(known.least_sigma, seen.sigma);
   observation->sigma = sigma / camera.intrinsics.parameters[0];
   return true;

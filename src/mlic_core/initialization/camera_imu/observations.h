@@ -13,6 +13,7 @@ struct DirectionObservation {
   double time = 0.0;          // IMU clock
   Eigen::Matrix3d rotation;   // of the IMU in the gyro frame
   Eigen::Vector3d direction;  // unit, gyro frame
+  Eigen::Vector3d ray;        // unit, gyro frame, to the point as far as known
   double sigma = 0.01;        // rad
   double distance = 1.0;      // m, to the point, as far as known
   double weight = 1.0;        // robust

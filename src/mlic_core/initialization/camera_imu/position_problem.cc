@@ -85,7 +85,11 @@ LinearRow ObservationRow(const PositionUnknowns& unknowns, const PointObservatio
 Eigen::Matrix3d WeightOf(const DirectionObservation& observation) {
   const double sigma = observation.sigma * observation.distance;
   return observation.weight / (sigma * sigma) *
-         (Eigen::Matrix3d::Identity() - observation.direction * observation.direction.transpose());
+         (Eigen::Matrix3d::Identity() - observation.ray * observation.ray.transpose());
+}
+
+Eigen::Vector3d OffsetOf(const DirectionObservation& observation) {
+  return observation.distance * observation.direction;
 }
 
 Eigen::Matrix3d PointCovariance(const PointObservations& point) {
@@ -122,10 +126,15 @@ void AddPoint(const PositionUnknowns& unknowns, const PointObservations& point, 
   std::vector<LinearRow> rows(n);
   std::vector<Eigen::Matrix3d> W(n);
   std::vector<int> columns;  // control points, first scalars, ascending
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  for (const DirectionObservation& observation : point.observations) {
+    right += WeightOf(observation) * OffsetOf(observation);
+  }
+  const Eigen::Vector3d offset = covariance * right;
   for (std::size_t i = 0; i < n; ++i) {
     rows[i] = ObservationRow(unknowns, point, point.observations[i]);
     W[i] = WeightOf(point.observations[i]);
-    AddRow(rows[i], W[i], Eigen::Vector3d::Zero(), sum);
+    AddRow(rows[i], W[i], offset - OffsetOf(point.observations[i]), sum);
     for (int k = 0; k < 4; ++k) columns.push_back(rows[i].knot + 3 * k);
   }
   std::sort(columns.begin(), columns.end());

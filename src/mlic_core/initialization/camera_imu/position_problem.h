@@ -46,8 +46,11 @@ LinearRow ForceRow(const PositionUnknowns& unknowns, std::size_t drive, double t
 LinearRow ObservationRow(const PositionUnknowns& unknowns, const PointObservations& point,
                          const DirectionObservation& observation);
 
-// Information of an observation across its direction, 1/m^2.
+// Information of an observation across its ray, 1/m^2, and where the point is seen, from the camera, m. The
+// ray is that to the point as found before: across the direction that was measured, noise would make all
+// distances shrink.
 Eigen::Matrix3d WeightOf(const DirectionObservation& observation);
+Eigen::Vector3d OffsetOf(const DirectionObservation& observation);
 // Of a point, from its observations alone; along the rays of points without parallax next to nothing is
 // known.
 Eigen::Matrix3d PointCovariance(const PointObservations& point);

@@ -160,7 +160,7 @@ class PositionSolver {
       for (const DirectionObservation& observation : point.observations) {
         const Eigen::Vector3d centre = ObservationRow(unknowns_, point, observation).Of(knots_, border_);
         centres.push_back(centre);
-        right += WeightOf(observation) * centre;
+        right += WeightOf(observation) * (centre + OffsetOf(observation));
       }
       const Eigen::Vector3d position = PointCovariance(point) * right;
       for (std::size_t i = 0; i < centres.size(); ++i) {
@@ -169,6 +169,7 @@ class PositionSolver {
         const double range = ray.norm(), along = observation.direction.dot(ray);
         constexpr double kNearest = 0.05;  // m; from: guard
         observation.distance = std::max(kNearest, range);
+        observation.ray = along > 0.0 ? Eigen::Vector3d(ray / range) : observation.direction;
         const double error =
             along > 0.0 ? ray.cross(observation.direction).norm() / observation.distance : 1.0;
         errors[p].push_back(error / observation.sigma);
