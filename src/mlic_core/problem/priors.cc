@@ -169,7 +169,9 @@ void CalibrationPrior(const JointProblem& problem, const CalibrationState& state
   }
   AddImu(problem.imu, state, layout, information, gradient);
   for (std::size_t d = 0; d < state.drives.size(); ++d) {
-    AddBiases(state.drives[d].bias, problem.drives[d].bias_steps, layout.Bias(d, 0), information, gradient);
+    const BiasCourse& course = state.drives[d].bias;
+    const BiasSteps steps = course.IsConstant() ? BiasSteps() : problem.drives[d].bias_steps;
+    AddBiases(course, steps, layout.Bias(d, 0), information, gradient);
   }
 }
 
