@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <opencv2/imgproc.hpp>
 
 namespace mlic {
@@ -25,6 +27,28 @@ TEST(TilePictures, EachTileCarriesItsNameAtOneHeightWhateverItsPicture) {
   EXPECT_EQ(small, large);
   EXPECT_EQ(BrightPixels(tiled, {0, 0, 320, 100}), 0) << "the upper half has the picture's own legend";
   EXPECT_EQ(BrightPixels(tiled, {0, 400, 320, 200}), 0);
+}
+
+TEST(Frustums, AreNoLongerThanASmallRig) {
+  CalibrationSnapshot snapshot;
+  snapshot.sensor_names = snapshot.sensor_frames = {"lidar", "camera"};
+  snapshot.sensors.resize(2);
+  snapshot.intrinsics.resize(1);
+  CameraIntrinsics& camera = snapshot.intrinsics[0];
+  camera.width = 640, camera.height = 480;
+  camera.parameters = {400.0, 400.0, 320.0, 240.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+  const auto length = [&](double rig) {
+    snapshot.sensors[1].T_imu_sensor.translation = {rig, 0.0, 0.0};
+    const visualization_msgs::Marker marker = MakeFrustumMarkers(snapshot).markers.at(0);
+    double longest = 0.0;
+    for (const geometry_msgs::Point& p : marker.points)
+      longest = std::max(longest, std::hypot(p.x, p.y, p.z));
+    EXPECT_NEAR(marker.scale.x, 0.02 * longest, 1e-6);
+    return longest;
+  };
+  EXPECT_NEAR(length(2.5), 0.5, 1e-9);
+  EXPECT_NEAR(length(0.2), 0.14, 1e-9);
+  EXPECT_NEAR(length(0.0), 0.1, 1e-9);
 }
 
 TEST(LandmarkColours, GoFromWhiteToRed) {

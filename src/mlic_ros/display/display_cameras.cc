@@ -30,21 +30,24 @@ namespace {
 
 // Constants of this file, from: structural, how RViz shows it.
 
-constexpr double kFrustumLength = 0.5;   // m
-constexpr int kStepsAlongImageEdge = 8;  // of a frustum's outline
-constexpr double kNameHeight = 0.055;    // of a camera's name on its tile, of the tile's width
+constexpr double kFrustumLength = 0.7;             // of the rig's size
+constexpr double kShortest = 0.1, kLongest = 0.5;  // m, of a frustum
+constexpr double kFrustumLine = 0.02;              // of the frustum's length
+constexpr int kStepsAlongImageEdge = 8;            // of a frustum's outline
+constexpr double kNameHeight = 0.055;              // of a camera's name on its tile, of the tile's width
 
 // Where the ray of a pixel ends; pixels that the model does not cover are drawn in towards the centre.
-geometry_msgs::Point EndOfRay(const CameraIntrinsics& intrinsics, const Eigen::Vector2d& pixel) {
+geometry_msgs::Point EndOfRay(const CameraIntrinsics& intrinsics, const Eigen::Vector2d& pixel,
+                              double length) {
   const Eigen::Vector2d centre(0.5 * intrinsics.width, 0.5 * intrinsics.height);
   Eigen::Vector3d bearing = Eigen::Vector3d::UnitZ();
   for (int step = 20; step > 0; --step) {
     if (Unproject(intrinsics, centre + 0.05 * step * (pixel - centre), &bearing)) break;
   }
   geometry_msgs::Point point;
-  point.x = kFrustumLength * bearing.x();
-  point.y = kFrustumLength * bearing.y();
-  point.z = kFrustumLength * bearing.z();
+  point.x = length * bearing.x();
+  point.y = length * bearing.y();
+  point.z = length * bearing.z();
   return point;
 }
 
@@ -99,6 +102,11 @@ sensor_msgs::PointCloud2 MakeLandmarkCloud(const std::vector<LandmarkMark>& land
 visualization_msgs::MarkerArray MakeFrustumMarkers(const CalibrationSnapshot& snapshot) {
   visualization_msgs::MarkerArray array;
   const std::size_t first = snapshot.sensors.size() - snapshot.intrinsics.size();
+  double rig = 0.0;
+  for (const SensorCalibration& sensor : snapshot.sensors) {
+    rig = std::max(rig, sensor.T_imu_sensor.translation.norm());
+  }
+  const double length = std::clamp(kFrustumLength * rig, kShortest, kLongest);
   for (std::size_t c = 0; c < snapshot.intrinsics.size(); ++c) {
     visualization_msgs::Marker marker;
     // With stamp zero and locked to its frame it moves along with the camera's latest pose.
@@ -109,7 +117,7 @@ visualization_msgs::MarkerArray MakeFrustumMarkers(const CalibrationSnapshot& sn
     marker.type = visualization_msgs::Marker::LINE_LIST;
     marker.action = visualization_msgs::Marker::ADD;
     marker.pose.orientation.w = 1.0;
-    marker.scale.x = 0.01;
+    marker.scale.x = kFrustumLine * length;
     marker.color.r = 1.0f;
     marker.color.g = 0.85f;
     marker.color.b = 0.3f;
@@ -117,9 +125,9 @@ visualization_msgs::MarkerArray MakeFrustumMarkers(const CalibrationSnapshot& sn
     const CameraIntrinsics& intrinsics = snapshot.intrinsics[c];
     const std::vector<Eigen::Vector2d> outline = ImageOutline(intrinsics);
     for (std::size_t k = 0; k < outline.size(); ++k) {
-      const geometry_msgs::Point end = EndOfRay(intrinsics, outline[k]);
+      const geometry_msgs::Point end = EndOfRay(intrinsics, outline[k], length);
       marker.points.push_back(end);
-      marker.points.push_back(EndOfRay(intrinsics, outline[(k + 1) % outline.size()]));
+      marker.points.push_back(EndOfRay(intrinsics, outline[(k + 1) % outline.size()], length));
       if (k % kStepsAlongImageEdge != 0) continue;
       marker.points.emplace_back();  // the camera itself
       marker.points.push_back(end);

@@ -22,7 +22,8 @@ std::uint32_t ColourOfError(float error);        // px; 0xRRGGBB from white (non
 sensor_msgs::PointCloud2 MakeLandmarkCloud(const std::vector<LandmarkMark>& landmarks,
                                            const ros::Time& stamp);
 
-// The outline of what each camera of the snapshot sees, half a metre before it, in the camera's own frame.
+// The outline of what each camera of the snapshot sees, at most half a metre before it and nearer on a small
+// rig, in the camera's own frame.
 visualization_msgs::MarkerArray MakeFrustumMarkers(const CalibrationSnapshot& snapshot);
 
 // A picture (CV_8UC3, BGR) as a message.
