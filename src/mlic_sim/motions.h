@@ -162,7 +162,7 @@ struct LaneDrive {
   explicit LaneDrive(double duration)
       : speed(std::min(kFastest, kLength / std::max(duration, 1.0))), start(-0.5 * speed * duration) {}
 
-  static constexpr double kY = -11.5;      // m
+  static constexpr double kY = -11.5;      // m; from: definition, the yard's layout
   static constexpr double kFastest = 5.0;  // m/s
   static constexpr double kLength = 56.0;  // m
   double speed, start;                     // m/s, m

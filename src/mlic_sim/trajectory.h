@@ -49,9 +49,9 @@ class Trajectory {
 };
 
 // Phases, frequencies and amplitudes follow from the seed. duration (s) matters for the straight and the
-// weaving drive only, which have to stay inside the yard. T_body_imu mounts the IMU on the vehicle; in the hand-held scenarios the
-// trajectory is the IMU's own, and only the rotation of T_body_imu counts. Of the cars only that of the
-// figure-eight follows the ground's terrain.
+// weaving drive only, which have to stay inside the yard. T_body_imu mounts the IMU on the vehicle; in the
+// hand-held scenarios the trajectory is the IMU's own, and only the rotation of T_body_imu counts. Of the
+// cars only that of the figure-eight follows the ground's terrain.
 std::unique_ptr<Trajectory> MakeTrajectory(Scenario scenario, std::uint64_t seed, double duration,
                                            const RigidTransform& T_body_imu, const MotionGround& ground = {});
 

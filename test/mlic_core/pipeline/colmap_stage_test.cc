@@ -216,7 +216,7 @@ TEST(ColmapFallback, WhereColmapFailsTheCameraIsRejectedAlone) {
 
 // It turns as the IMU does, but under no lens found do its points agree with the motion.
 TEST(ColmapFallback, WithoutColmapARigOfOneSuchCameraIsRefused) {
-  const TrackedDrive drive = MakeSingleDrive(2.0, 3000);
+  const TrackedDrive drive = MakeSingleDrive(2.3, 3000);
   const TemporaryDirectory empty;
   const OnlyProgramsIn only(empty.Path());
   GivenTracks store(drive.tracks);
