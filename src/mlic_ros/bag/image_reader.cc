@@ -103,6 +103,7 @@ std::uint32_t BigEndian(const std::uint8_t* bytes, int count) {
   return value;
 }
 
+// from: standard, PNG's signature (RFC 2083, 3.1)
 constexpr std::uint8_t kPng[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
 
 // A PNG is a row of chunks (length, name, contents, checksum of name and contents) up to the one named IEND.
