@@ -71,28 +71,35 @@ def read_phone(files):
     return Data(imu, {'color': pictures_of(folder / 'cam0/data')})
 
 
-def read_drone(files):
-    """Pictures of 4.7 s with the IMU of the whole flight, of which half a second before and after is kept."""
-    folder = files / 'tests/data/MicroEurocDataset/mav0'
+EUROC_RIG = '''imu: {topic: /imu/data, frame_id: imu_link}
+cameras:
+  left: {topic: /left/image_raw/compressed, frame_id: left, model: plumb_bob, fov_deg: 80, shutter: global}
+  right: {topic: /right/image_raw/compressed, frame_id: right, model: plumb_bob, fov_deg: 80, shutter: global}
+'''
+
+
+def euroc(folder, samples):
+    """The stereo pictures in a folder, with what of the whole flight's samples is from half a second before to after."""
     cameras = {side: pictures_of(folder / name / 'data') for side, name in (('left', 'cam0'), ('right', 'cam1'))}
     begin, end = cameras['left'][0][0] - PAUSE_NS, cameras['left'][-1][0] + PAUSE_NS
-    return Data([sample for sample in samples_of(folder / 'imu0/data.csv') if begin <= sample[0] <= end], cameras)
+    return Data([sample for sample in samples if begin <= sample[0] <= end], cameras)
+
+
+def read_drone(files):
+    folder = files / 'tests/data/MicroEurocDataset/mav0'
+    return euroc(folder, samples_of(folder / 'imu0/data.csv'))
 
 
 def read_hall(files):
     """The IMU's stamps went through a spreadsheet, which kept 15 digits; they are those of a grid of 5 ms."""
     first, step = 1_403_636_579_758_555_392, 5_000_000
-    folder = files / 'meam620-2020-proj2_2/proj2_2/dataset/MachineHall01_reduced'
-    cameras = {side: pictures_of(folder / name / 'data') for side, name in (('left', 'cam0'), ('right', 'cam1'))}
-    begin, end = cameras['left'][0][0] - PAUSE_NS, cameras['left'][-1][0] + PAUSE_NS
     imu = []
     for row in rows_of(files / 'mav0/imu0/data.csv'):
         if len(row) != 7 or not row[0][0].isdigit():
             continue
         stamp = first + round((float(row[0]) - first) / step) * step
-        if begin <= stamp <= end:
-            imu.append((stamp, tuple(map(float, row[1:4])), tuple(map(float, row[4:7]))))
-    return Data(imu, cameras)
+        imu.append((stamp, tuple(map(float, row[1:4])), tuple(map(float, row[4:7]))))
+    return euroc(files / 'meam620-2020-proj2_2/proj2_2/dataset/MachineHall01_reduced', imu)
 
 
 def read_gopro(name):
@@ -132,11 +139,7 @@ cameras:
         licence='BSD-2-Clause (the repository); the data are of ASL, ETH Zurich (EuRoC, V1_01_easy), for research',
         truth='''First 4.7 s of EuRoC's V1_01_easy: a drone that stands and whose rotors start, so it must be refused. Sensors as
 those of `hall`.''',
-        rig='''imu: {topic: /imu/data, frame_id: imu_link}
-cameras:
-  left: {topic: /left/image_raw/compressed, frame_id: left, model: plumb_bob, fov_deg: 80, shutter: global}
-  right: {topic: /right/image_raw/compressed, frame_id: right, model: plumb_bob, fov_deg: 80, shutter: global}
-''',
+        rig=EUROC_RIG,
         read=read_drone),
     'hall': Recording(
         source='github.com/iamliguangming/MEAM620 (images) and '
@@ -147,11 +150,7 @@ cameras:
 shaken at 26 s. Stereo 752 x 480, global shutter, 20 Hz, triggered by the IMU's clock, stamps in the middle of the
 exposure; IMU 200 Hz (ADIS16448). sensor.yaml: left 458.654 457.296 367.215 248.375, -0.28340811 0.07395907 0.00019359
 0.0000176; right 457.587 456.134 379.999 255.238, -0.28368365 0.07451284 -0.00010473 -0.0000356; T_BS of both.''',
-        rig='''imu: {topic: /imu/data, frame_id: imu_link}
-cameras:
-  left: {topic: /left/image_raw/compressed, frame_id: left, model: plumb_bob, fov_deg: 80, shutter: global}
-  right: {topic: /right/image_raw/compressed, frame_id: right, model: plumb_bob, fov_deg: 80, shutter: global}
-''',
+        rig=EUROC_RIG,
         read=read_hall),
     'walk': Recording(
         source='github.com/gopro/gpmf-parser, samples/max-heromode.mp4',

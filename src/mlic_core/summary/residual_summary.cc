@@ -184,8 +184,9 @@ std::vector<ResidualSummary> SummarizeResiduals(const Rig& rig, const Dataset& d
   BiasCollector gyroscope_bias(imu.gyroscope, start, end), accelerometer_bias(imu.accelerometer, start, end);
   const ImuResiduals residuals = EvaluateImuResiduals(dataset, state, 0);
   const BiasCourse& course = state.drives[0].bias;
+  const BiasCourse::Bias mean_bias = course.Mean();
   for (std::size_t k = 0; k < residuals.times.size(); ++k) {
-    const BiasCourse::Bias from_mean = course.Value(residuals.times[k]) - course.Mean();
+    const BiasCourse::Bias from_mean = course.Value(residuals.times[k]) - mean_bias;
     gyroscope_bias.Add(residuals.times[k], residuals.values[k].head<3>(), from_mean.head<3>());
     accelerometer_bias.Add(residuals.times[k], residuals.values[k].tail<3>(), from_mean.tail<3>());
     for (int a = 0; a < 3; ++a) {

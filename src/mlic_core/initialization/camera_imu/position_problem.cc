@@ -127,13 +127,13 @@ void AddPoint(const PositionUnknowns& unknowns, const PointObservations& point, 
   std::vector<Eigen::Matrix3d> W(n);
   std::vector<int> columns;  // control points, first scalars, ascending
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
-  for (const DirectionObservation& observation : point.observations) {
-    right += WeightOf(observation) * OffsetOf(observation);
+  for (std::size_t i = 0; i < n; ++i) {
+    W[i] = WeightOf(point.observations[i]);
+    right += W[i] * OffsetOf(point.observations[i]);
   }
   const Eigen::Vector3d offset = covariance * right;
   for (std::size_t i = 0; i < n; ++i) {
     rows[i] = ObservationRow(unknowns, point, point.observations[i]);
-    W[i] = WeightOf(point.observations[i]);
     AddRow(rows[i], W[i], offset - OffsetOf(point.observations[i]), sum);
     for (int k = 0; k < 4; ++k) columns.push_back(rows[i].knot + 3 * k);
   }
