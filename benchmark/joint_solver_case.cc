@@ -67,7 +67,7 @@ JointSolverCase MakeJointSolverCase(const std::string& file, bool car, double du
     terms.planes = AssociatePlanes(drive, made.start, 0, noise, association);
     noise = MeasurePlaneNoise(made.problem.drives, made.start, noise);
   }
-  terms.imu_sigma = SampleSigma(drive.imu, std::nullopt);
+  terms.imu_sigma = {SampleSigma(drive.imu, std::nullopt)};
   for (const LidarConfig& lidar : rig.lidars) made.problem.lidars.push_back({lidar.guess, false});
   Random random(kSeed);
   for (SensorCalibration& lidar : made.start.lidars) Disturb(&random, &lidar);

@@ -89,7 +89,7 @@ void RunCase(const Case& test, double duration) {
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
   const Clock::time_point begin = Clock::now();
   for (LidarScan& scan : recording.scans) FilterScan(scan);
-  const std::vector<TimedPose> poses = RunOdometry(recording, {}, CancellationToken(), nullptr);
+  const std::vector<TimedPose> poses = RunOdometry(recording, {}, kAllScans, CancellationToken(), nullptr);
   const double milliseconds = 1e3 * std::chrono::duration<double>(Clock::now() - begin).count();
 
   const auto trajectory = sim::MakeTrajectory(sensors, options);

@@ -88,7 +88,7 @@ void CeresJointProblem::AddTrajectory(std::size_t d) {
     if (!trajectory.Contains(sample.time)) continue;
     BlockList blocks;
     auto* cost =
-        new ImuCost(&at_, d, sample, given_.drives[d].imu_sigma, given_.estimate_imu_matrices, &blocks);
+        new ImuCost(&at_, d, sample, given_.drives[d].imu_sigma.usual, given_.estimate_imu_matrices, &blocks);
     Add(cost, nullptr, blocks);
   }
   BlockList blocks;

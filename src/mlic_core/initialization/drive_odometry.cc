@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "mlic_core/common/parallel.h"
@@ -13,6 +14,8 @@ namespace mlic {
 namespace {
 
 constexpr double kLeastInlierShare = 0.1;  // of inliers; from: guard, division by it
+constexpr double kFollowed = 5e-3;         // rad, of scans that are followed; from: guard, they err by 1 mrad
+constexpr std::size_t kFewScans = 20;      // from: structural, 2 s of the alignment's segments at 10 Hz
 
 std::optional<RotationGuess> GuessOfRotation(const LidarConfig& lidar) {
   if (!lidar.guess) return std::nullopt;
@@ -84,6 +87,12 @@ bool PredictsTurning(const AngularRateAlignment& alignment) {
   return solver.eigenvalues()[2] < kSigma * kSigma;
 }
 
+// The rotations' part of Disagreement, rad.
+double RotationDisagreement(const AngularRateAlignment& alignment) {
+  if (!alignment.valid) return std::numeric_limits<double>::infinity();
+  return alignment.residual_rms / std::max(kLeastInlierShare, alignment.inlier_share);
+}
+
 // The positions' part of Disagreement, m.
 double PositionDisagreement(const GravityLeverArm& arm) {
   constexpr double kUnknown = 1.0;  // m; from: guard, residuals are some centimetres
@@ -93,7 +102,7 @@ double PositionDisagreement(const GravityLeverArm& arm) {
 // One LiDAR's odometry in one drive, again and again with what the alignment with the IMU told.
 class Follower {
  public:
-  using Run = std::function<std::vector<TimedPose>(const InertialMotion&)>;
+  using Run = std::function<std::vector<TimedPose>(const InertialMotion&, std::size_t remembered)>;
 
   Follower(const Drive& drive, const LidarConfig& lidar, Run run)
       : drive_(&drive),
@@ -102,11 +111,12 @@ class Follower {
         run_(std::move(run)) {}
 
   void Follow() {
-    std::vector<TimedPose> first = run_({});
+    std::vector<TimedPose> first = run_({}, kAllScans);
     if (!first.empty()) clock.middle = 0.5 * (first.front().time + first.back().time);
     Take(std::move(first));
+    if (RotationDisagreement(alignment) > kFollowed) ForgetSoon();
     if (!IsUsable(alignment) || !PredictsTurning(alignment)) return;
-    Take(run_(RotationByImu(drive_->imu, alignment, clock)));
+    Take(run_(RotationByImu(drive_->imu, alignment, clock), kAllScans));
     if (IsUsable(alignment)) FollowAccelerations();
   }
 
@@ -126,6 +136,13 @@ class Follower {
                                 alignment.gyroscope_bias, lever_arm_guess_, alignment.rotation_covariance);
   }
 
+  // Without the scans that went wrong in the map more of the others can be followed.
+  void ForgetSoon() {
+    Follower next = *this;
+    next.Take(run_({}, kFewScans));
+    if (RotationDisagreement(next.alignment) < RotationDisagreement(alignment)) *this = std::move(next);
+  }
+
   // Each run corrects what the next stands on: gravity, lever arm, rotation and offset.
   void FollowAccelerations() {
     constexpr int kMostRuns = 4;     // from: guard, time
@@ -134,7 +151,7 @@ class Follower {
     GravityLeverArm arm = Arm();
     for (int i = 0; i < kMostRuns && arm.valid && PositionDisagreement(arm) > kSlips; ++i) {
       Follower next = *this;
-      next.Take(run_(MotionByImu(drive_->imu, alignment, arm, clock)));
+      next.Take(run_(MotionByImu(drive_->imu, alignment, arm, clock), kAllScans));
       if (!IsUsable(next.alignment)) return;
       const GravityLeverArm next_arm = next.Arm();
       const double before = Disagreement(alignment, arm), after = Disagreement(next.alignment, next_arm);
@@ -163,9 +180,9 @@ DriveOdometry RunDriveOdometry(const Rig& rig, const Drive& drive, const Cancell
   std::vector<std::atomic<double>> parts(count);
   ParallelFor(count, [&](std::size_t l) {
     int runs = 0;
-    Follower follower(drive, rig.lidars[l], [&](const InertialMotion& inertial) {
+    Follower follower(drive, rig.lidars[l], [&](const InertialMotion& inertial, std::size_t remembered) {
       ++runs;
-      return RunOdometry(drive.lidars[l], inertial, cancellation, [&](double fraction) {
+      return RunOdometry(drive.lidars[l], inertial, remembered, cancellation, [&](double fraction) {
         // Each run of those that are still to come, at least one, takes as long.
         parts[l] = 1.0 - std::pow(0.5, runs - 1) * (1.0 - 0.5 * fraction);
         double sum = 0.0;
@@ -187,8 +204,7 @@ std::optional<LeverArmGuess> LeverArmGuessOf(const LidarConfig& lidar) {
 }
 
 double Disagreement(const AngularRateAlignment& alignment, const GravityLeverArm& arm) {
-  return PositionDisagreement(arm) * alignment.residual_rms /
-         std::max(kLeastInlierShare, alignment.inlier_share);
+  return PositionDisagreement(arm) * RotationDisagreement(alignment);
 }
 
 }  // namespace mlic

@@ -21,9 +21,9 @@ struct DriveOdometry {
   std::vector<ClockDrift> clocks;  // 0 unless it is so large that it must be known from the start
 };
 
-// docs/method.md, sections 5 and 7.1: all LiDARs in parallel; aligned with the gyroscope; run again with gyro
-// de-skew where that is known; and where accelerations tell of slips, also by the accelerometer, as long as
-// that helps.
+// docs/method.md, sections 5 and 7.1: all LiDARs in parallel; aligned with the gyroscope, where they do not
+// agree also from a map that forgets; run again with gyro de-skew where that is known; and where
+// accelerations tell of slips, also by the accelerometer, as long as that helps.
 DriveOdometry RunDriveOdometry(const Rig& rig, const Drive& drive, const CancellationToken& cancellation,
                                const std::function<void(double)>& on_progress);
 

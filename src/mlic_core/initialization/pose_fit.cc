@@ -50,7 +50,7 @@ DriveState FitToPoses(const Drive& drive, const ImuSigma& imu_sigma, const std::
   JointProblem problem;
   problem.dataset = &one;
   DriveTerms& terms = problem.drives.emplace_back();
-  terms.imu_sigma = imu_sigma;
+  terms.imu_sigma = {imu_sigma};
   terms.poses = {poses, sigma_rotation, sigma_translation};
   Check(SolveJointProblem(problem, 6, CancellationToken(), &fit).solved,
         "the fit of the trajectory to poses has no solution");

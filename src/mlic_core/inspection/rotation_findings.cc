@@ -109,7 +109,7 @@ TimeInterval LiveliestStretch(const std::vector<ImuSample>& imu, double length) 
 LidarRotation MeasureRotation(const LidarConfig& config, const LidarRecording& recording,
                               const std::vector<ImuSample>& imu, const CancellationToken& cancellation) {
   LidarRotation rotation{config.name, config.guess, {}, {}};
-  const std::vector<TimedPose> poses = RunOdometry(recording, {}, cancellation, [](double) {});
+  const std::vector<TimedPose> poses = RunOdometry(recording, {}, kAllScans, cancellation, [](double) {});
   rotation.alignment = AlignAngularRates(imu, poses, std::nullopt);
   rotation.pose_information = MeasurePoseInformation(recording, poses);
   return rotation;

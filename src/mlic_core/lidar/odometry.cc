@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/lidar/deskew.h"
@@ -76,8 +77,9 @@ class RunningError {
 
 class Odometry {
  public:
-  Odometry(double usual_range, const InertialMotion& inertial)
-      : usual_range_(usual_range), inertial_(inertial), map_(std::clamp(usual_range / 15.0, 0.8, 2.0)) {}
+  // remembered: how many scans the map holds at most.
+  Odometry(double usual_range, const InertialMotion& inertial, std::size_t remembered)
+      : usual_range_(usual_range), inertial_(inertial), remembered_(remembered), map_(Voxel()) {}
 
   // twist: a first guess of the velocity in the next scan.
   void SetTwist(const Twist& twist) { state_.twist = twist; }
@@ -182,11 +184,21 @@ class Odometry {
     }
     map_.Add(in_odom);
     if (++added_ % kPruneEvery == 0) map_.RemoveFarFrom(state_.pose.translation, 3.0 * usual_range_ + 20.0);
+    if (remembered_ == kAllScans) return;
+    recent_.push_back(std::move(in_odom));
+    if (recent_.size() <= remembered_) return;
+    recent_.erase(recent_.begin(), recent_.begin() + static_cast<std::ptrdiff_t>(remembered_ / 2));
+    map_ = VoxelHashMap(Voxel());
+    for (const std::vector<Eigen::Vector3d>& points : recent_) map_.Add(points);
   }
+
+  double Voxel() const { return std::clamp(usual_range_ / 15.0, 0.8, 2.0); }
 
   double usual_range_;
   const InertialMotion& inertial_;
+  std::size_t remembered_;
   VoxelHashMap map_;
+  std::vector<std::vector<Eigen::Vector3d>> recent_;  // scans of the map, where it forgets; in its frame
   MotionState state_;
   RigidTransform last_added_;  // pose of the last scan that went into the map
   double last_middle_ = 0.0;
@@ -205,7 +217,7 @@ class Odometry {
 // enter the map distorted.
 Twist FirstTwist(const LidarRecording& recording, double usual_range, const InertialMotion& inertial) {
   if (recording.scans.size() < kStartScans) return {};
-  Odometry trial(usual_range, inertial);
+  Odometry trial(usual_range, inertial, kAllScans);
   std::vector<TimedPose> poses;
   for (std::size_t i = 0; i < kStartScans; ++i) poses.push_back(trial.Register(recording.scans[i]));
   const auto velocity = [&](std::size_t i) {
@@ -219,12 +231,12 @@ Twist FirstTwist(const LidarRecording& recording, double usual_range, const Iner
 }  // namespace
 
 std::vector<TimedPose> RunOdometry(const LidarRecording& recording, const InertialMotion& inertial,
-                                   const CancellationToken& cancellation,
+                                   std::size_t remembered, const CancellationToken& cancellation,
                                    const std::function<void(double fraction)>& on_progress) {
   std::vector<TimedPose> poses;
   poses.reserve(recording.scans.size());
   const double usual_range = UsualRange(recording);
-  Odometry odometry(usual_range, inertial);
+  Odometry odometry(usual_range, inertial, remembered);
   odometry.SetTwist(FirstTwist(recording, usual_range, inertial));
   for (std::size_t i = 0; i < recording.scans.size(); ++i) {
     cancellation.ThrowIfCancelled();

@@ -43,7 +43,7 @@ Adjustment StartAdjustment(const Rig& rig, const Dataset& dataset, Initializatio
   adjustment.rounds.points_per_scan = kFewPoints;
   JointProblem& problem = adjustment.problem;
   problem.dataset = &dataset;
-  for (const ImuSigma& sigma : start.imu_sigma) problem.drives.emplace_back().imu_sigma = sigma;
+  for (const ImuSigma& sigma : start.imu_sigma) problem.drives.emplace_back().imu_sigma = {sigma};
   adjustment.given_imu_sigma = std::move(start.imu_sigma);
   problem.imu.gravity_sigma = rig.imu.gravity ? 0.0 : kGravitySigma;
   problem.imu.lag_sigma = kLagSigma;

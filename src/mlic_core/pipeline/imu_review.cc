@@ -98,12 +98,12 @@ bool ReviewBiases(const AdjustmentContext& context, Adjustment* adjustment) {
 void WeakenImuBySlowErrors(const AdjustmentContext& context, Adjustment* adjustment) {
   bool weaker = false;
   for (std::size_t d = 0; d < context.dataset.drives.size(); ++d) {
-    ImuSigma& sigma = adjustment->problem.drives[d].imu_sigma;
+    ImuSigmaCourse& sigma = adjustment->problem.drives[d].imu_sigma;
     const ImuMeanExcess excess =
         MeasureMeanExcess(EvaluateImuResiduals(context.dataset, adjustment->state, d), sigma);
     adjustment->scale.imu.push_back(excess);
-    sigma.gyroscope *= std::sqrt(excess.variance[0]);
-    sigma.accelerometer *= std::sqrt(excess.variance[1]);
+    sigma.usual.gyroscope *= std::sqrt(excess.variance[0]);
+    sigma.usual.accelerometer *= std::sqrt(excess.variance[1]);
     for (std::size_t sensor = 0; sensor < 2; ++sensor) {
       if (excess.variance[sensor] <= 1.0) continue;
       weaker = true;

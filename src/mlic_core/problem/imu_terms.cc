@@ -11,8 +11,11 @@ namespace mlic {
 
 namespace {
 
-double ImuSigmaOf(const ImuSigma& sigma, int component) {
-  return component < 3 ? sigma.gyroscope[component] : sigma.accelerometer[component - 3];
+Eigen::Matrix<double, 6, 1> ImuSigmaAt(const DriveTerms& terms, double time) {
+  const ImuSigma at = terms.imu_sigma.At(time);
+  Eigen::Matrix<double, 6, 1> sigma;
+  sigma << at.gyroscope, at.accelerometer;
+  return sigma;
 }
 
 // Robust against shocks only: beyond 4 sigma.
@@ -105,11 +108,11 @@ void AddImu(const LinearizationPoint& at, std::size_t d, std::size_t chunk, Accu
     const ImuCalibration imu = at.state.Imu(d, samples[k].time);
     const ImuBases bases(trajectory, samples[k].time, imu.accelerometer_lag);
     Eigen::Matrix<double, 6, 1> r = ImuResidual::Evaluate(trajectory, bases, imu, gravity, samples[k], &J);
+    const Eigen::Matrix<double, 6, 1> sigma = ImuSigmaAt(at.problem.drives[d], samples[k].time);
     for (int i = 0; i < 6; ++i) {
-      const double sigma = ImuSigmaOf(at.problem.drives[d].imu_sigma, i);
       double weight;
-      sum->cost += ImuComponentCost(r[i] / sigma, &weight);
-      const double scale = std::sqrt(weight) / sigma;
+      sum->cost += ImuComponentCost(r[i] / sigma[i], &weight);
+      const double scale = std::sqrt(weight) / sigma[i];
       J.col(i) *= scale;
       r[i] *= scale;
     }
@@ -139,10 +142,9 @@ double ImuCost(const LinearizationPoint& at, std::size_t d, std::size_t chunk) {
     const ImuBases bases(trajectory, samples[k].time, imu.accelerometer_lag);
     const Eigen::Matrix<double, 6, 1> r =
         ImuResidual::Evaluate(trajectory, bases, imu, at.state.Gravity(), samples[k], nullptr);
+    const Eigen::Matrix<double, 6, 1> sigma = ImuSigmaAt(at.problem.drives[d], samples[k].time);
     double weight;
-    for (int i = 0; i < 6; ++i) {
-      cost += ImuComponentCost(r[i] / ImuSigmaOf(at.problem.drives[d].imu_sigma, i), &weight);
-    }
+    for (int i = 0; i < 6; ++i) cost += ImuComponentCost(r[i] / sigma[i], &weight);
   }
   return cost;
 }

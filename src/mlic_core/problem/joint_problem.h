@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "mlic_core/imu/excitation.h"
+#include "mlic_core/imu/imu_sigma_course.h"
 #include "mlic_core/problem/observations.h"
 #include "mlic_core/sensors/bias_course.h"
 #include "mlic_core/sensors/measurements.h"
@@ -41,8 +41,8 @@ struct ImuFreedom {
 
 // What one drive adds to the problem beside its IMU samples; empty where it has none of a kind.
 struct DriveTerms {
-  ImuSigma imu_sigma;    // of the samples; unused while the trajectory is held
-  BiasSteps bias_steps;  // of the prior of biases that wander; unused where they are constant
+  ImuSigmaCourse imu_sigma;  // of the samples; unused while the trajectory is held
+  BiasSteps bias_steps;      // of the prior of biases that wander; unused where they are constant
   PlaneAssociation planes;
   LandmarkSet landmarks;
   PoseObservations poses;

@@ -37,11 +37,11 @@ double LargestSlowError(const Adjustment& adjustment) {
 
 std::vector<ImuDisagreement> DisagreementsOfImu(const Dataset& dataset, const Adjustment& adjustment,
                                                 double least) {
-  std::vector<ImuSigma> sigmas;
+  std::vector<ImuSigmaCourse> sigmas;
   for (const DriveTerms& drive : adjustment.problem.drives) sigmas.push_back(drive.imu_sigma);
   for (std::size_t d = 0; d < adjustment.scale.imu.size(); ++d) {
-    sigmas[d].gyroscope /= std::sqrt(adjustment.scale.imu[d].variance[0]);
-    sigmas[d].accelerometer /= std::sqrt(adjustment.scale.imu[d].variance[1]);
+    sigmas[d].usual.gyroscope /= std::sqrt(adjustment.scale.imu[d].variance[0]);
+    sigmas[d].usual.accelerometer /= std::sqrt(adjustment.scale.imu[d].variance[1]);
   }
   return FindImuDisagreements(dataset, adjustment.state, sigmas, least);
 }

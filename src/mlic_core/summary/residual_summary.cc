@@ -167,7 +167,7 @@ std::vector<ResidualSummary> SummarizeResiduals(const Rig& rig, const Dataset& d
   const CalibrationState& state = adjustment.state;
   const SplitSpline& trajectory = state.drives[0].trajectory;
   const DriveTerms& terms = adjustment.problem.drives[0];
-  const ImuSigma& imu = terms.imu_sigma;
+  const ImuSigma& imu = terms.imu_sigma.usual;
   const double start = trajectory.Start(), end = trajectory.End();
   std::vector<ResidualCollector> collectors;
   for (std::size_t l = 0; l < rig.lidars.size(); ++l) {
@@ -189,10 +189,11 @@ std::vector<ResidualSummary> SummarizeResiduals(const Rig& rig, const Dataset& d
     const BiasCourse::Bias from_mean = course.Value(residuals.times[k]) - mean_bias;
     gyroscope_bias.Add(residuals.times[k], residuals.values[k].head<3>(), from_mean.head<3>());
     accelerometer_bias.Add(residuals.times[k], residuals.values[k].tail<3>(), from_mean.tail<3>());
+    const ImuSigma sigma = terms.imu_sigma.At(residuals.times[k]);
     for (int a = 0; a < 3; ++a) {
-      gyroscope.Add(residuals.times[k], residuals.values[k][a], residuals.values[k][a] / imu.gyroscope[a]);
+      gyroscope.Add(residuals.times[k], residuals.values[k][a], residuals.values[k][a] / sigma.gyroscope[a]);
       accelerometer.Add(residuals.times[k], residuals.values[k][3 + a],
-                        residuals.values[k][3 + a] / imu.accelerometer[a]);
+                        residuals.values[k][3 + a] / sigma.accelerometer[a]);
     }
   }
   std::vector<ResidualSummary> summaries;

@@ -25,14 +25,14 @@ double Step(const StretchMeans& means, int first) {
   for (std::size_t s = 1; s < means.Count(); ++s) {
     squares += (means.Of(s) - means.Of(s - 1)).segment<3>(first).squaredNorm();
   }
-  const double of_noise = means.Noise().segment<3>(first).squaredNorm() / 3.0;
+  const double of_noise = means.Noise().segment<3>(first).sum() / 3.0;
   const double variance = squares / (3.0 * (static_cast<double>(means.Count()) - 1.0)) - 2.0 * of_noise;
   return std::sqrt(std::max(variance, kLeastStep * kLeastStep * of_noise));
 }
 
 }  // namespace
 
-std::optional<BiasWander> FindBiasWander(const ImuResiduals& residuals, const ImuSigma& sigma) {
+std::optional<BiasWander> FindBiasWander(const ImuResiduals& residuals, const ImuSigmaCourse& sigma) {
   if (residuals.times.empty()) return std::nullopt;
   BiasWander wander;
   wander.start = residuals.times.front();

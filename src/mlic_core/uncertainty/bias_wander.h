@@ -18,6 +18,6 @@ struct BiasWander {
 // From residuals with constant biases: none where their means over the course's intervals are no larger than
 // white noise of the sigmas leaves of them, and where the drive is shorter than 10 s. Warming up, consumer
 // gyroscopes wander by some mrad/s within a minute. docs/method.md, section 10.
-std::optional<BiasWander> FindBiasWander(const ImuResiduals& residuals, const ImuSigma& sigma);
+std::optional<BiasWander> FindBiasWander(const ImuResiduals& residuals, const ImuSigmaCourse& sigma);
 
 }  // namespace mlic

@@ -16,26 +16,31 @@ constexpr double kStandsOut = 4.0;  // times the median second; from: definition
 
 struct Stretch {
   Eigen::Matrix<double, 6, 1> sum = Eigen::Matrix<double, 6, 1>::Zero();
+  Eigen::Matrix<double, 6, 1> variance = Eigen::Matrix<double, 6, 1>::Zero();  // of the sum, by the sigmas
   int samples = 0;
 
   Eigen::Vector3d Mean(bool gyroscope) const {
     return (gyroscope ? sum.head<3>() : sum.tail<3>()) / std::max(1, samples);
   }
-  double Ratio(bool gyroscope, const ImuSigma& sigma) const {
+  double Ratio(bool gyroscope) const {
     if (samples < kFewestSamples) return 0.0;
-    const Eigen::Vector3d& of_one = gyroscope ? sigma.gyroscope : sigma.accelerometer;
-    return Mean(gyroscope).cwiseQuotient(of_one).norm() * std::sqrt(samples / 3.0);
+    const Eigen::Matrix<double, 6, 1> squares = sum.cwiseAbs2().cwiseQuotient(variance);
+    return std::sqrt((gyroscope ? squares.head<3>() : squares.tail<3>()).sum() / 3.0);
   }
 };
 
-std::vector<Stretch> Stretches(const Dataset& dataset, const CalibrationState& state, std::size_t drive) {
+std::vector<Stretch> Stretches(const Dataset& dataset, const CalibrationState& state,
+                               const ImuSigmaCourse& sigma, std::size_t drive) {
   const double start = state.drives[drive].trajectory.Start();
   std::vector<Stretch> stretches;
   const ImuResiduals residuals = EvaluateImuResiduals(dataset, state, drive);
   for (std::size_t k = 0; k < residuals.times.size(); ++k) {
     const auto at = static_cast<std::size_t>((residuals.times[k] - start) / kLength);
     if (at >= stretches.size()) stretches.resize(at + 1);
+    const ImuSigma of_sample = sigma.At(residuals.times[k]);
     stretches[at].sum += residuals.values[k];
+    stretches[at].variance.head<3>() += of_sample.gyroscope.cwiseAbs2();
+    stretches[at].variance.tail<3>() += of_sample.accelerometer.cwiseAbs2();
     ++stretches[at].samples;
   }
   return stretches;
@@ -44,14 +49,15 @@ std::vector<Stretch> Stretches(const Dataset& dataset, const CalibrationState& s
 }  // namespace
 
 std::vector<ImuDisagreement> FindImuDisagreements(const Dataset& dataset, const CalibrationState& state,
-                                                  const std::vector<ImuSigma>& sigmas, double least_ratio) {
+                                                  const std::vector<ImuSigmaCourse>& sigmas,
+                                                  double least_ratio) {
   std::vector<ImuDisagreement> found;
   for (std::size_t d = 0; d < state.drives.size(); ++d) {
-    const std::vector<Stretch> stretches = Stretches(dataset, state, d);
+    const std::vector<Stretch> stretches = Stretches(dataset, state, sigmas[d], d);
     if (stretches.empty()) continue;
     for (const bool gyroscope : {false, true}) {
       std::vector<double> ratios;
-      for (const Stretch& stretch : stretches) ratios.push_back(stretch.Ratio(gyroscope, sigmas[d]));
+      for (const Stretch& stretch : stretches) ratios.push_back(stretch.Ratio(gyroscope));
       const double limit = std::max(least_ratio, kStandsOut * Median(ratios));
       for (std::size_t s = 0; s < ratios.size(); ++s) {
         if (ratios[s] < limit) continue;

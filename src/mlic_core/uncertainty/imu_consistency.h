@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "mlic_core/imu/excitation.h"
+#include "mlic_core/imu/imu_sigma_course.h"
 #include "mlic_core/problem/state.h"
 #include "mlic_core/sensors/measurements.h"
 
@@ -24,6 +24,7 @@ struct ImuDisagreement {
 // did not catch shows so: its points find planes elsewhere or none, and only the IMU shows it.
 // docs/method.md, section 12.
 std::vector<ImuDisagreement> FindImuDisagreements(const Dataset& dataset, const CalibrationState& state,
-                                                  const std::vector<ImuSigma>& sigmas, double least_ratio);
+                                                  const std::vector<ImuSigmaCourse>& sigmas,
+                                                  double least_ratio);
 
 }  // namespace mlic

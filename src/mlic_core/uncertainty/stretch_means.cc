@@ -17,34 +17,43 @@ double LargestByChance(double freedom) {
 
 }  // namespace
 
-StretchMeans::StretchMeans(const ImuResiduals& residuals, const ImuSigma& sigma, double length) {
-  sigma_ << sigma.gyroscope, sigma.accelerometer;
+StretchMeans::StretchMeans(const ImuResiduals& residuals, const ImuSigmaCourse& sigma, double length) {
   const double start = residuals.times.front();
   constexpr double kRounding = 1e-9;  // of a stretch; from: guard, a length that divides the drive
   const auto count = static_cast<std::size_t>((residuals.times.back() - start) / length + kRounding);
   sums_.assign(count, Mean::Zero());
-  samples_.assign(count, 0.0);
+  weights_.assign(count, Mean::Zero());
   for (std::size_t k = 0; k < residuals.times.size(); ++k) {
     const auto at = static_cast<std::size_t>((residuals.times[k] - start) / length);
     if (at >= count) break;
-    sums_[at] += residuals.values[k];
-    samples_[at] += 1.0;
+    const ImuSigma of_sample = sigma.At(residuals.times[k]);
+    Mean weight;
+    weight << of_sample.gyroscope.cwiseAbs2().cwiseInverse(),
+        of_sample.accelerometer.cwiseAbs2().cwiseInverse();
+    sums_[at] += weight.cwiseProduct(residuals.values[k]);
+    weights_[at] += weight;
   }
 }
 
 StretchMeans::Mean StretchMeans::Of(std::size_t stretch) const {
-  return sums_[stretch] / std::max(1.0, samples_[stretch]);
+  return (weights_[stretch].array() > 0.0).select(sums_[stretch].cwiseQuotient(weights_[stretch]), 0.0);
 }
 
 StretchMeans::Mean StretchMeans::Noise() const {
-  const double samples = std::accumulate(samples_.begin(), samples_.end(), 0.0);
-  return sigma_ / std::sqrt(std::max(1.0, samples / static_cast<double>(Count())));
+  Mean noise = Mean::Zero();
+  double stretches = 0.0;
+  for (const Mean& weight : weights_) {
+    if (!(weight.array() > 0.0).all()) continue;
+    noise += weight.cwiseInverse();
+    stretches += 1.0;
+  }
+  return noise / std::max(1.0, stretches);
 }
 
 double StretchMeans::Excess(int first) const {
   double squares = 0.0;
   for (std::size_t s = 0; s < Count(); ++s) {
-    squares += sums_[s].cwiseQuotient(sigma_).segment<3>(first).squaredNorm() / std::max(1.0, samples_[s]);
+    squares += Of(s).cwiseProduct(sums_[s]).segment<3>(first).sum();
   }
   const double freedom = 3.0 * static_cast<double>(Count());
   return squares / freedom / LargestByChance(freedom);

@@ -8,17 +8,18 @@
 
 namespace mlic {
 
-// Means of an IMU's residuals over the whole stretches of a drive of one length.
+// Means of an IMU's residuals, weighted by their variances, over the whole stretches of a drive of one
+// length.
 class StretchMeans {
  public:
   using Mean = Eigen::Matrix<double, 6, 1>;  // gyroscope, rad/s; accelerometer, m/s^2
 
   // length: s. residuals: at least one.
-  StretchMeans(const ImuResiduals& residuals, const ImuSigma& sigma, double length);
+  StretchMeans(const ImuResiduals& residuals, const ImuSigmaCourse& sigma, double length);
 
   std::size_t Count() const { return sums_.size(); }
   Mean Of(std::size_t stretch) const;
-  // What white noise of the sigmas leaves of a mean of as many samples as a stretch has in the mean.
+  // Variances that white noise of the sigmas leaves of the means, in the mean over the stretches.
   Mean Noise() const;
   // By how much the squares of the means of three components, from `first` on, exceed what white noise leaves
   // of them, lessened by what chance allows (three standard deviations of a mean of squares). At least one
@@ -26,9 +27,8 @@ class StretchMeans {
   double Excess(int first) const;
 
  private:
-  Mean sigma_;
-  std::vector<Mean> sums_;
-  std::vector<double> samples_;
+  std::vector<Mean> sums_;     // of residuals by their variances
+  std::vector<Mean> weights_;  // of the inverse variances
 };
 
 }  // namespace mlic

@@ -103,7 +103,7 @@ TEST(CeresReference, FindsTheSameMinimumOfImuAndLidars) {
   AssociationOptions association;
   association.points_per_scan = 300;
   DriveTerms& terms = c.problem.drives.emplace_back();
-  terms.imu_sigma = Sigma();
+  terms.imu_sigma = {Sigma()};
   terms.planes = AssociatePlanes(input.dataset.drives[0], c.start, 0,
                                  std::vector<PlaneNoise>(sensors.lidars.size()), association);
   for (const LidarConfig& lidar : input.rig.lidars) c.problem.lidars.push_back({lidar.guess, false});
@@ -190,7 +190,7 @@ TEST(CeresReference, FindsTheSameMinimumOfImuAndCameras) {
   LandmarkOptions landmarks;
   landmarks.largest_error = 8.0;  // some outliers stay for the loss
   DriveTerms& terms = c.problem.drives.emplace_back();
-  terms.imu_sigma = Sigma();
+  terms.imu_sigma = {Sigma()};
   terms.landmarks = TriangulateLandmarks(tracks, c.start, 0, landmarks);
   Random random(11);
   AddLidarPoints(c.start, &random, &terms.landmarks);

@@ -50,8 +50,8 @@ class DriftingClocks : public testing::Test {
     for (double t = 0.0; t < kDuration; t += 0.01) recorded.imu.push_back(motion.Sample(t));
     problem_.dataset = &dataset_;
     problem_.drives.resize(1);
-    problem_.drives[0].imu_sigma.gyroscope.setConstant(0.01);
-    problem_.drives[0].imu_sigma.accelerometer.setConstant(0.1);
+    problem_.drives[0].imu_sigma.usual.gyroscope.setConstant(0.01);
+    problem_.drives[0].imu_sigma.usual.accelerometer.setConstant(0.1);
     problem_.lidars.resize(1);
     problem_.cameras.resize(1);
     AddPlanes();

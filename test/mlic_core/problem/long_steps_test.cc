@@ -71,8 +71,8 @@ class FarStart : public CameraWithImu {
     problem.dataset = &dataset_;
     problem.cameras.resize(1);
     DriveTerms& terms = problem.drives.emplace_back();
-    terms.imu_sigma.gyroscope.setConstant(3e-3);
-    terms.imu_sigma.accelerometer.setConstant(3e-2);
+    terms.imu_sigma.usual.gyroscope.setConstant(3e-3);
+    terms.imu_sigma.usual.accelerometer.setConstant(3e-2);
     LandmarkOptions options;
     options.noise.resize(1);
     options.largest_error = 1e3;

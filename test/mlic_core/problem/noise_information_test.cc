@@ -73,9 +73,10 @@ class Turntable : public testing::Test {
       ImuSample sample{t, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
       const Eigen::Matrix<double, 6, 1> measured = ImuResidual::Evaluate(
           trajectory, {trajectory, t, 0.0}, state_.Imu(0, t), state_.Gravity(), sample, nullptr);
-      sample.angular_velocity = measured.head<3>() + noise * terms.imu_sigma.gyroscope.cwiseProduct(random());
+      sample.angular_velocity =
+          measured.head<3>() + noise * terms.imu_sigma.usual.gyroscope.cwiseProduct(random());
       sample.specific_force =
-          measured.tail<3>() + noise * terms.imu_sigma.accelerometer.cwiseProduct(random());
+          measured.tail<3>() + noise * terms.imu_sigma.usual.accelerometer.cwiseProduct(random());
       dataset_.drives[0].imu.push_back(sample);
       if (i % 20 != 0) continue;
       RigidTransform T = trajectory.Pose(t);

@@ -32,13 +32,13 @@ ImuResiduals Residuals(double duration, double gyroscope, std::uint64_t seed) {
 TEST(BiasWander, WhiteNoiseIsNone) {
   int found = 0;
   for (std::uint64_t seed = 1; seed <= 50; ++seed) {
-    found += FindBiasWander(Residuals(60.0, 0.0, seed), kSigma).has_value() ? 1 : 0;
+    found += FindBiasWander(Residuals(60.0, 0.0, seed), {kSigma}).has_value() ? 1 : 0;
   }
   EXPECT_LE(found, 1);
 }
 
 TEST(BiasWander, StepsAreThoseOfTheMeans) {
-  const std::optional<BiasWander> wander = FindBiasWander(Residuals(60.0, 0.006, 1), kSigma);
+  const std::optional<BiasWander> wander = FindBiasWander(Residuals(60.0, 0.006, 1), {kSigma});
   ASSERT_TRUE(wander.has_value());
   EXPECT_EQ(wander->intervals, 6U);
   EXPECT_NEAR(wander->spacing, 10.0, 0.01);
@@ -49,14 +49,14 @@ TEST(BiasWander, StepsAreThoseOfTheMeans) {
 }
 
 TEST(BiasWander, LongDrivesHaveAFewKnots) {
-  const std::optional<BiasWander> wander = FindBiasWander(Residuals(600.0, 0.006, 1), kSigma);
+  const std::optional<BiasWander> wander = FindBiasWander(Residuals(600.0, 0.006, 1), {kSigma});
   ASSERT_TRUE(wander.has_value());
   EXPECT_EQ(wander->intervals, 20U);
 }
 
 TEST(BiasWander, ShortDrivesHaveNone) {
-  EXPECT_FALSE(FindBiasWander(Residuals(9.0, 0.02, 1), kSigma).has_value());
-  EXPECT_FALSE(FindBiasWander({}, kSigma).has_value());
+  EXPECT_FALSE(FindBiasWander(Residuals(9.0, 0.02, 1), {kSigma}).has_value());
+  EXPECT_FALSE(FindBiasWander({}, {kSigma}).has_value());
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ Outcome Calibrate(const CameraWithImu& c, bool noise_of_each) {
   JointProblem problem;
   problem.dataset = &c.dataset;
   problem.cameras.resize(1);
-  for (std::size_t d = 0; d < c.tracks.size(); ++d) problem.drives.emplace_back().imu_sigma = c.imu_sigma;
+  for (std::size_t d = 0; d < c.tracks.size(); ++d) problem.drives.emplace_back().imu_sigma = {c.imu_sigma};
   LandmarkOptions options;
   options.noise_of_each = noise_of_each;
   options.noise.resize(1);

@@ -45,7 +45,7 @@ Case MakeCase() {
 
 TEST(ImuDisagreement, NoiseIsNone) {
   const Case c = MakeCase();
-  EXPECT_TRUE(FindImuDisagreements(c.dataset, c.state, {kSigma}, 4.0).empty());
+  EXPECT_TRUE(FindImuDisagreements(c.dataset, c.state, {{kSigma}}, 4.0).empty());
 }
 
 TEST(ImuDisagreement, FindsTheSecondsInWhichTheTrajectoryWasLost) {
@@ -60,7 +60,7 @@ TEST(ImuDisagreement, FindsTheSecondsInWhichTheTrajectoryWasLost) {
     if (t > 8.0 && t < 12.0) points[j].y() += 0.25 * (1.0 - std::cos(M_PI * (t - 8.0) / 2.0));
   }
   position = PositionSpline(knots, std::move(points));
-  const std::vector<ImuDisagreement> all = FindImuDisagreements(c.dataset, c.state, {kSigma}, 8.0);
+  const std::vector<ImuDisagreement> all = FindImuDisagreements(c.dataset, c.state, {{kSigma}}, 8.0);
   ASSERT_EQ(all.size(), 1u);
   const ImuDisagreement* const found = &all[0];
   EXPECT_FALSE(found->of_gyroscope);

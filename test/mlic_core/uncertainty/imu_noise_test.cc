@@ -48,7 +48,7 @@ sim::SimulatedImu Mems() {
 TEST(ImuSigma, OfWhiteNoiseIsItsScatter) {
   const double root_rate = std::sqrt(200.0);
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    const ImuSigma sigma = MeasureImuSigma(AtRest(Mems(), seed), WithKnotsEvery(0.05), {});
+    const ImuSigma sigma = MeasureImuSigma(AtRest(Mems(), seed), WithKnotsEvery(0.05), {}).usual;
     for (int a = 0; a < 3; ++a) {
       EXPECT_NEAR(sigma.gyroscope[a], 1e-3 * root_rate, 0.05e-3 * root_rate);
       EXPECT_NEAR(sigma.accelerometer[a], 1e-2 * root_rate, 0.05e-2 * root_rate);
@@ -60,7 +60,7 @@ TEST(ImuSigma, OfFilteredNoiseIsThatOfItsDensity) {
   sim::SimulatedImu imu = Mems();
   imu.gyroscope_low_pass = imu.accelerometer_low_pass = 0.1;
   const double root_rate = std::sqrt(200.0);
-  const ImuSigma sigma = MeasureImuSigma(AtRest(imu, 2), WithKnotsEvery(0.08), {});
+  const ImuSigma sigma = MeasureImuSigma(AtRest(imu, 2), WithKnotsEvery(0.08), {}).usual;
   for (int a = 0; a < 3; ++a) {
     EXPECT_NEAR(sigma.gyroscope[a], 1e-3 * root_rate, 0.15e-3 * root_rate);
     EXPECT_NEAR(sigma.accelerometer[a], 1e-2 * root_rate, 0.15e-2 * root_rate);
@@ -69,9 +69,42 @@ TEST(ImuSigma, OfFilteredNoiseIsThatOfItsDensity) {
 
 TEST(ImuSigma, IsNeverBelowTheGivenOne) {
   const ImuSigma given{Eigen::Vector3d::Constant(0.5), Eigen::Vector3d::Constant(0.6)};
-  const ImuSigma sigma = MeasureImuSigma(AtRest(Mems(), 1), WithKnotsEvery(0.05), given);
+  const ImuSigma sigma = MeasureImuSigma(AtRest(Mems(), 1), WithKnotsEvery(0.05), given).usual;
   EXPECT_EQ(sigma.gyroscope, given.gyroscope);
   EXPECT_EQ(sigma.accelerometer, given.accelerometer);
+}
+
+TEST(ImuSigma, OfEvenNoiseHasNoStretches) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    EXPECT_TRUE(MeasureImuSigma(AtRest(Mems(), seed), WithKnotsEvery(0.05), {}).growth.empty()) << seed;
+  }
+}
+
+// A knock from 10 to 11 s and a shaken stretch from 20 to 28 s leave the others their sigmas.
+TEST(ImuSigma, GrowsOverStretchesThatShake) {
+  const double root_rate = std::sqrt(200.0);
+  ImuResiduals residuals = AtRest(Mems(), 4);
+  Random random(5);
+  for (std::size_t k = 0; k < residuals.times.size(); ++k) {
+    const double time = residuals.times[k];
+    const double growth = time >= 10.0 && time < 11.0 ? 10.0 : time >= 20.0 && time < 28.0 ? 3.0 : 0.0;
+    for (int a = 0; a < 6; ++a) {
+      residuals.values[k][a] += growth * (a < 3 ? 1e-3 : 1e-2) * root_rate * random.Normal();
+    }
+  }
+  const ImuSigmaCourse sigma = MeasureImuSigma(residuals, WithKnotsEvery(0.05), {});
+  ASSERT_EQ(sigma.growth.size(), 10u);
+  for (int a = 0; a < 3; ++a) {
+    EXPECT_NEAR(sigma.usual.gyroscope[a], 1e-3 * root_rate, 0.05e-3 * root_rate);
+    EXPECT_NEAR(sigma.usual.accelerometer[a], 1e-2 * root_rate, 0.05e-2 * root_rate);
+  }
+  for (const double time : {1.0, 5.0, 13.0, 17.0, 30.0, 39.0}) {
+    EXPECT_EQ(sigma.At(time).gyroscope, sigma.usual.gyroscope) << time;
+  }
+  EXPECT_GT(sigma.At(10.5).accelerometer[0], 2.5 * sigma.usual.accelerometer[0]);
+  for (const double time : {21.0, 25.0}) {
+    EXPECT_NEAR(sigma.At(time).accelerometer[0], std::sqrt(10.0) * 1e-2 * root_rate, 0.3e-2 * root_rate);
+  }
 }
 
 TEST(ImuMeanExcess, WhiteNoiseHasNone) {
@@ -79,7 +112,7 @@ TEST(ImuMeanExcess, WhiteNoiseHasNone) {
                        Eigen::Vector3d::Constant(1e-2 * std::sqrt(200.0))};
   int beyond = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    const ImuMeanExcess excess = MeasureMeanExcess(AtRest(Mems(), seed), sigma);
+    const ImuMeanExcess excess = MeasureMeanExcess(AtRest(Mems(), seed), {sigma});
     for (const double variance : excess.variance) {
       beyond += variance > 1.0;
       EXPECT_LT(variance, 1.5) << seed;
@@ -98,7 +131,7 @@ TEST(ImuMeanExcess, SlowErrorsStandOut) {
     residuals.values[k].tail<3>().array() +=
         4.0 * 1e-2 / std::sqrt(5.0) * std::sqrt(2.0) * std::sin(2.0 * M_PI * residuals.times[k] / 25.0);
   }
-  const ImuMeanExcess excess = MeasureMeanExcess(residuals, sigma);
+  const ImuMeanExcess excess = MeasureMeanExcess(residuals, {sigma});
   EXPECT_LT(excess.variance[0], 1.1);
   EXPECT_GT(excess.variance[1], 5.0);
   EXPECT_GE(excess.seconds[1], 5.0);

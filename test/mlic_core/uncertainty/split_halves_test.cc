@@ -89,7 +89,7 @@ Adjustment AdjustLoose(double degrees, double share, CameraWithImu* c) {
   JointProblem& problem = adjustment.problem;
   problem.dataset = &c->dataset;
   problem.cameras.resize(1);
-  problem.drives.emplace_back().imu_sigma = c->imu_sigma;
+  problem.drives.emplace_back().imu_sigma = {c->imu_sigma};
   adjustment.given_imu_sigma = {c->imu_sigma};
   adjustment.cameras.found = {true};
   adjustment.cameras.tracks = c->tracks;

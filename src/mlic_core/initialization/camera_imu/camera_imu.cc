@@ -128,7 +128,7 @@ Initialization Solve(const Rig& rig, const Dataset& dataset, const std::vector<C
   }
   CameraAdjustment adjustment;
   adjustment.problem.dataset = &dataset;
-  for (const ImuSigma& sigma : result.imu_sigma) adjustment.problem.drives.emplace_back().imu_sigma = sigma;
+  for (const ImuSigma& sigma : result.imu_sigma) adjustment.problem.drives.emplace_back().imu_sigma = {sigma};
   adjustment.rounds = rounds;
   AdjustCameras(rig, start, tracks, std::move(adjustment), cancellation, &state, cameras);
   cameras->cameras = state.cameras;

@@ -1,5 +1,6 @@
 #include "mlic_core/io/checkpoint/serialize_stages.h"
 
+#include <array>
 #include <limits>
 
 #include "mlic_core/io/checkpoint/archive_types.h"
@@ -12,6 +13,8 @@ template <>
 struct IsFlat<UniformKnots> : std::true_type {};
 template <>
 struct IsFlat<ImuSigma> : std::true_type {};
+template <>
+struct IsFlat<std::array<double, 2>> : std::true_type {};
 template <>
 struct IsFlat<BiasSteps> : std::true_type {};
 template <>
@@ -119,6 +122,7 @@ auto Members(LidarPointObservation& observation) {
 
 auto Members(LandmarkSet& set) { return std::tie(set.points, set.observations, set.begin, set.lidar_points); }
 // Of the problem what rounds hand on: planes are found anew in each, and guesses are the rig file's.
+auto Members(ImuSigmaCourse& sigma) { return std::tie(sigma.usual, sigma.start, sigma.length, sigma.growth); }
 auto Members(DriveTerms& drive) { return std::tie(drive.imu_sigma, drive.bias_steps, drive.landmarks); }
 auto Members(CameraTerms& camera) { return std::tie(camera.fixed, camera.given_intrinsics); }
 auto Members(RoundSummary& round) { return std::tie(round.stage, round.change); }
