@@ -149,7 +149,8 @@ those of `hall`.''',
         truth='''EuRoC's MH_01_easy from 5 to 35 s: a drone that is turned by hand for 14 s, set down with a knock, rests and is
 shaken at 26 s. Stereo 752 x 480, global shutter, 20 Hz, triggered by the IMU's clock, stamps in the middle of the
 exposure; IMU 200 Hz (ADIS16448). sensor.yaml: left 458.654 457.296 367.215 248.375, -0.28340811 0.07395907 0.00019359
-0.0000176; right 457.587 456.134 379.999 255.238, -0.28368365 0.07451284 -0.00010473 -0.0000356; T_BS of both.''',
+0.0000176; right 457.587 456.134 379.999 255.238, -0.28368365 0.07451284 -0.00010473 -0.0000356; T_BS of both. Another
+calibration of the same rig: github.com/VladyslavUsenko/basalt, data/euroc_ds_calib.json.''',
         rig=EUROC_RIG,
         read=read_hall),
     'walk': Recording(

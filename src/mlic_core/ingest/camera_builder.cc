@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
+#include <mutex>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -43,21 +45,35 @@ class ChosenImages : public ImageSource {
     const Entry& entry = entries_.at(index);
     char stamp[64];
     std::snprintf(stamp, sizeof(stamp), ", image of stamp %.6f", 1e-9 * static_cast<double>(entry.stamp));
-    const std::string where = "topic " + format_.topic + stamp;
-    const cv::Mat image = ToEightBits(decode_(entry.index, where), format_.bits);
-    if (image.cols != format_.width || image.rows != format_.height) {
-      throw InputError(where + ": is of " + std::to_string(image.cols) + " x " + std::to_string(image.rows) +
-                       " pixels, expected " + std::to_string(format_.width) + " x " +
-                       std::to_string(format_.height) + " as the first one");
+    std::string problem = "topic " + format_.topic + stamp;
+    try {
+      const cv::Mat image = ToEightBits(decode_(entry.index, problem), format_.bits);
+      if (image.cols == format_.width && image.rows == format_.height) return image;
+      problem += ": its pixels are not as many as its header says";
+    } catch (const InputError& error) {
+      problem = error.what();
     }
-    return image;
+    if (AreTooManyWith(index)) throw InputError(problem);
+    return cv::Mat::zeros(format_.height, format_.width, CV_8UC1);
+  }
+  std::size_t Undecodable() const override {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return undecodable_.size();
   }
 
  private:
+  bool AreTooManyWith(std::size_t index) const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    undecodable_.insert(index);
+    return static_cast<double>(undecodable_.size()) > kMostBadImages * static_cast<double>(Count());
+  }
+
   std::function<cv::Mat(std::size_t, const std::string&)> decode_;
   ImageFormat format_;
   TimeNs epoch_;
   std::vector<Entry> entries_;
+  mutable std::mutex mutex_;
+  mutable std::set<std::size_t> undecodable_;
 };
 
 // The images that can be used, in order of recording.

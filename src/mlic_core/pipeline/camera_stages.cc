@@ -69,6 +69,12 @@ void CountTracks(const StageContext& context, const std::vector<TrackSet>& track
                   "%s: %zu keyframes, %zu observations of tracks, %zu of them shared with other cameras",
                   context.rig.cameras[c].name.c_str(), keyframes, observations, shared);
     stage->Line(line);
+    for (const Drive& drive : context.dataset.drives) {
+      const std::size_t undecodable = drive.cameras[c].images->Undecodable();
+      if (undecodable == 0) continue;
+      stage->Line(context.rig.cameras[c].name + ": " + std::to_string(undecodable) +
+                  " images cannot be decoded and count as black; check the recording's disk and the driver");
+    }
   }
 }
 

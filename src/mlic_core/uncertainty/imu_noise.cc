@@ -16,8 +16,8 @@ constexpr std::size_t kFewestOfStretch = 64;  // samples; from: derivation, Nois
 // s; from: guard, short enough that a knock leaves the rest of the drive as it is, long enough for a
 // spectrum.
 constexpr double kStretch = 4.0;
-constexpr double kStands = 4.0;                         // the same; from: derivation, one stretch in thousands
-constexpr double kChance = 3.0;                         // standard deviations; from: derivation, 1 in 700
+constexpr double kStands = 4.0;  // the same; from: derivation, one stretch in thousands
+constexpr double kChance = 3.0;  // standard deviations; from: derivation, 1 in 700
 constexpr std::array<double, 4> kLengths{1, 2, 5, 10};  // s; from: definition
 
 double RobustSigma(const Eigen::VectorXd& values) {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <boost/crc.hpp>
 #include <cstring>
+#include <iterator>
 #include <map>
 #include <opencv2/imgproc.hpp>
 #include <utility>
@@ -150,6 +151,13 @@ bool FindCompressedSize(const ImageView& view, ImageHeader& header) {
   return false;
 }
 
+// Whether a scan of the pixels begins (segment SOS, ITU-T T.81, B.2.3).
+bool HasJpegScan(const ImageView& view) {
+  constexpr std::uint8_t kScan[2] = {0xff, 0xda};  // from: standard
+  const std::uint8_t* end = view.data + view.size;
+  return std::search(view.data, end, std::begin(kScan), std::end(kScan)) != end;
+}
+
 // FNV-1a over words of 8 bytes, and the bytes that are left.
 std::uint64_t DigestOf(const ImageView& view) {
   constexpr std::uint64_t kOffset = 14695981039346656037ULL, kPrime = 1099511628211ULL;  // from: standard
@@ -265,6 +273,8 @@ ImageHeader ReadImageHeader(const SerializedMessage& message) {
                    std::to_string(header.height) + " in " + std::to_string(view.size) + " bytes)";
   } else if (header.encoding == "png" && !IsWholePng(view)) {
     header.error = "a png image is damaged: a checksum is wrong or its end is missing";
+  } else if (header.encoding == "jpeg" && !HasJpegScan(view)) {
+    header.error = "a jpeg image is damaged: it ends before its pixels";
   }
   return header;
 }
