@@ -16,8 +16,8 @@ class ImageSource {
   virtual std::size_t Count() const = 0;
   // Stamp on the camera's own clock, seconds since the drive's epoch.
   virtual double Time(std::size_t index) const = 0;
-  // CV_8UC1 (gray) or CV_8UC3 (BGR), as recorded; Bayer images are interpolated. One that cannot be decoded is
-  // black, as if there was nothing to see; throws InputError where these are too many.
+  // CV_8UC1 (gray) or CV_8UC3 (BGR), as recorded; Bayer images are interpolated. One that cannot be decoded
+  // is black, as if there was nothing to see; throws InputError where these are too many.
   virtual cv::Mat Load(std::size_t index) const = 0;
   // How many of those loaded so far could not be decoded.
   virtual std::size_t Undecodable() const { return 0; }

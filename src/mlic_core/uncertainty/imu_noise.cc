@@ -16,8 +16,8 @@ constexpr std::size_t kFewestOfStretch = 64;  // samples; from: derivation, Nois
 // s; from: guard, short enough that a knock leaves the rest of the drive as it is, long enough for a
 // spectrum.
 constexpr double kStretch = 4.0;
-constexpr double kStands = 4.0;  // the same; from: derivation, one stretch in thousands
-constexpr double kChance = 3.0;  // standard deviations; from: derivation, 1 in 700
+constexpr double kChance = 3.0;           // standard deviations; from: derivation, 1 in 700
+constexpr double kChanceOfStretch = 4.0;  // the same, of one of many; from: derivation, 1 in thousands
 constexpr std::array<double, 4> kLengths{1, 2, 5, 10};  // s; from: definition
 
 double RobustSigma(const Eigen::VectorXd& values) {
@@ -81,7 +81,7 @@ SensorCourse CourseOf(const ImuResiduals& residuals, const Sensor& sensor, std::
     sigmas.push_back(SigmaOf(residuals, sensor, s * stretch, s + 1 < stretches ? (s + 1) * stretch : count));
     levels.push_back(sigmas.back().cwiseQuotient(course.usual).squaredNorm() / 3.0);
   }
-  const double limit = (1.0 + kStands * LevelScatter(sensor, stretch)) * Median(levels);
+  const double limit = (1.0 + kChanceOfStretch * LevelScatter(sensor, stretch)) * Median(levels);
   std::array<std::vector<double>, 3> of_usual;
   for (std::size_t s = 0; s < stretches; ++s) {
     if (levels[s] > limit) continue;
