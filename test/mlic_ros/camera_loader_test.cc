@@ -55,6 +55,14 @@ sensor_msgs::Image MakeImage(const cv::Mat& pixels, const std::string& encoding,
   return message;
 }
 
+sensor_msgs::CompressedImage Compressed(int index, const std::string& extension, const std::string& format) {
+  sensor_msgs::CompressedImage message;
+  message.header = MakeImage(TestImage(index), "bgr8", index).header;
+  message.format = format;
+  cv::imencode(extension, TestImage(index), message.data);
+  return message;
+}
+
 // The pixels under a Bayer filter whose first rows' colours are named, "rggb" and the like.
 cv::Mat Mosaic(const cv::Mat& image, const std::string& pattern) {
   cv::Mat mosaic(image.size(), CV_8UC1);
@@ -232,14 +240,7 @@ TEST_F(CameraLoader, LastRowMayLackItsPadding) {
 }
 
 TEST_F(CameraLoader, ReadsCompressedImages) {
-  const auto compressed = [](int i, const std::string& extension, const std::string& format) {
-    sensor_msgs::CompressedImage message;
-    message.header = MakeImage(TestImage(i), "bgr8", i).header;
-    message.format = format;
-    cv::imencode(extension, TestImage(i), message.data);
-    return message;
-  };
-  Write([&](int i) { return compressed(i, ".png", "bgr8; png compressed bgr8"); });
+  Write([&](int i) { return Compressed(i, ".png", "bgr8; png compressed bgr8"); });
   ExpectImages(Colour, 0.0);
   // A compressed mosaic says so in its format.
   Write([&](int i) {
@@ -250,11 +251,11 @@ TEST_F(CameraLoader, ReadsCompressedImages) {
     return message;
   });
   ExpectImages(Colour, 4.0);
-  Write([&](int i) { return compressed(i, ".jpg", "jpeg"); });
+  Write([&](int i) { return Compressed(i, ".jpg", "jpeg"); });
   ExpectImages(Colour, 8.0);
   EXPECT_TRUE(Reported(report_.lines, "64 x 48 (jpeg)"));
   Write([&](int i) {
-    sensor_msgs::CompressedImage message = compressed(i, ".jpg", "jpeg");
+    sensor_msgs::CompressedImage message = Compressed(i, ".jpg", "jpeg");
     if (i % 2 == 1) message.data.assign(500, 7);
     return message;
   });
@@ -301,10 +302,7 @@ TEST_F(CameraLoader, DriverThatHangsIsNoticed) {
 
 TEST_F(CameraLoader, DamagedPngIsLeftOut) {
   Write([&](int i) {
-    sensor_msgs::CompressedImage message;
-    message.header = make_(i).header;
-    message.format = "png";
-    cv::imencode(".png", TestImage(i), message.data);
+    sensor_msgs::CompressedImage message = Compressed(i, ".png", "png");
     if (i == 9) message.data.resize(message.data.size() - 20);
     if (i == 12) message.data[message.data.size() / 2] ^= 1;
     return message;
@@ -320,10 +318,7 @@ TEST_F(CameraLoader, DamagedPngIsLeftOut) {
 
 TEST_F(CameraLoader, JpegWithoutPixelsIsLeftOut) {
   Write([&](int i) {
-    sensor_msgs::CompressedImage message;
-    message.header = make_(i).header;
-    message.format = "jpeg";
-    cv::imencode(".jpg", TestImage(i), message.data);
+    sensor_msgs::CompressedImage message = Compressed(i, ".jpg", "jpeg");
     if (i == 9) message.data.resize(200);  // tables and size
     return message;
   });
@@ -336,10 +331,7 @@ TEST_F(CameraLoader, JpegWithoutPixelsIsLeftOut) {
 // What only decoding shows, here Huffman tables that are none.
 TEST_F(CameraLoader, ImagesThatCannotBeDecodedAreBlack) {
   Write([&](int i) {
-    sensor_msgs::CompressedImage message;
-    message.header = make_(i).header;
-    message.format = "jpeg";
-    cv::imencode(".jpg", TestImage(i), message.data);
+    sensor_msgs::CompressedImage message = Compressed(i, ".jpg", "jpeg");
     constexpr std::uint8_t kTable[2] = {0xff, 0xc4};
     const auto table =
         std::search(message.data.begin(), message.data.end(), std::begin(kTable), std::end(kTable));
