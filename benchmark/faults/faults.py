@@ -303,7 +303,7 @@ FAULTS = [
     _lidars('imu_doubled_10', (IMU,), doubling(0.1)),
     _lidars('imu_late_10', (IMU,), delaying(0.1, 0.3)),
     _lidars('imu_nan_2', (IMU,), edited(unknown_readings), says='NaN'),
-    _lidars('imu_spikes', (IMU,), edited(spikes), refusable=True),
+    _lidars('imu_spikes', (IMU,), edited(spikes), says='spikes'),
     _lidars('imu_axis_frozen', (IMU,), edited(frozen_axis), refusable=True, says='gyroscope z'),
     _lidars('imu_axis_frozen_2_s', (IMU,), within(5, 7, edited(frozen_axis)), says='gyroscope z'),
     _lidars('imu_saturated', (IMU,), edited(clipped), refusable=True, says='range'),

@@ -62,7 +62,8 @@ std::vector<ImuSample> BuildImu(std::vector<StampedImu> samples, const std::stri
                         Number(1.0 / report.period) + " Hz over " + Number(imu.back().time) + " s" +
                         CountText(counts.not_finite, "not finite (dropped)") +
                         CountText(counts.frozen, "frozen (dropped)") +
-                        CountText(counts.saturated, "saturated (dropped)") + StampText(report));
+                        CountText(counts.saturated, "saturated (dropped)") +
+                        CountText(counts.spikes, "spikes (dropped)") + StampText(report));
   if (counts.not_finite > 0) {
     notes.warnings.push_back("topic " + topic + ": " + std::to_string(counts.not_finite) +
                              " IMU samples hold NaN or infinite values; dropped");
@@ -75,6 +76,11 @@ std::vector<ImuSample> BuildImu(std::vector<StampedImu> samples, const std::stri
   if (counts.saturated > 0) {
     notes.warnings.push_back("topic " + topic + ": " + std::to_string(counts.saturated) +
                              " IMU samples are at the end of the sensor's range; dropped, set a wider range");
+  }
+  if (counts.spikes > 0) {
+    notes.warnings.push_back("topic " + topic + ": " + std::to_string(counts.spikes) +
+                             " IMU samples are far off both their neighbours; dropped as spikes, check the "
+                             "connection to the IMU");
   }
   if (report.longest_gap > 10.0 * report.period) {
     notes.warnings.push_back("topic " + topic + ": a gap of " + Number(report.longest_gap) +

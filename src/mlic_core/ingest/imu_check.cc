@@ -61,6 +61,7 @@ void DropUnmeasured(std::vector<StampedImu>& samples, ImuCounts* counts) {
       if (stuck[i]) ++counts->frozen_axes[axis];
     }
   }
+  const std::vector<bool> turns = FindSpikes(samples, true), forces = FindSpikes(samples, false);
   const auto count = static_cast<std::size_t>(std::count(frozen.begin(), frozen.end(), true));
   if (2 * count > samples.size()) std::fill(frozen.begin(), frozen.end(), false);
   std::vector<StampedImu> kept;
@@ -69,6 +70,8 @@ void DropUnmeasured(std::vector<StampedImu>& samples, ImuCounts* counts) {
       ++counts->frozen;
     } else if (saturated[i]) {
       ++counts->saturated;
+    } else if (turns[i] || forces[i]) {
+      ++counts->spikes;
     } else if (!broken[i]) {
       kept.push_back(samples[i]);
     }

@@ -25,6 +25,10 @@ std::vector<bool> FindFrozen(const std::vector<StampedImu>& samples);
 // often than the next one. In the noise of quantised readings it is the rarest.
 std::vector<bool> FindSaturated(const std::vector<StampedImu>& samples, int axis);
 
+// Single readings of one sensor, gyroscope or accelerometer, that are far off both neighbours: of a broken
+// transmission. No rig turns or shakes so from one sample to the next and back.
+std::vector<bool> FindSpikes(const std::vector<StampedImu>& samples, bool of_gyroscope);
+
 // Readings of one axis that stay the same for half a second or longer while the other axes of the same sensor
 // go on: a part of the sensor has failed.
 std::vector<bool> FindFrozenAxis(const std::vector<StampedImu>& samples, int axis);

@@ -19,8 +19,6 @@ constexpr double kGravityTolerance = 0.3;   // m/s^2: bias and scale of a consum
 constexpr double kMovingTolerance = 1.0;    // m/s^2: where it never rests the median holds motion as well
 constexpr double kMostFaultySamples = 0.2;  // of the samples
 constexpr double kNotFiniteShare = 0.001;   // of the samples
-constexpr double kSpikeSigmas = 30.0;       // of the usual difference to the neighbours' mean
-constexpr double kSmallestSpike = 0.5;      // rad/s: no vehicle does this for a single sample
 
 std::string Percent(std::size_t count, std::size_t all) {
   return Number(100.0 * static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(1, all)),
@@ -117,23 +115,6 @@ Finding GravityFinding(const std::string& name, const std::vector<ImuSample>& sa
           "check the accelerometer's scale; try imu: {intrinsics: scale_misalignment}"};
 }
 
-// A gyroscope cannot jump and come back from one sample to the next: shocks reach the accelerometer alone.
-std::vector<bool> FindSpikes(const std::vector<StampedImu>& samples) {
-  std::vector<bool> spikes(samples.size(), false);
-  std::vector<double> differences(samples.size(), 0.0);
-  for (std::size_t i = 1; i + 1 < samples.size(); ++i) {
-    differences[i] = (samples[i].angular_velocity -
-                      0.5 * (samples[i - 1].angular_velocity + samples[i + 1].angular_velocity))
-                         .norm();
-  }
-  const double limit = std::max(kSmallestSpike, kSpikeSigmas * Median(differences));
-  for (std::size_t i = 1; i + 1 < samples.size(); ++i) {
-    spikes[i] = differences[i] > limit && differences[i] >= differences[i - 1] &&
-                differences[i] >= differences[i + 1];
-  }
-  return spikes;
-}
-
 Findings AxisFindings(const std::string& name, const std::vector<StampedImu>& samples, TimeNs begin) {
   Findings findings;
   for (int axis = 0; axis < kImuAxes; ++axis) {
@@ -177,11 +158,13 @@ Findings ImuFindings(const std::string& name, std::vector<StampedImu> samples, T
   if (usable.size() >= 4 && findings.back().grade == Grade::kPass) {
     findings.push_back(GravityFinding(name, usable));
   }
-  const std::vector<bool> frozen = FindFrozen(samples), spikes = FindSpikes(samples);
+  const std::vector<bool> frozen = FindFrozen(samples), forces = FindSpikes(samples, false);
+  std::vector<bool> spikes = FindSpikes(samples, true);
+  for (std::size_t i = 0; i < spikes.size(); ++i) spikes[i] = spikes[i] || forces[i];
   findings.push_back(FlagFinding(name, "repeated readings", "", frozen, PlacesOf(samples, frozen, begin)));
   findings.back().remedy = "they are dropped; the driver hangs, check its connection";
   findings.push_back(FlagFinding(name, "spikes", "", spikes, PlacesOf(samples, spikes, begin)));
-  findings.back().remedy = "check the connection to the IMU; robust losses take some of them";
+  findings.back().remedy = "they are dropped; check the connection to the IMU";
   Append(AxisFindings(name, samples, begin), &findings);
   return findings;
 }

@@ -104,6 +104,28 @@ TEST(DriveBuilder, FrozenAndSaturatedImuReadingsAreLeftOut) {
   for (const ImuSample& sample : drive.imu) EXPECT_LT(sample.angular_velocity.x(), 0.5);
 }
 
+TEST(DriveBuilder, SpikesOfTheImuAreLeftOut) {
+  Random random(6);
+  TestMessages test;
+  std::vector<StampedImu>& imu = test.messages.imu;
+  for (std::size_t i = 0; i < imu.size(); ++i) {
+    for (int axis = 0; axis < 3; ++axis) {
+      imu[i].angular_velocity[axis] = std::sin(0.3 * static_cast<double>(i)) + 0.01 * random.Normal();
+      imu[i].specific_force[axis] += 0.3 * random.Normal();
+    }
+  }
+  EXPECT_EQ(test.Build().imu.size(), 300u);  // fast turns are none
+  for (const std::size_t i : {40, 41, 90}) imu[i].angular_velocity.y() += 20.0;
+  imu[200].specific_force.z() -= 150.0;
+  const Drive drive = test.Build();
+  EXPECT_EQ(drive.imu.size(), 296u);
+  for (const ImuSample& sample : drive.imu) {
+    EXPECT_LT(sample.angular_velocity.cwiseAbs().maxCoeff(), 1.1);
+    EXPECT_GT(sample.specific_force.z(), 0.0);
+  }
+  EXPECT_TRUE(IsNoted(test.notes.warnings, "4 IMU samples are far off both their neighbours"));
+}
+
 TEST(DriveBuilder, AnAxisOfTheImuThatIsFrozenForMostOfTheDriveIsAnError) {
   const auto with_frozen = [](std::size_t begin, std::size_t end) {
     Random random(4);
