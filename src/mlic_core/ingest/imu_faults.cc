@@ -16,9 +16,9 @@ constexpr std::size_t kFewestFrozenAxis = 20;  // samples in a row; from: guard
 constexpr std::size_t kFewestOtherLevels = 5;  // of an axis that goes on; from: guard
 constexpr std::size_t kFewestSaturated = 20;   // from: guard
 constexpr std::size_t kFewestLevels = 50;      // of different values: fewer are no sensor's; from: guard
-constexpr double kSpike = 30.0;             // times the usual difference to the neighbours' mean; from: guard
-constexpr double kSmallestTurnSpike = 0.5;  // rad/s; from: guard, no rig does this for a single sample
-constexpr double kSmallestForceSpike = 20.0;  // m/s^2; from: guard, a knock lasts for some milliseconds
+constexpr double kSpike = 30.0;                // times the usual step from one to the next; from: guard
+constexpr double kSmallestTurnSpike = 0.5;     // rad/s; from: guard, no rig does this for a single sample
+constexpr double kSmallestForceSpike = 20.0;   // m/s^2; from: guard, a knock lasts for some milliseconds
 constexpr double kLeastSpread = 0.01;  // rad/s, m/s^2; from: guard, below it rounding alone makes the levels
 
 // Of the samples [begin, end) that one axis shows, at most as many as asked for.
@@ -62,15 +62,14 @@ std::vector<bool> FindSpikes(const std::vector<StampedImu>& samples, bool of_gyr
   const auto reading = [&](std::size_t i) -> const Eigen::Vector3d& {
     return of_gyroscope ? samples[i].angular_velocity : samples[i].specific_force;
   };
-  std::vector<double> differences(samples.size(), 0.0);
-  for (std::size_t i = 1; i + 1 < samples.size(); ++i) {
-    differences[i] = (reading(i) - 0.5 * (reading(i - 1) + reading(i + 1))).norm();
-  }
+  // From one sample to the next.
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < samples.size(); ++i) steps.push_back((reading(i) - reading(i - 1)).norm());
   const double limit =
-      std::max(of_gyroscope ? kSmallestTurnSpike : kSmallestForceSpike, kSpike * Median(differences));
+      std::max(of_gyroscope ? kSmallestTurnSpike : kSmallestForceSpike, kSpike * Median(steps));
   for (std::size_t i = 1; i + 1 < samples.size(); ++i) {
-    spikes[i] = differences[i] > limit && differences[i] >= differences[i - 1] &&
-                differences[i] >= differences[i + 1];
+    spikes[i] = std::min(steps[i - 1], steps[i]) > limit &&
+                (reading(i + 1) - reading(i - 1)).norm() < 0.5 * std::min(steps[i - 1], steps[i]);
   }
   return spikes;
 }
