@@ -49,7 +49,9 @@ class ChosenImages : public ImageSource {
     try {
       const cv::Mat image = ToEightBits(decode_(entry.index, problem), format_.bits);
       if (image.cols == format_.width && image.rows == format_.height) return image;
-      problem += ": its pixels are not as many as its header says";
+      problem += ": is of " + std::to_string(image.cols) + " x " + std::to_string(image.rows) +
+                 " pixels, expected " + std::to_string(format_.width) + " x " +
+                 std::to_string(format_.height) + " as its header says";
     } catch (const InputError& error) {
       problem = error.what();
     }
