@@ -22,7 +22,7 @@ double FoundLag(double lag, double first_sample) {
   problem.imu.lag_sigma = 0.01;
   DriveTerms& terms = problem.drives.emplace_back();
   terms.poses = {{}, 1e-4, 3e-4};
-  terms.imu_sigma = {Eigen::Vector3d::Constant(3e-3), Eigen::Vector3d::Constant(8e-3)};
+  terms.imu_sigma.usual = {Eigen::Vector3d::Constant(3e-3), Eigen::Vector3d::Constant(8e-3)};
   for (double t = first_sample; t < kDuration; t += 1.0 / kRate) {
     ImuSample sample = motion.Sample(t);
     sample.specific_force = motion.Sample(t - lag).specific_force;

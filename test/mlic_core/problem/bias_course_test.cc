@@ -56,7 +56,7 @@ TEST(BiasCourse, IsFoundByTheSolve) {
   JointProblem problem;
   problem.dataset = &dataset;
   DriveTerms& terms = problem.drives.emplace_back();
-  terms.imu_sigma = {Eigen::Vector3d::Constant(1e-3), Eigen::Vector3d::Constant(1e-2)};
+  terms.imu_sigma.usual = {Eigen::Vector3d::Constant(1e-3), Eigen::Vector3d::Constant(1e-2)};
   terms.bias_steps = {1e3, 1e3};  // so that the prior does not pull
   terms.poses = {{}, 1e-4, 1e-3};
   const SplitSpline& trajectory = state.drives[0].trajectory;

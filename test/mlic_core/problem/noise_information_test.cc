@@ -66,8 +66,8 @@ class Turntable : public testing::Test {
     problem_.imu.alignment_held.setZero();
     DriveTerms& terms = problem_.drives.emplace_back();
     terms.poses = {{}, 1e-3, 0.01};
-    terms.imu_sigma = {Eigen::Vector3d::Constant(kNoise.gyroscope * std::sqrt(kRate)),
-                       Eigen::Vector3d::Constant(kNoise.accelerometer * std::sqrt(kRate))};
+    terms.imu_sigma.usual = {Eigen::Vector3d::Constant(kNoise.gyroscope * std::sqrt(kRate)),
+                             Eigen::Vector3d::Constant(kNoise.accelerometer * std::sqrt(kRate))};
     for (int i = 0; i < static_cast<int>(kDuration * kRate); ++i) {
       const double t = (i + 0.5) / kRate;
       ImuSample sample{t, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};

@@ -35,7 +35,7 @@ class TwoLidars : public testing::Test {
     }
     problem_.dataset = &dataset_;
     problem_.drives.resize(1);
-    problem_.drives[0].imu_sigma = {Eigen::Vector3d::Constant(1e-4), Eigen::Vector3d::Constant(3e-4)};
+    problem_.drives[0].imu_sigma.usual = {Eigen::Vector3d::Constant(1e-4), Eigen::Vector3d::Constant(3e-4)};
     problem_.drives[0].planes.begin = {0};
     problem_.lidars.resize(2);
   }

@@ -34,7 +34,7 @@ class WallsAround : public testing::Test {
     }
     problem_.dataset = &dataset_;
     problem_.drives.resize(1);
-    problem_.drives[0].imu_sigma = {Eigen::Vector3d::Constant(1e-4), Eigen::Vector3d::Constant(3e-4)};
+    problem_.drives[0].imu_sigma.usual = {Eigen::Vector3d::Constant(1e-4), Eigen::Vector3d::Constant(3e-4)};
     problem_.lidars.resize(1);
     problem_.drives[0].planes.begin = {0};
   }
