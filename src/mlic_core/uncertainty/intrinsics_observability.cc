@@ -21,6 +21,13 @@ bool IsTangential(CameraModel model, int parameter) {
          (parameter == kTangential[0] || parameter == kTangential[1]);
 }
 
+// Terms of the rational model act together only: what one of them does, others undo, and where one stays
+// behind, the focal length bends to what it should be. Their usual size, a prior (CalibrationPrior), bounds
+// them.
+bool HasUsualSize(CameraModel model, int parameter) {
+  return model == CameraModel::kRationalPolynomial && parameter >= 4 && !IsTangential(model, parameter);
+}
+
 bool IsCentre(int parameter) { return parameter == kCentre || parameter == kCentre + 1; }
 
 // The order in which parameters are given up: the highest rank first.
@@ -81,8 +88,13 @@ int NextFixed(const CameraIntrinsics& intrinsics, const std::vector<CameraParame
   for (int i = 0; i < covariance.rows(); ++i) {
     const int rank = Rank(intrinsics.model, i);
     if (held[i] || rank < highest || (fixed.usual_centre && IsCentre(i))) continue;
+    if (HasUsualSize(intrinsics.model, i)) continue;
     const double sigma = std::sqrt(std::max(1e-300, covariance(i, i)));
-    double excess = MeanDisplacement(jacobians, covariance.col(i) / sigma) / limit;
+    Eigen::VectorXd change = covariance.col(i) / sigma;
+    for (int k = 0; k < change.size(); ++k) {
+      if (HasUsualSize(intrinsics.model, k)) change[k] = 0.0;
+    }
+    double excess = MeanDisplacement(jacobians, change) / limit;
     if (IsTangential(intrinsics.model, i)) {
       excess = std::max(excess, kPatternError * sensitivity * sigma / kUsualTangential);
     }
