@@ -21,6 +21,7 @@ namespace {
 constexpr double kAgreement = 0.05;  // rad, residual beyond which a motion has no more say; from: measured
 constexpr double kVisualRotationSigma = 0.01;  // rad, of a visual rotation; from: measured
 constexpr double kDirectionSigma = 0.3;        // rad, of a direction of motion: the lever arm is not known
+constexpr double kLeastTravel = 0.05;          // m, of the IMU, for a direction; from: guard
 
 // Rotation vectors of IMU and camera over the same intervals, and their directions of motion in the frame at
 // the interval's end.
@@ -42,8 +43,10 @@ Correspondences At(const std::vector<VisualMotion>& motions, const std::vector<c
     const auto position = [&](double t) {
       return trajectory.position.Position(SplineBasis(trajectory.position.knots(), t));
     };
-    const Eigen::Vector3d moved = R_b.conjugate() * (position(b) - position(a) + R_b * lever - R_a * lever);
-    if (moved.norm() < 0.05) continue;
+    // The gyroscope's rotations alone make a trajectory that stands still: it tells no directions.
+    const Eigen::Vector3d travelled = position(b) - position(a);
+    if (travelled.norm() < kLeastTravel) continue;
+    const Eigen::Vector3d moved = R_b.conjugate() * (travelled + R_b * lever - R_a * lever);
     result.imu_direction.push_back(moved.normalized());
     result.camera_direction.push_back(motion.direction);
   }

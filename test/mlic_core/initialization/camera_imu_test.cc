@@ -293,10 +293,10 @@ SyntheticTracksOptions SeenFromACar() {
 
 // A car turns about one axis: what that leaves open comes from the guess; the scale is there, as it speeds up
 // sideways to either side.
-TEST(VisualInitialization, ACarNeedsAGuessOnly) {
+void ExpectTheGuessIsEnough(const std::vector<CameraCalibration>& cameras) {
   SyntheticTracksOptions options = SeenFromACar();
   options.duration = 40.0;
-  Case c = MakeCase(Stereo(), options, RealImu(), sim::Scenario::kFigureEight);
+  Case c = MakeCase(cameras, options, RealImu(), sim::Scenario::kFigureEight);
   StartFromFieldOfView(&c, 90.0);
   Random random(3);
   for (std::size_t i = 0; i < c.truth.size(); ++i) {
@@ -315,6 +315,18 @@ TEST(VisualInitialization, ACarNeedsAGuessOnly) {
   EXPECT_LT(worst.milliseconds, 2.0);  // gentle turns hardly tell it: 0.1 to 6 ms as the noise is drawn
   EXPECT_LT(worst.pixels, 5.0);        // the centre trades with the rotation
   EXPECT_LT(worst.path_share, 0.01);
+}
+
+TEST(VisualInitialization, ACarNeedsAGuessOnly) { ExpectTheGuessIsEnough(Stereo()); }
+
+// Before the path is known, the only way that a camera is known to go is that about the IMU as it turns, and
+// where the lever arm is long that looked like the way of the car: the start was turned by 30 deg.
+TEST(VisualInitialization, ACarNeedsAGuessOnlyWhereLeverArmsAreLong) {
+  std::vector<CameraCalibration> cameras = Stereo();
+  for (CameraCalibration& camera : cameras) {
+    camera.sensor.T_imu_sensor.translation += Eigen::Vector3d(-1.2, -0.9, 0.2);
+  }
+  ExpectTheGuessIsEnough(cameras);
 }
 
 // Steady turning on a plane: what the accelerometer reads is as well a bias.
@@ -339,6 +351,8 @@ TEST(VisualInitialization, RefusesAScaleThatTheMotionDoesNotShow) {
       EXPECT_TRUE(still);
     } else if (scenario == sim::Scenario::kCircle) {
       EXPECT_FALSE(still);
+      for (CameraConfig& camera : c.rig.cameras) camera.guess.reset();
+      EXPECT_NE(c.Run().problems.back().find("about one axis only"), std::string::npos);
     }
   }
 }

@@ -115,7 +115,16 @@ Initialization Solve(const Rig& rig, const Dataset& dataset, const std::vector<C
   for (const Drive& drive : dataset.drives) spacing.push_back(ChooseKnotSpacing(drive.imu));
   const KnownRotations known = Known(rig, dataset, start, tracks, result.imu_sigma, spacing, rotations);
   const VisualPositions positions = SolvePositions(known, cancellation);
-  if (!ScaleShown(rig, dataset, positions, &result)) return result;
+  if (!ScaleShown(rig, dataset, positions, &result)) {
+    for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
+      if (!rotations.found[c] || !rotations.open[c]) continue;
+      result.problems.push_back(
+          rig.cameras[c].name +
+          ": the drive turns about one axis only, which does not show how the camera is "
+          "turned about it; give its T_imu_sensor in the rig file");
+    }
+    return result;
+  }
   CalibrationState& state = result.state;
   state.cameras = rotations.cameras;
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {

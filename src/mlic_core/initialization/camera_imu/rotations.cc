@@ -85,6 +85,7 @@ VisualRotations AlignWithGyroscope(const Rig& rig, const Dataset& dataset,
     for (const SplitSpline& spline : splines) trajectories.push_back(&spline);
     result.cameras.clear();
     result.found.assign(cameras, false);
+    result.open.assign(cameras, false);
     result.notes.clear();
     result.problems.clear();
     std::vector<std::vector<VisualMotion>> motions(cameras);
@@ -99,6 +100,7 @@ VisualRotations AlignWithGyroscope(const Rig& rig, const Dataset& dataset,
         result.problems.push_back({config.name, AlignmentProblem(config.name)});
       } else {
         if (!config.fixed) result.notes.push_back(AlignmentNote(config.name, camera, alignments[c].rotation));
+        result.open[c] = !config.fixed && !config.guess && alignments[c].rotation.weakest_axis < kWeakAxis;
         motions[c] = VisualMotions(pairs[c], camera.intrinsics, start[c].from_field_of_view ? 8.0 : 3.0);
       }
     }
