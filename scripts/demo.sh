@@ -12,7 +12,7 @@ set -euo pipefail
 
 usage() { sed -n '2,8p' "$0" >&2; exit 1; }
 truth=""
-rig_name=handheld_stereo scenario=handheld work="a simulated drive and its calibration (some 2 minutes)"
+rig_name=handheld_stereo scenario=handheld work="a simulated drive and its calibration (2 to 4 minutes)"
 how=(--no-guess --image-rate 5)  # images take most of a walk's time; five in a second show as much
 if [ "${1:-}" = --full ]; then
   rig_name=paper_rig scenario=figure_eight how=() work="a simulated drive and its calibration"
@@ -37,7 +37,7 @@ esac
 tests=() needed=(all)
 if [ ! -f "$build/CMakeCache.txt" ]; then
   tests=(-DBUILD_TESTING=OFF) needed=(calibrate_node evaluate simulate)
-  echo "== to come: packages from apt (781 MB, some 2 minutes), a build (once, some 6 minutes on 2 cores)," \
+  echo "== to come: packages from apt (781 MB, 2 to 5 minutes), a build (once, 6 to 10 minutes on 2 cores)," \
     "$work, and where the results lie"
 fi
 "$repository/scripts/install_dependencies.sh"
