@@ -39,10 +39,8 @@ int Rank(CameraModel model, int parameter) {
       constexpr int kRanks[] = {2, 3, 4, 4, 5};  // from: structural
       return kRanks[i];
     }
-    case CameraModel::kRationalPolynomial: {
-      constexpr int kRanks[] = {2, 3, 4, 4, 5, 6, 7, 8};  // from: structural
-      return kRanks[i];
-    }
+    case CameraModel::kRationalPolynomial:
+      return 2;  // the tangential terms: the others are not given up
     case CameraModel::kEquidistant:
       return 2 + i;
     case CameraModel::kDoubleSphere:
@@ -86,9 +84,9 @@ int NextFixed(const CameraIntrinsics& intrinsics, const std::vector<CameraParame
   int next = -1, highest = -1;
   double largest = 0.0;
   for (int i = 0; i < covariance.rows(); ++i) {
+    if (held[i] || HasUsualSize(intrinsics.model, i) || (fixed.usual_centre && IsCentre(i))) continue;
     const int rank = Rank(intrinsics.model, i);
-    if (held[i] || rank < highest || (fixed.usual_centre && IsCentre(i))) continue;
-    if (HasUsualSize(intrinsics.model, i)) continue;
+    if (rank < highest) continue;
     const double sigma = std::sqrt(std::max(1e-300, covariance(i, i)));
     Eigen::VectorXd change = covariance.col(i) / sigma;
     for (int k = 0; k < change.size(); ++k) {

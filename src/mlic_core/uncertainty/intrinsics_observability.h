@@ -26,16 +26,15 @@ std::vector<double> PatternSensitivity(const std::vector<DriveTerms>& drives, st
 // it of the priors; the scatter of the residuals is taken out already. A parameter is held when one sigma of
 // it, with the camera's other intrinsics moving as they are correlated with it, moves the image by more than
 // `limit` px in the mean; higher terms of the distortion first, one after the other, as each one that is held
-// tells more of the others. The radial terms of the
-// rational model are not held: nothing is held that has its usual size as a prior. Both tangential terms are
-// held too when a pattern of errors that real lenses and features leave (sensitivity: PatternSensitivity) can
-// fake as much of one of them as lenses have: in an image much wider than high, of a car that turns about the
-// vertical, they, the centre and the pitch look alike, and more observations do not help. A centre is not
-// held: what earlier rounds left it at may be tens of pixels from what the data say, and the rotation with
-// it. It moves on, with its usual distance from the middle of the image as a prior. Where the data tell the
-// ratio of the focal lengths to less than half a thousandth, pixels are taken for square: a car hardly
-// pitches, and its vertical focal length rests on how well its trajectory has that little. information must
-// be without these priors. start: what is held anyway.
+// tells more of the others. The radial terms of the rational model are not held: nothing is held that has its
+// usual size as a prior. Both tangential terms are held too when a pattern of errors that real lenses and
+// features leave (sensitivity: PatternSensitivity) can fake as much of one of them as lenses have: in an
+// image much wider than high, of a car that turns about the vertical, they, the centre and the pitch look
+// alike, and more observations do not help. A centre is not held: what earlier rounds left it at may be tens
+// of pixels from what the data say, and the rotation with it. It moves on, with its usual distance from the
+// middle of the image as a prior. Where the data tell the ratio of the focal lengths to less than half a
+// thousandth, pixels are taken for square: a car hardly pitches, and its vertical focal length rests on how
+// well its trajectory has that little. information must be without these priors. start: what is held anyway.
 std::vector<FixedCameraParameters> HoldUndeterminedIntrinsics(const Eigen::MatrixXd& information,
                                                               const CalibrationState& state,
                                                               const Layout& layout,

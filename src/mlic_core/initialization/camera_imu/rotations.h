@@ -11,8 +11,8 @@ namespace mlic {
 struct VisualRotations {
   std::vector<CameraCalibration> cameras;  // rotation, time offset; focal length from the field of view
   std::vector<bool> found;
-  std::vector<bool>
-      open;  // the drive turns about one axis, and no guess says how the camera is turned about it
+  // The drive turns about one axis only, and no guess says how the camera is turned about it.
+  std::vector<bool> open;
   std::vector<Eigen::Vector3d> gyroscope_bias;  // of each drive, rad/s
   std::vector<SensorProblem> problems;          // of the cameras not found
   std::vector<std::string> notes;
