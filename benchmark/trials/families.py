@@ -9,6 +9,7 @@ import math
 import random
 
 import lenses
+from score import rows_of, times
 
 OPEN = ['yard', 'hall', 'car_park', 'slope']
 CLOSED = ['street', 'corridor', 'grove']
@@ -109,6 +110,13 @@ def on_lidars(**keys):
     return apply
 
 
+def on_cameras(**keys):
+    def apply(draw, trial):
+        for camera in trial['sensors'].get('cameras', {}).values():
+            camera.update(keys)
+    return apply
+
+
 def on_imu(**keys):
     def apply(draw, trial):
         trial['sensors']['imu'].update(keys)
@@ -123,6 +131,40 @@ def ring_bias(draw, trial):
 def scaled_imu(draw, trial):
     for name in ('gyroscope_matrix', 'accelerometer_matrix'):
         trial['sensors']['imu'][name] = [(1.0 if k % 4 == 0 else 0.0) + draw.gauss(0, 0.003) for k in range(9)]
+
+
+def combined(draw, trial):
+    """All of it at once, each by as much as sensors that are sold show it, or not at all; lenses that nobody sells."""
+    trial.update(moving=draw.choice([0, 3, 6, 9]))
+    imu = trial['sensors']['imu']
+    turn = rows_of(rotation([draw.gauss(0, 1) for _ in range(3)], math.radians(draw.uniform(0, 3))))
+    for name, turned_by in (('gyroscope_matrix', None), ('accelerometer_matrix', turn)):
+        matrix = [(1.0 if k % 4 == 0 else 0.0) + draw.gauss(0, 0.001) for k in range(9)]
+        imu[name] = sum(times(turned_by, rows_of(matrix)), []) if turned_by else matrix
+    cut_off = draw.uniform(0.1, 0.25)
+    imu.update(low_pass={'gyroscope': cut_off, 'accelerometer': draw.choice([cut_off, draw.uniform(0.1, 0.25)])},
+               gravity=draw.uniform(9.78, 9.83),
+               stamps={'jitter': draw.uniform(0, 0.0005), 'doubled': draw.choice([0.0, 0.1])})
+    if draw.random() < 0.5:
+        imu['vibration'] = [{'frequency': draw.uniform(30, 90), 'specific_force': draw.uniform(0, 2),
+                             'angular_velocity': draw.uniform(0, 0.02)}]
+    if draw.random() < 0.5:
+        imu['warm_up'] = {'gyroscope': [draw.gauss(0, 0.002) for _ in range(3)],
+                          'accelerometer': [draw.gauss(0, 0.02) for _ in range(3)],
+                          'time_constant': draw.uniform(20, 90)}
+    for lidar in trial['sensors'].get('lidars', {}).values():
+        bias = draw.choice([0.0, 0.003, 0.01])
+        lidar.update(ring_bias=[draw.gauss(0, bias) for _ in range(rings_of(lidar['pattern']))],
+                     range_walk=draw.uniform(0, 0.02), packet_loss=draw.choice([0.0, 0.03]),
+                     rain=draw.choice([0.0, 0.001]), clock_drift_ppm=draw.gauss(0, 20))
+    for camera in trial['sensors'].get('cameras', {}).values():
+        lens = lenses.draw_lens(draw)
+        camera.update(model=lens[0], image_size=list(lens[1]), intrinsics=lens[2],
+                      fov_deg=round(lenses.field_of_view_deg(lens)), vignetting=draw.uniform(0.1, 0.6),
+                      exposure_drift=draw.uniform(0, 0.4), jpeg_quality=draw.choice([70, 90]),
+                      full_well=draw.choice([3000, 10000]), clock_drift_ppm=draw.gauss(0, 20))
+        if draw.random() < 0.5:
+            camera.update(shortest_exposure=0.0005, exposure=draw.uniform(0.005, 0.02))
 
 
 # What one effect changes of an otherwise plain drive.
@@ -145,6 +187,8 @@ EFFECTS = {
     'gravity': on_imu(gravity=9.79),
     'clock_drift': on_lidars(clock_drift_ppm=50),
     'imu_stamps': on_imu(stamps={'jitter': 0.0005, 'doubled': 0.3}),
+    'auto_exposure': on_cameras(exposure=0.015, shortest_exposure=0.0005),
+    'combined': combined,
 }
 
 

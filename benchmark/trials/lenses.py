@@ -31,6 +31,52 @@ def radius(model, p, angle):
     return r * (1 + s * (p[4] + s * (p[5] + s * p[8]))) / below
 
 
+def reaches_corners(lens):
+    """Whether the radius grows with the angle up to the corners of the image, with a tenth to spare."""
+    model, (width, height), p = lens
+    need = 1.1 * max(math.hypot(u - p[2], v - p[3]) for u in (0, width) for v in (0, height)) / p[0]
+    before = 0.0
+    for step in range(1, 700):
+        now = radius(model, p, math.radians(0.125 * step))
+        if now <= before or not math.isfinite(now):
+            return False
+        if now > need:
+            return True
+        before = now
+    return False
+
+
+def draw_lens(draw):
+    """One that nobody sells: of any of the models, with distortion and focal length from the random generator `draw`."""
+    while True:
+        model = draw.choice(['plumb_bob', 'plumb_bob', 'rational_polynomial', 'equidistant', 'double_sphere'])
+        width, height = draw.choice([(640, 480), (752, 480), (800, 500)] if model in ('plumb_bob', 'rational_polynomial')
+                                    else [(640, 480), (720, 720)])
+        center = [width / 2 + draw.gauss(0, 8), height / 2 + draw.gauss(0, 8)]
+        decentring = [draw.gauss(0, 3e-4), draw.gauss(0, 3e-4)]
+        if model == 'plumb_bob':
+            k1 = draw.uniform(-0.45, 0.05)
+            focal = width * draw.uniform(0.55, 0.95)
+            rest = [k1, draw.uniform(0.8, 1.4) * k1 * k1] + decentring + [draw.uniform(-0.9, 0.0) * abs(k1) ** 3]
+        elif model == 'rational_polynomial':
+            sold = LENSES['wide-130'][2]
+            focal = width * draw.uniform(0.4, 0.6)
+            rest = [draw.uniform(0.9, 1.1) * sold[4], sold[5]] + decentring + sold[8:]
+        elif model == 'equidistant':
+            focal = width / math.radians(draw.uniform(150, 220))
+            rest = [draw.gauss(0, s) for s in (0.02, 0.008, 0.003, 0.0008)]
+        else:
+            focal = width * draw.uniform(0.26, 0.34)
+            rest = [draw.uniform(-0.25, 0.0), draw.uniform(0.52, 0.64)]
+        lens = model, (width, height), [focal, focal * draw.uniform(0.996, 1.004)] + center + rest
+        if model in ('equidistant', 'double_sphere'):
+            angles = [radius(model, lens[2], math.radians(a)) for a in range(0, 116)]
+            if all(a < b for a, b in zip(angles, angles[1:])):
+                return lens
+        elif reaches_corners(lens):
+            return lens
+
+
 def field_of_view_deg(lens):
     """Horizontal, between the middles of the left and right edge."""
     model, (width, _), p = lens

@@ -19,6 +19,11 @@ using Eigen::Vector3f;
 constexpr float kFarthest = 300.0f;  // m
 constexpr int kBand = 16;            // rows of one part of the work
 constexpr int kGammaSteps = 16384;
+// An automatic exposure: meters a grid of rays at some instants before the picture; is longest at the first
+// level of light, with 1 that of a white wall in the sun; and leaves pictures at the second.
+constexpr int kMeterRays = 8;                                   // of one instant, in each direction
+constexpr double kMeterInstants[] = {0.1, 0.2, 0.3, 0.4, 0.5};  // s
+constexpr double kLongestLight = 0.1, kMeanLevel = 0.3, kLargestGain = 8.0;
 constexpr int kShutterSamples = 4;  // instants of one exposure, one for each place of a 2 x 2 pattern of rays
 
 // Standard normal but for its tails (a sum of four uniform numbers), from one hash.
@@ -53,13 +58,15 @@ struct CameraRenderer::RowPose {
 };
 
 CameraRenderer::CameraRenderer(const SimulatedCamera& camera, const World& world, const Lighting& lighting,
-                               const SurfaceTextures& textures, const Trajectory& trajectory)
+                               const SurfaceTextures& textures, const Trajectory& trajectory,
+                               const std::vector<double>& times)
     : camera_(camera),
       world_(world),
       lighting_(lighting),
       textures_(textures),
       trajectory_(trajectory),
-      columns_(camera.intrinsics.width + 2) {
+      columns_(camera.intrinsics.width + 2),
+      mean_exposure_(camera.exposure) {
   const int width = camera_.intrinsics.width, height = camera_.intrinsics.height;
   bearings_.resize(static_cast<std::size_t>(columns_ * (height + 2)));
   vignette_.resize(static_cast<std::size_t>(width * height));
@@ -87,16 +94,71 @@ CameraRenderer::CameraRenderer(const SimulatedCamera& camera, const World& world
     gamma_.push_back(
         static_cast<std::uint8_t>(std::lround(255.0 * GammaOf(static_cast<double>(i) / kGammaSteps))));
   }
+  if (camera_.shortest_exposure > 0.0 && !times.empty()) {
+    double sum = 0.0;
+    for (const double time : times) sum += AutomaticLength(MeteredLight(time));
+    mean_exposure_ = sum / static_cast<double>(times.size());
+  }
 }
 
-std::vector<CameraRenderer::RowPose> CameraRenderer::PosesOf(double time, int sample_row) const {
+double CameraRenderer::MeteredLight(double time) const {
+  static_assert(kMeterRays == RayPacket::kSize, "a row of rays is one packet");
+  double sum = 0.0;
+  int count = 0;
+  for (const double before : kMeterInstants) {
+    const double instant = time - before;
+    const RigidTransform T = trajectory_.PoseAt(instant) * camera_.calibration.T_imu_sensor;
+    const Eigen::Matrix3f R = T.rotation.toRotationMatrix().cast<float>();
+    for (int row = 0; row < kMeterRays; ++row) {
+      RayPacket packet;
+      const int v = (2 * row + 1) * camera_.intrinsics.height / (2 * kMeterRays);
+      for (int lane = 0; lane < kMeterRays; ++lane) {
+        const int u = (2 * lane + 1) * camera_.intrinsics.width / (2 * kMeterRays);
+        const Vector3f& bearing = bearings_[static_cast<std::size_t>((v + 1) * columns_ + u + 1)];
+        packet.valid[lane] = std::isfinite(bearing.sum()) ? -1 : 0;
+        if (packet.valid[lane] == 0) continue;
+        const Vector3f direction = (R * bearing).normalized();
+        for (int c = 0; c < 3; ++c) {
+          packet.origin[c][lane] = static_cast<float>(T.translation[c]);
+          packet.direction[c][lane] = direction[c];
+        }
+      }
+      world_.CastPacket(kFarthest, packet);
+      const auto angle = static_cast<float>(camera_.fov_deg * M_PI / 180.0 / kMeterRays);
+      for (int lane = 0; lane < kMeterRays; ++lane) {
+        if (packet.valid[lane] == 0) continue;
+        float light[3];
+        Shade(packet, lane, instant, angle, light);
+        sum += 0.299 * light[0] + 0.587 * light[1] + 0.114 * light[2];
+        ++count;
+      }
+    }
+  }
+  return count == 0 ? kMeanLevel : std::max(1e-3, sum / count);
+}
+
+double CameraRenderer::AutomaticLength(double light) const {
+  return std::clamp(camera_.exposure * kLongestLight / light, camera_.shortest_exposure, camera_.exposure);
+}
+
+CameraRenderer::Exposure CameraRenderer::ExposureOf(double time, bool with_noise) const {
+  if (!with_noise) return {time, mean_exposure_, camera_.gain};
+  // Every camera drifts on its own.
+  const double phase = camera_.calibration.T_imu_sensor.translation.sum();
+  const double gain = camera_.gain * (1.0 + camera_.exposure_drift * std::sin(0.31 * time + 10.0 * phase));
+  if (camera_.shortest_exposure == 0.0) return {time, camera_.exposure, gain};
+  const double light = MeteredLight(time), length = AutomaticLength(light);
+  return {time + 0.5 * (length - mean_exposure_), length, std::min(kLargestGain, kMeanLevel / light) * gain};
+}
+
+std::vector<CameraRenderer::RowPose> CameraRenderer::PosesOf(const Exposure& exposure, int sample_row) const {
   const double row = 0.5 * (sample_row + 0.5) - 0.5;
   const double row_time =
-      time + (camera_.rolling_shutter ? camera_.readout * row / camera_.intrinsics.height : 0.0);
+      exposure.middle + (camera_.rolling_shutter ? camera_.readout * row / camera_.intrinsics.height : 0.0);
   std::vector<RowPose> poses;
-  for (int k = 0; k < (camera_.exposure > 0.0 ? kShutterSamples : 1); ++k) {
-    const double shift = camera_.exposure * ((k + 0.5) / kShutterSamples - 0.5);
-    const double time_of_pose = row_time + (camera_.exposure > 0.0 ? shift : 0.0);
+  for (int k = 0; k < (exposure.length > 0.0 ? kShutterSamples : 1); ++k) {
+    const double shift = exposure.length * ((k + 0.5) / kShutterSamples - 0.5);
+    const double time_of_pose = row_time + (exposure.length > 0.0 ? shift : 0.0);
     const RigidTransform T = trajectory_.PoseAt(time_of_pose) * camera_.calibration.T_imu_sensor;
     poses.push_back({time_of_pose, T.rotation.toRotationMatrix().cast<float>(), T.translation.cast<float>()});
   }
@@ -126,11 +188,11 @@ void CameraRenderer::Shade(const RayPacket& packet, int lane, double time, float
 }
 
 // Rays of one row of the doubled resolution, border of one included on either side.
-void CameraRenderer::TraceRow(double time, int sample_row, std::vector<float>& light) const {
+void CameraRenderer::TraceRow(const Exposure& exposure, int sample_row, std::vector<float>& light) const {
   const int width = camera_.intrinsics.width;
   const int samples = 2 * width + 2;
   light.assign(static_cast<std::size_t>(3 * samples), 0.0f);
-  const std::vector<RowPose> poses = PosesOf(time, sample_row);
+  const std::vector<RowPose> poses = PosesOf(exposure, sample_row);
   // Bearings lie a quarter of a pixel from the pixels' centres.
   const int upper = (sample_row + 1) / 2;  // of two rows of bearings_; row 0 is pixel row -1
   const float down = (sample_row + 1) % 2 == 0 ? 0.25f : 0.75f;
@@ -171,14 +233,14 @@ void CameraRenderer::TraceRow(double time, int sample_row, std::vector<float>& l
   }
 }
 
-cv::Mat CameraRenderer::RenderLight(double time, int begin, int end) const {
+cv::Mat CameraRenderer::RenderLight(const Exposure& exposure, int begin, int end) const {
   const int width = camera_.intrinsics.width;
   cv::Mat image(end - begin, width, CV_32FC3);
   // The last four rows of samples, filtered along the row already.
   std::vector<float> light;
   std::vector<std::vector<float>> rows;
   const auto filtered = [&](int sample_row) {
-    TraceRow(time, sample_row, light);
+    TraceRow(exposure, sample_row, light);
     std::vector<float> row(static_cast<std::size_t>(3 * width));
     for (int u = 0; u < width; ++u) {
       const float* s = &light[static_cast<std::size_t>(6 * u)];
@@ -238,18 +300,13 @@ cv::Mat CameraRenderer::Render(double time, bool with_noise, std::uint64_t seed)
   const int width = camera_.intrinsics.width, height = camera_.intrinsics.height;
   const bool color = camera_.encoding == ImageEncoding::kBgr8 || camera_.encoding == ImageEncoding::kJpeg;
   cv::Mat image(height, width, color ? CV_8UC3 : CV_8UC1);
-  double gain = camera_.gain;
-  if (with_noise) {
-    const double phase =
-        camera_.calibration.T_imu_sensor.translation.sum();  // every camera drifts on its own
-    gain *= 1.0 + camera_.exposure_drift * std::sin(0.31 * time + 10.0 * phase);
-  }
+  const Exposure exposure = ExposureOf(time, with_noise);
   const std::uint64_t noise_seed = Random(seed).Next();
   ParallelFor(static_cast<std::size_t>((height + kBand - 1) / kBand), [&](std::size_t band) {
     const int begin = static_cast<int>(band) * kBand, end = std::min(height, begin + kBand);
-    const cv::Mat light = RenderLight(time, begin, end);
+    const cv::Mat light = RenderLight(exposure, begin, end);
     for (int v = begin; v < end; ++v) {
-      Expose(light.row(v - begin), v, static_cast<float>(gain), with_noise, noise_seed, image);
+      Expose(light.row(v - begin), v, static_cast<float>(exposure.gain), with_noise, noise_seed, image);
     }
   });
   return image;

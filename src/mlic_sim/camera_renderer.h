@@ -18,21 +18,33 @@ namespace mlic::sim {
 // outcome depends on the arguments only.
 class CameraRenderer {
  public:
-  // All references must outlive the renderer.
+  // All references must outlive the renderer. times: of the drive's images, s, over which an automatic
+  // exposure has its mean.
   CameraRenderer(const SimulatedCamera& camera, const World& world, const Lighting& lighting,
-                 const SurfaceTextures& textures, const Trajectory& trajectory);
+                 const SurfaceTextures& textures, const Trajectory& trajectory,
+                 const std::vector<double>& times = {});
 
-  // The picture whose row 0 is exposed around `time` (s, IMU clock). CV_8UC1 for mono and Bayer encodings
-  // (Bayer: the mosaic), CV_8UC3 (BGR) otherwise. seed: of the noise; without noise neither noise nor drift.
+  // The picture whose row 0 is exposed around `time` (s, IMU clock); where the exposure is automatic, around
+  // what its stamp takes for that. CV_8UC1 for mono and Bayer encodings (Bayer: the mosaic), CV_8UC3 (BGR)
+  // otherwise. seed: of the noise; without noise the exposure is always the same.
   cv::Mat Render(double time, bool with_noise, std::uint64_t seed) const;
 
+  // Of one picture. middle, length: s; gain: of the sensor.
+  struct Exposure {
+    double middle, length, gain;
+  };
+  // Of the picture that Render() makes of the same arguments.
+  Exposure ExposureOf(double time, bool with_noise) const;
   // The light before lens and sensor, CV_32FC3, linear red, green, blue, of rows [begin, end).
-  cv::Mat RenderLight(double time, int begin, int end) const;
+  cv::Mat RenderLight(const Exposure& exposure, int begin, int end) const;
 
  private:
   struct RowPose;
-  std::vector<RowPose> PosesOf(double time, int sample_row) const;
-  void TraceRow(double time, int sample_row, std::vector<float>& light) const;
+  // What an automatic exposure goes by: the mean light of the half second before.
+  double MeteredLight(double time) const;
+  double AutomaticLength(double light) const;
+  std::vector<RowPose> PosesOf(const Exposure& exposure, int sample_row) const;
+  void TraceRow(const Exposure& exposure, int sample_row, std::vector<float>& light) const;
   void Shade(const RayPacket& packet, int lane, double time, float pixel_angle, float* light) const;
   void Expose(const cv::Mat& light, int row, float gain, bool with_noise, std::uint64_t seed,
               cv::Mat& image) const;
@@ -46,6 +58,7 @@ class CameraRenderer {
   std::vector<Eigen::Vector3f> bearings_;  // of pixel centres, camera frame; NaN where the lens sees nothing
   std::vector<float> vignette_;            // share of light that reaches each pixel
   std::vector<std::uint8_t> gamma_;        // from linear, kGammaSteps to saturation
+  double mean_exposure_;                   // s
 };
 
 }  // namespace mlic::sim

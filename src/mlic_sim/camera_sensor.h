@@ -35,6 +35,9 @@ struct SimulatedCamera {
   bool rolling_shutter = false;
   double readout = 0.0;   // s: row v is exposed readout * v / height after row 0
   double exposure = 0.0;  // s: motion blur
+  // s; where positive, the exposure is automatic between this and `exposure`. Stamps keep their distance to
+  // its begin, so that its middle moves against them; the offset is that of the drive's mean exposure.
+  double shortest_exposure = 0.0;
   ImageEncoding encoding = ImageEncoding::kMono8;
   CameraInfoContent camera_info = CameraInfoContent::kEmpty;
   int jpeg_quality = 90;

@@ -54,8 +54,8 @@ ImageStage::ImageStage(const SensorSet& sensors, const SimulationOptions& option
   const Lighting& lighting = surroundings.lighting;
   textures_ = std::make_unique<SurfaceTextures>(*world_, lighting);
   for (const SimulatedCamera& camera : cameras_) {
-    renderers_.push_back(
-        std::make_unique<CameraRenderer>(camera, *world_, lighting, *textures_, *trajectory_));
+    renderers_.push_back(std::make_unique<CameraRenderer>(camera, *world_, lighting, *textures_, *trajectory_,
+                                                          ImageTimes(camera, options.duration)));
   }
 }
 

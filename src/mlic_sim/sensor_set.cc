@@ -265,6 +265,7 @@ void ReadImage(const Section& s, SimulatedCamera& camera) {
                                  {"true", CameraInfoContent::kTrue}},
                                 camera.camera_info);
   s.Read("exposure", camera.exposure);
+  s.Read("shortest_exposure", camera.shortest_exposure);
   s.Read("jpeg_quality", camera.jpeg_quality);
   s.ReadPositive("gain", camera.gain);
   s.Read("exposure_drift", camera.exposure_drift);
@@ -274,16 +275,38 @@ void ReadImage(const Section& s, SimulatedCamera& camera) {
   if (camera.exposure < 0.0 || camera.exposure > 1.0 / camera.rate) {
     s.Fail(s.Need("exposure"), "'exposure' (s) must be between 0 and the time between two images");
   }
+  if (camera.shortest_exposure < 0.0 || camera.shortest_exposure > camera.exposure) {
+    s.Fail(s.Need("shortest_exposure"), "'shortest_exposure' (s) must be between 0 and 'exposure'");
+  }
   if (camera.jpeg_quality < 1 || camera.jpeg_quality > 100) {
     s.Fail(s.Need("jpeg_quality"), "'jpeg_quality' must be from 1 to 100");
   }
 }
 
 SimulatedCamera ReadCamera(const std::string& name, const Section& s) {
-  s.OnlyKeys({"topic",      "frame_id",   "T_imu_sensor", "time_offset",    "rate",    "phase",
-              "model",      "image_size", "intrinsics",   "fov_deg",        "shutter", "readout",
-              "exposure",   "encoding",   "camera_info",  "jpeg_quality",   "gain",    "exposure_drift",
-              "vignetting", "full_well",  "read_noise",   "clock_drift_ppm"});
+  s.OnlyKeys({"topic",
+              "frame_id",
+              "T_imu_sensor",
+              "time_offset",
+              "rate",
+              "phase",
+              "model",
+              "image_size",
+              "intrinsics",
+              "fov_deg",
+              "shutter",
+              "readout",
+              "exposure",
+              "encoding",
+              "camera_info",
+              "jpeg_quality",
+              "gain",
+              "exposure_drift",
+              "vignetting",
+              "full_well",
+              "read_noise",
+              "clock_drift_ppm",
+              "shortest_exposure"});
   auto camera = ReadPlacement<SimulatedCamera>(name, "/image_raw", s);
   s.ReadPositive("rate", camera.rate);
   s.Read("phase", camera.phase);

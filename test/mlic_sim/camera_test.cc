@@ -101,7 +101,7 @@ void CompareEdges(const SimulatedCamera& camera, const Trajectory& trajectory, d
   const World world(BrightBoard());
   const SurfaceTextures textures(world, Overcast());
   const CameraRenderer renderer(camera, world, Overcast(), textures, trajectory);
-  const cv::Mat light = renderer.RenderLight(time, 0, camera.intrinsics.height);
+  const cv::Mat light = renderer.RenderLight({time, camera.exposure, 1.0}, 0, camera.intrinsics.height);
   *mean = *largest = 0.0;
   int count = 0;
   for (int side = 0; side < 4; ++side) {
@@ -155,6 +155,30 @@ TEST(CameraRenderer, ExposureBlursAboutItsMiddle) {
   CompareEdges(camera, turning, 0.0, &mean, &largest);
   EXPECT_LT(std::abs(mean), 0.06);
   EXPECT_LT(largest, 0.8);
+}
+
+// A dark and a bright half of the surroundings are looked at in turn, without other light.
+TEST(CameraRenderer, AnAutomaticExposureMovesTheMiddleAgainstTheStamp) {
+  const SteadyMotion turning({0.0, 1.5, 0.0}, {0.0, 0.0, 0.0});
+  SimulatedCamera camera = Camera(CameraModel::kPlumbBob);
+  camera.shortest_exposure = 0.0005;
+  camera.exposure = 0.02;
+  camera.exposure_drift = 0.0;
+  const World world(BrightBoard());
+  const SurfaceTextures textures(world, Overcast());
+  std::vector<double> times;
+  for (int k = 0; k < 20; ++k) times.push_back(0.1 * k);
+  const CameraRenderer renderer(camera, world, Overcast(), textures, turning, times);
+  double sum = 0.0, shortest = 1.0, longest = 0.0;
+  for (const double time : times) {
+    const CameraRenderer::Exposure exposure = renderer.ExposureOf(time, true);
+    sum += exposure.middle - time;
+    shortest = std::min(shortest, exposure.length);
+    longest = std::max(longest, exposure.length);
+    EXPECT_EQ(renderer.ExposureOf(time, false).middle, time);
+  }
+  EXPECT_NEAR(sum / static_cast<double>(times.size()), 0.0, 1e-9);
+  EXPECT_GT(longest, 2.0 * shortest);
 }
 
 SensorSet CameraSet() {
