@@ -31,6 +31,12 @@ double RateOf(const ImuResiduals& residuals) {
          std::max(1e-9, residuals.times.back() - residuals.times.front());
 }
 
+// A level that is 1 where there is nothing but chance: 1 up to the limit, itself from twice the limit's
+// distance to 1 on. Continuous, or rounds would alternate between the two sides of the limit for ever.
+double BeyondChance(double level, double limit) {
+  return 1.0 + (level - 1.0) * std::clamp((level - limit) / (limit - 1.0), 0.0, 1.0);
+}
+
 // One sensor of an IMU: three components of residuals that follow each other.
 struct Sensor {
   int first;    // component
@@ -59,8 +65,7 @@ Eigen::Vector3d SigmaOf(const ImuResiduals& residuals, const Sensor& sensor, std
     colour += NoiseSpectrum(values, sensor.rate).WhiteVariance(sensor.top, 2.0 * sensor.top) /
               (3.0 * sigma[a] * sigma[a]);
   }
-  if (colour > 1.0 + kChance * LevelScatter(sensor, end - begin)) sigma *= std::sqrt(colour);
-  return sigma;
+  return sigma * std::sqrt(BeyondChance(colour, 1.0 + kChance * LevelScatter(sensor, end - begin)));
 }
 
 // Sigmas of the drive's usual stretches, by axis, and by what those of each stretch exceed them.
@@ -81,17 +86,20 @@ SensorCourse CourseOf(const ImuResiduals& residuals, const Sensor& sensor, std::
     sigmas.push_back(SigmaOf(residuals, sensor, s * stretch, s + 1 < stretches ? (s + 1) * stretch : count));
     levels.push_back(sigmas.back().cwiseQuotient(course.usual).squaredNorm() / 3.0);
   }
-  const double limit = (1.0 + kChanceOfStretch * LevelScatter(sensor, stretch)) * Median(levels);
+  const double limit = 1.0 + kChanceOfStretch * LevelScatter(sensor, stretch), median = Median(levels);
   std::array<std::vector<double>, 3> of_usual;
   for (std::size_t s = 0; s < stretches; ++s) {
-    if (levels[s] > limit) continue;
+    if (levels[s] > limit * median) continue;
     for (int a = 0; a < 3; ++a) of_usual[a].push_back(sigmas[s][a]);
   }
   if (of_usual[0].size() == stretches) return course;
   for (int a = 0; a < 3; ++a) course.usual[a] = std::max(given[a], Median(of_usual[a]));
   for (std::size_t s = 0; s < stretches; ++s) {
     const double level = sigmas[s].cwiseQuotient(course.usual).squaredNorm() / 3.0;
-    course.growth.push_back(levels[s] > limit ? std::max(1.0, std::sqrt(level)) : 1.0);
+    // As much of it as the stretch stands out by.
+    const double share = (BeyondChance(levels[s] / median, limit) - 1.0) / (levels[s] / median - 1.0);
+    course.growth.push_back(levels[s] > limit * median ? std::sqrt(1.0 + share * std::max(0.0, level - 1.0))
+                                                       : 1.0);
   }
   return course;
 }

@@ -107,6 +107,23 @@ TEST(ImuSigma, GrowsOverStretchesThatShake) {
   }
 }
 
+// A jump at some level of noise would let the rounds of a calibration alternate between its two sides.
+TEST(ImuSigma, GrowsWithoutAJump) {
+  const ImuResiduals even = AtRest(Mems(), 6);
+  double before = 1.0;
+  for (double factor = 1.0; factor < 2.5; factor += 0.01) {
+    ImuResiduals residuals = even;
+    for (std::size_t k = 0; k < residuals.times.size(); ++k) {
+      if (residuals.times[k] >= 20.0 && residuals.times[k] < 24.0) residuals.values[k] *= factor;
+    }
+    const ImuSigmaCourse sigma = MeasureImuSigma(residuals, WithKnotsEvery(0.05), {});
+    const double growth = sigma.At(22.0).gyroscope[0] / sigma.usual.gyroscope[0];
+    EXPECT_LT(std::abs(growth - before), 0.06) << factor;
+    before = growth;
+  }
+  EXPECT_NEAR(before, 2.5, 0.1);
+}
+
 TEST(ImuMeanExcess, WhiteNoiseHasNone) {
   const ImuSigma sigma{Eigen::Vector3d::Constant(1e-3 * std::sqrt(200.0)),
                        Eigen::Vector3d::Constant(1e-2 * std::sqrt(200.0))};
