@@ -8,7 +8,9 @@
 #include <utility>
 #include <vector>
 
+#include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/problem/noise_information.h"
+#include "mlic_core/solver/submatrix.h"
 #include "mlic_core/uncertainty/observability.h"
 
 namespace mlic {
@@ -20,26 +22,32 @@ SensorCalibration& Calibration(SensorId sensor, CalibrationState* state) {
   return sensor.IsLidar() ? state->lidars[sensor.index] : state->cameras[sensor.index].sensor;
 }
 
-bool IsShown(const Adjustment& adjustment, const ObservabilityAnalysis& analysis, SensorId sensor) {
-  const double sigma = analysis.sensors[adjustment.state.Sensors().PlaceOf(sensor)].drift_sigma;
-  return std::abs(*adjustment.state.Sensor(sensor).clock_drift) > kShown * sigma;
+// Whether some of these clocks drifts beside the others and the IMU's, all of which keep step. What sensors
+// drift against each other can be known far better than what all of them drift against the IMU.
+// covariance: of all parameters (Layout).
+bool AnyDrifts(const std::vector<SensorId>& clocks, const Layout& layout, const Eigen::MatrixXd& covariance,
+               const Eigen::VectorXd& drifts) {
+  std::vector<int> places;
+  for (const SensorId id : clocks) places.push_back(layout.Drift(id));
+  const Eigen::MatrixXd of_drifts = Submatrix(covariance, places);
+  const Eigen::MatrixXd information =
+      SolveSymmetric(of_drifts, Eigen::MatrixXd::Identity(of_drifts.rows(), of_drifts.rows()));
+  const Eigen::ArrayXd pull = (information * drifts).array();
+  return (pull.square() > kShown * kShown * information.diagonal().array()).any();
 }
 
-// Of the clocks that the last solve probed, those whose drift may be shown.
-std::vector<SensorId> MayDrift(const AdjustmentContext& context, const Adjustment& adjustment) {
+// Of the clocks that the last solve probed.
+bool MayDrift(const AdjustmentContext& context, const Adjustment& adjustment) {
   const DriftProbe& probe = adjustment.last_solve.drifts;
-  if (probe.clocks.empty()) return {};
+  if (probe.clocks.empty()) return false;
   CalibrationState state = adjustment.state;
   for (const SensorId id : probe.clocks) Calibration(id, &state).clock_drift = 0.0;
   const Layout layout(state, adjustment.problem.estimate_imu_matrices);
   const ObservabilityAnalysis analysis = AnalyzeCalibration(
       adjustment.problem, state, probe.information / VarianceScale(adjustment, context.dataset));
-  std::vector<SensorId> drifting;
-  for (const SensorId id : probe.clocks) {
-    const double sigma = analysis.sensors[state.Sensors().PlaceOf(id)].drift_sigma;
-    if (std::abs(probe.step[layout.Drift(id)]) > kShown * sigma) drifting.push_back(id);
-  }
-  return drifting;
+  std::vector<int> places;
+  for (const SensorId id : probe.clocks) places.push_back(layout.Drift(id));
+  return AnyDrifts(probe.clocks, layout, analysis.whole_covariance, SelectRows(probe.step, places));
 }
 
 void Report(const AdjustmentContext& context, const ObservabilityAnalysis& analysis, SensorId sensor,
@@ -69,7 +77,8 @@ std::vector<SensorId> ConstantClocks(const Adjustment& adjustment) {
 bool ReviewClocks(const AdjustmentContext& context, Adjustment* adjustment) {
   const SensorOrder order = adjustment->state.Sensors();
   adjustment->constant_clocks.resize(order.size(), false);
-  const std::vector<SensorId> freed = MayDrift(context, *adjustment);
+  const std::vector<SensorId> freed =
+      MayDrift(context, *adjustment) ? adjustment->last_solve.drifts.clocks : std::vector<SensorId>{};
   std::vector<SensorId> drifting = freed;
   for (std::size_t s = 0; s < order.size(); ++s) {
     if (adjustment->state.Sensor(order.At(s)).clock_drift) drifting.push_back(order.At(s));
@@ -86,22 +95,24 @@ bool ReviewClocks(const AdjustmentContext& context, Adjustment* adjustment) {
   }
   MeasureScale(linearized, trial, &trial.scale);
   const ObservabilityAnalysis analysis = Analyze(trial, context.dataset);
-  bool changed = false, taken_back = false;
-  for (const SensorId id : drifting) {
-    const bool is_new = !adjustment->state.Sensor(id).clock_drift;
-    if (IsShown(trial, analysis, id)) {
-      changed |= is_new;
-      continue;
-    }
-    changed |= !is_new;
-    taken_back = adjustment->constant_clocks[order.PlaceOf(id)] = true;
-    Calibration(id, &trial.state).clock_drift.reset();
+  Eigen::VectorXd drifts(static_cast<Eigen::Index>(drifting.size()));
+  for (std::size_t i = 0; i < drifting.size(); ++i) {
+    drifts[static_cast<Eigen::Index>(i)] = *trial.state.Sensor(drifting[i]).clock_drift;
   }
+  const Layout layout(trial.state, trial.problem.estimate_imu_matrices);
+  const bool shown = AnyDrifts(drifting, layout, analysis.whole_covariance, drifts);
+  if (!shown) {
+    for (const SensorId id : drifting) {
+      adjustment->constant_clocks[order.PlaceOf(id)] = true;
+      Calibration(id, &trial.state).clock_drift.reset();
+    }
+  }
+  const bool changed = shown ? !freed.empty() : freed.size() < drifting.size();
   if (!changed) return false;
   trial.constant_clocks = adjustment->constant_clocks;
   trial.scale = adjustment->scale;
   *adjustment = std::move(trial);
-  if (taken_back) adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment);
+  if (!shown) adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment);
   for (const SensorId id : drifting) Report(context, analysis, id, *adjustment);
   return true;
 }

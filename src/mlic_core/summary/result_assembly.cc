@@ -164,7 +164,8 @@ void WarnOfMovement(double moved, std::vector<std::string>* warnings) {
 
 // The offset is right for this drive alone.
 void WarnOfDrift(const SensorResult& sensor, std::vector<std::string>* warnings) {
-  if (!sensor.calibration.clock_drift) return;
+  constexpr double kShown = 3.0;  // sigmas; from: derivation, 0.3 % of normal errors lie beyond
+  if (std::abs(sensor.calibration.clock_drift.value_or(0.0)) <= kShown * sensor.drift_sigma) return;
   char text[280];
   if (sensor.type == SensorResult::Type::kCamera &&
       std::abs(*sensor.calibration.clock_drift) >= kFastestCrystals) {

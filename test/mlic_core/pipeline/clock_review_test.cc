@@ -9,11 +9,14 @@
 namespace mlic {
 namespace {
 
-// The result of a simulated hand-held drive of 12 s whose LiDAR's clock drifts, s/s.
+constexpr double kDuration = 12.0;  // s
+
+// The result of a simulated hand-held drive whose first LiDARs' clocks drift by so much, s/s.
 struct Calibrated {
-  explicit Calibrated(double drift) {
-    sim::SensorSet sensors = ConfiguredSensors("handheld.yaml");
-    sensors.lidars[0].calibration.clock_drift = drift;
+  Calibrated(sim::SensorSet sensors, const std::vector<double>& drifts) {
+    for (std::size_t l = 0; l < drifts.size(); ++l) {
+      sensors.lidars[l].calibration.clock_drift = drifts[l];
+    }
     const SimulatedInput input =
         SimulateInput(sensors, DriveOptions(sim::Scenario::kHandheld, kDuration, 7), false);
     CancellationToken token;
@@ -30,7 +33,6 @@ struct Calibrated {
     middle = TimeFrom(sim::kSimulationEpoch, 0.5 * kDuration);
   }
 
-  static constexpr double kDuration = 12.0;  // s
   DriveOdometry odometry;
   CalibrationResult result;
   SensorCalibration truth;
@@ -53,15 +55,34 @@ void ExpectFound(const Calibrated& calibrated, double largest_sigma) {
 }
 
 TEST(ClockReview, FindsASmallDriftInTheRounds) {
-  const Calibrated calibrated(6e-5);
+  const Calibrated calibrated(ConfiguredSensors("handheld.yaml"), {6e-5});
   EXPECT_EQ(calibrated.odometry.clocks[0].drift, 0.0);
   ExpectFound(calibrated, 1e-5);
 }
 
 TEST(ClockReview, StartsFromAGrossDrift) {
-  const Calibrated calibrated(1e-3);
+  const Calibrated calibrated(ConfiguredSensors("handheld.yaml"), {1e-3});
   EXPECT_NEAR(calibrated.odometry.clocks[0].drift, 1e-3, 3e-4);
   ExpectFound(calibrated, 1e-5);
+}
+
+// Against the IMU, whose gyroscope is poor, neither drift is shown; against each other both are.
+TEST(ClockReview, FindsWhatLidarsDriftAgainstEachOther) {
+  sim::SensorSet sensors = ConfiguredSensors("dual_rosette.yaml");
+  sensors.imu.noise.gyroscope = 5e-3;
+  sensors.imu.noise.accelerometer = 5e-2;
+  const Calibrated calibrated(sensors, {6e-5, 0.0});
+  const std::vector<SensorResult>& found = calibrated.result.sensors;
+  ASSERT_EQ(found.size(), 2u);
+  for (const SensorResult& sensor : found) {
+    ASSERT_TRUE(sensor.calibration.clock_drift.has_value());
+    EXPECT_LT(std::abs(*sensor.calibration.clock_drift), 3.0 * sensor.drift_sigma);
+  }
+  EXPECT_LT(std::abs(*found[1].calibration.clock_drift), 4.0 * found[1].drift_sigma);
+  EXPECT_NEAR(*found[0].calibration.clock_drift - *found[1].calibration.clock_drift, 6e-5, 3e-5);
+  for (const std::string& warning : calibrated.result.warnings) {
+    EXPECT_EQ(warning.find("its clock drifts by"), std::string::npos) << warning;
+  }
 }
 
 }  // namespace
