@@ -1,5 +1,7 @@
 #include "mlic_core/pipeline/adjustment_steps.h"
 
+#include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -135,6 +137,16 @@ void MeasureScale(const LinearizedProblem& linearized, const Adjustment& adjustm
   scale->inflation.cameras = MeasureCameraInflation(
       linearized, adjustment.cameras.landmark_options,
       AnalyzeCalibration(problem, state, LastInformation(adjustment)).solved_covariance);
+  if (scale->inflation.cameras.IsEmpty()) return;
+  // Stamps whose errors last for seconds are too few for their scatter: what they err by, one after the
+  // other, is counted.
+  const Layout layout(state, problem.estimate_imu_matrices);
+  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
+    const double least = std::sqrt(scale->stamps[state.lidars.size() + c].excess);
+    for (const int at : {layout.Camera(c) + 6, layout.Drift(CameraId(c)), layout.Readout(c)}) {
+      if (at >= 0) scale->inflation.cameras.growth[at] = std::max(scale->inflation.cameras.growth[at], least);
+    }
+  }
 }
 
 void ShowAdjustment(const AdjustmentContext& context, const std::string& stage, int iteration,

@@ -17,6 +17,7 @@
 #include "mlic_core/problem/noise_information.h"
 #include "mlic_core/problem/priors.h"
 #include "mlic_core/uncertainty/held_translations.h"
+#include "mlic_core/uncertainty/imu_matrices.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
 #include "mlic_core/uncertainty/point_scatter.h"
 #include "mlic_core/uncertainty/range_errors.h"
@@ -229,7 +230,7 @@ bool HoldUnobservableTranslations(const AdjustmentContext& context, Adjustment* 
   problem.held_translations = UnobservableTranslations(problem, adjustment->state.Sensors(), analysis);
   if (problem.held_translations.empty()) return false;
   adjustment->shown_before_hold = analysis.sensors;
-  adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment);
+  adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment, {{}, true});
   context.monitor.line(std::to_string(problem.held_translations.size()) +
                        " directions of translation that the motion does not show stand at the guesses");
   return true;
@@ -263,7 +264,7 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     const CalibrationState before = adjustment.state;
     Probes probes;
     if (options.find_sensor_errors && many) {
-      probes = {ConstantClocks(adjustment), options.find_imu_axes && !rounds.matrices_judged};
+      probes = {ConstantClocks(adjustment), options.find_imu_axes};
     }
     AssociateAndSolve(context, many, probes, &adjustment);
     const double change = ChangeInSigmas(adjustment, context.dataset, before);
@@ -285,6 +286,8 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     if (settled && !clocks_moved && !matrices_moved) biases_moved = ReviewBiases(context, &adjustment);
     if (settled && !clocks_moved && !matrices_moved && !biases_moved)
       ranges_moved = ReviewRanges(&adjustment);
+    // With its rings corrected a LiDAR may show what it did not before.
+    if (ranges_moved) rounds.matrices_judged = false;
     if (!adjustment.state.lidars.empty()) {
       adjustment.cameras.sigmas =
           SigmasAgainstLidar(Analyze(adjustment, context.dataset), adjustment.state, adjustment.base_lidar);
@@ -323,6 +326,9 @@ void MeasureUncertainty(const AdjustmentContext& context, Adjustment* adjustment
   if (HoldUnobservableTranslations(context, adjustment)) {
     MeasureScale({adjustment->problem, adjustment->state}, *adjustment, &adjustment->scale);
   }
+  adjustment->scale.inflation.points +=
+      ScatterOfMatrices(adjustment->problem, adjustment->state, adjustment->last_solve.imu_matrices,
+                        VarianceScale(*adjustment, context.dataset));
   const CalibrationState& state = adjustment->state;
   const auto& line = context.monitor.line;
   if (adjustment->rounds.landmarks == Landmarks::kTracksAndMap) {

@@ -236,7 +236,7 @@ Eigen::VectorXd ScatterOfGroups(const Grouping& grouping, const Eigen::MatrixXd&
   return result;
 }
 
-// The places of each camera's rotation, translation, time offset, readout and lens that move.
+// The places of each camera's rotation, translation, time offset, drift, readout and lens that move.
 std::vector<std::vector<int>> Parts(const JointProblem& problem, const CalibrationState& state,
                                     const Layout& layout) {
   std::vector<std::vector<int>> parts;
@@ -245,6 +245,7 @@ std::vector<std::vector<int>> Parts(const JointProblem& problem, const Calibrati
     parts.push_back({pose, pose + 1, pose + 2});
     parts.push_back({pose + 3, pose + 4, pose + 5});
     parts.push_back({pose + 6});
+    if (layout.Drift(CameraId(c)) >= 0) parts.push_back({layout.Drift(CameraId(c))});
     if (layout.Readout(c) >= 0) parts.push_back({layout.Readout(c)});
     parts.emplace_back();
     for (std::size_t i = 0; i < state.cameras[c].intrinsics.parameters.size(); ++i) {

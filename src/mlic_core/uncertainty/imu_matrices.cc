@@ -65,4 +65,20 @@ MatrixEvidence EvidenceOfMatrices(const JointProblem& problem, const Calibration
   return evidence;
 }
 
+Eigen::MatrixXd ScatterOfMatrices(const JointProblem& problem, const CalibrationState& state,
+                                  const MatrixProbe& probe, double scale) {
+  constexpr double kDoubtful = 4.0;  // of the gain; from: derivation, two sigmas
+  const int size = Layout(state, problem.estimate_imu_matrices).calibration;
+  const MatrixEvidence evidence = EvidenceOfMatrices(problem, state, probe, scale);
+  if (evidence.gain <= kDoubtful) return Eigen::MatrixXd::Zero(size, size);
+  const Layout layout(state, true);
+  std::vector<int> others, matrices;
+  for (int i = 0; i < layout.calibration; ++i) {
+    const bool of_matrices = i >= layout.matrices && i < layout.matrices + Layout::kOfMatrices;
+    (of_matrices ? matrices : others).push_back(i);
+  }
+  const Eigen::MatrixXd cross = Submatrix(probe.information, others, matrices);
+  return evidence.sigma * evidence.sigma / scale * cross * cross.transpose();
+}
+
 }  // namespace mlic

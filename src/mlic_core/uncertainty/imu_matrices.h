@@ -9,14 +9,21 @@ struct MatrixEvidence {
   double sigma = 0.0;  // of their entries, as the data have it; 0: they show none
   double gain = 0.0;   // twice the logarithm of the likelihood's ratio to an IMU without such errors
 
-  // Beyond five sigmas: errors of lenses and readouts, which a car's little pitch hardly shows, reach four.
-  bool IsShown() const { return gain > 25.0; }
+  // Beyond three sigmas; where cameras take part beyond five, as errors of lenses and readouts, which a car's
+  // little pitch hardly shows, reach four.
+  bool IsShown(bool cameras) const { return gain > (cameras ? 25.0 : 9.0); }
 };
 
 // The entries of both triangles (Layout) as draws from a normal distribution about none, whose sigma is the
 // unknown: the likelihood's maximum over it, all else of the calibration left free (empirical Bayes;
 // docs/method.md, section 10). scale: of the variances. None where no matrices were probed.
 MatrixEvidence EvidenceOfMatrices(const JointProblem& problem, const CalibrationState& state,
+                                  const MatrixProbe& probe, double scale);
+
+// What the doubt of scale and shear that are held adds to the solve's equations, as Inflation::points has it:
+// where the data speak for such errors by more than two sigmas, without showing them, those of the evidence's
+// size. Zero else, and where no matrices were probed.
+Eigen::MatrixXd ScatterOfMatrices(const JointProblem& problem, const CalibrationState& state,
                                   const MatrixProbe& probe, double scale);
 
 }  // namespace mlic

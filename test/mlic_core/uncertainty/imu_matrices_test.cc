@@ -25,6 +25,9 @@ class ProbedImu : public testing::Test {
   // size: of the errors, beside the noise of the data. imitated: the LiDAR's rotation can look like the first
   // three entries.
   MatrixEvidence Evidence(double size, double shown, std::uint64_t seed, bool imitated = false) const {
+    return EvidenceOfMatrices(problem_, state_, Probe(size, shown, seed, imitated), 1.0);
+  }
+  MatrixProbe Probe(double size, double shown, std::uint64_t seed, bool imitated = false) const {
     Random random(seed);
     const Layout layout(state_, true);
     MatrixProbe probe;
@@ -42,7 +45,7 @@ class ProbedImu : public testing::Test {
       probe.information(at, i) = probe.information(i, at) = probe.information(i, i) = information;
       probe.gradient[i] = probe.gradient[at];
     }
-    return EvidenceOfMatrices(problem_, state_, probe, 1.0);
+    return probe;
   }
 
   JointProblem problem_;
@@ -51,7 +54,7 @@ class ProbedImu : public testing::Test {
 
 TEST_F(ProbedImu, WithoutErrorsHasNone) {
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
-    EXPECT_FALSE(Evidence(0.0, 1e-3, seed).IsShown()) << "seed " << seed;
+    EXPECT_FALSE(Evidence(0.0, 1e-3, seed).IsShown(false)) << "seed " << seed;
   }
 }
 
@@ -60,22 +63,45 @@ TEST_F(ProbedImu, WithErrorsHasTheirSize) {
   constexpr int kDraws = 20;
   for (std::uint64_t seed = 1; seed <= kDraws; ++seed) {
     const MatrixEvidence evidence = Evidence(5e-3, 3e-4, seed);
-    EXPECT_TRUE(evidence.IsShown()) << "seed " << seed;
+    EXPECT_TRUE(evidence.IsShown(false)) << "seed " << seed;
     sum += evidence.sigma * evidence.sigma;
   }
   EXPECT_NEAR(std::sqrt(sum / kDraws), 5e-3, 1e-3);
 }
 
 TEST_F(ProbedImu, WithErrorsThatTheDriveDoesNotShowHasNone) {
-  EXPECT_FALSE(Evidence(5e-3, 0.05, 3).IsShown());
+  EXPECT_FALSE(Evidence(5e-3, 0.05, 3).IsShown(false));
 }
 
 TEST_F(ProbedImu, WithErrorsThatASensorImitatesHasNone) {
-  EXPECT_FALSE(Evidence(5e-3, 3e-4, 3, true).IsShown());
+  EXPECT_FALSE(Evidence(5e-3, 3e-4, 3, true).IsShown(false));
+}
+
+// Half a sigma of what a drive shows of each: too little to estimate, enough to move the LiDAR.
+TEST_F(ProbedImu, ThatMayErrAddsItsDoubt) {
+  int doubts = 0, shown = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    MatrixProbe probe = Probe(1.2e-3, 1e-3, seed);
+    const Layout layout(state_, true);
+    const double coupling = 0.3 * probe.information(layout.matrices, layout.matrices);
+    probe.information(0, layout.matrices) = probe.information(layout.matrices, 0) = coupling;
+    const MatrixEvidence evidence = EvidenceOfMatrices(problem_, state_, probe, 1.0);
+    const Eigen::MatrixXd scatter = ScatterOfMatrices(problem_, state_, probe, 1.0);
+    shown += evidence.IsShown(false);
+    doubts += scatter(0, 0) > 0.0;
+    if (evidence.gain > 4.0) {
+      EXPECT_NEAR(scatter(0, 0), std::pow(evidence.sigma * coupling, 2), 1e-6 * scatter(0, 0));
+    }
+    EXPECT_EQ(scatter.rows(), Layout(state_, false).calibration);
+    EXPECT_EQ(scatter.trace(), scatter(0, 0));
+  }
+  EXPECT_GT(doubts, shown);
+  EXPECT_LT(doubts, 20);
 }
 
 TEST_F(ProbedImu, ThatWasNotProbedHasNone) {
-  EXPECT_FALSE(EvidenceOfMatrices(problem_, state_, {}, 1.0).IsShown());
+  EXPECT_FALSE(EvidenceOfMatrices(problem_, state_, {}, 1.0).IsShown(false));
+  EXPECT_TRUE(ScatterOfMatrices(problem_, state_, {}, 1.0).isZero());
 }
 
 }  // namespace
