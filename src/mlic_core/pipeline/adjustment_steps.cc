@@ -104,10 +104,10 @@ void AssociateWithPlanes(const AdjustmentContext& context, const std::vector<boo
 }
 
 SolveSummary SolveAdjustment(const CancellationToken& cancellation, Adjustment* adjustment,
-                             const Probes& probes) {
+                             bool probe_matrices) {
   JointProblem& problem = adjustment->problem;
   SolveSummary summary =
-      SolveJointProblem(problem, kSolverIterations, cancellation, &adjustment->state, probes);
+      SolveJointProblem(problem, kSolverIterations, cancellation, &adjustment->state, probe_matrices);
   if (!summary.solved || !IsFinite(adjustment->state)) {
     throw InternalError(
         "the joint adjustment's equations have no solution in numbers; please report this with the log");

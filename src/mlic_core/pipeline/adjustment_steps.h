@@ -48,10 +48,10 @@ const std::string& NameOf(SensorId sensor, const Rig& rig);
 void AssociateWithPlanes(const AdjustmentContext& context, const std::vector<bool>& lidars,
                          std::size_t points_per_scan, Adjustment* adjustment);
 
-// Solves from the state as it is: state and landmarks move together. Throws InternalError where the equations
-// have no solution.
+// Solves from the state as it is: state and landmarks move together. probe_matrices: SolveJointProblem's.
+// Throws InternalError where the equations have no solution.
 SolveSummary SolveAdjustment(const CancellationToken& cancellation, Adjustment* adjustment,
-                             const Probes& probes = {});
+                             bool probe_matrices = false);
 
 // What of MeasureScale needs no linearised problem: correlation and stamps.
 void MeasureCorrelation(const Adjustment& adjustment, CovarianceScale* scale);

@@ -119,7 +119,7 @@ void WeakenImuBySlowErrors(const AdjustmentContext& context, Adjustment* adjustm
       context.monitor.line(text);
     }
   }
-  if (weaker) adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment, {{}, true});
+  if (weaker) adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment, true);
 }
 
 }  // namespace mlic

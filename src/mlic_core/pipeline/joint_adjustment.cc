@@ -11,7 +11,6 @@
 #include "mlic_core/association/ring_corrections.h"
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/initialization/guess_check.h"
-#include "mlic_core/pipeline/clock_review.h"
 #include "mlic_core/pipeline/imu_review.h"
 #include "mlic_core/pipeline/lens_review.h"
 #include "mlic_core/problem/noise_information.h"
@@ -47,7 +46,7 @@ void BeginRounds(Landmarks landmarks, Adjustment* adjustment) {
   adjustment->rounds.done = 0;
   adjustment->rounds.alignment_tried = false;
   adjustment->rounds.noise_measured = false;
-  adjustment->rounds.clocks_reviewed = false;
+  adjustment->rounds.clocks_freed = false;
   adjustment->rounds.matrices_judged = false;
   adjustment->rounds.biases_judged = false;
   adjustment->rounds.ranges_measured = false;
@@ -192,8 +191,28 @@ bool TakeMorePoints(const Dataset& dataset, Adjustment* adjustment) {
   return true;
 }
 
+// From now on clocks may drift against the IMU's. True if there are any that could not before.
+bool FreeClocks(const AdjustmentContext& context, bool probe_matrices, Adjustment* adjustment) {
+  bool any = false;
+  const SensorOrder order = adjustment->state.Sensors();
+  for (std::size_t s = 0; s < order.size(); ++s) {
+    const SensorId id = order.At(s);
+    SensorCalibration& sensor =
+        id.IsLidar() ? adjustment->state.lidars[id.index] : adjustment->state.cameras[id.index].sensor;
+    const bool held = id.IsLidar() ? adjustment->problem.lidars[id.index].fixed
+                                   : adjustment->problem.cameras[id.index].fixed.time_offset;
+    if (held || sensor.clock_drift) continue;
+    any = true;
+    sensor.clock_drift = 0.0;
+  }
+  if (!any) return false;
+  adjustment->rounds.noise_measured = false;
+  adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment, probe_matrices);
+  return true;
+}
+
 // Association, solve, and the noise that its residuals show.
-void AssociateAndSolve(const AdjustmentContext& context, bool many, const Probes& probes,
+void AssociateAndSolve(const AdjustmentContext& context, bool many, bool probe_matrices,
                        Adjustment* adjustment) {
   const int round = adjustment->rounds.done;
   JointProblem& problem = adjustment->problem;
@@ -205,7 +224,7 @@ void AssociateAndSolve(const AdjustmentContext& context, bool many, const Probes
   // Landmarks that are kept were made with an earlier noise.
   const bool landmarks = adjustment->rounds.landmarks != Landmarks::kNone && round < kLandmarkRounds;
   if (landmarks) AssociateWithLandmarks(context, adjustment);
-  adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment, probes);
+  adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment, probe_matrices);
   adjustment->plane_noise = MeasurePlaneNoise(problem.drives, adjustment->state, adjustment->plane_noise);
   if (landmarks) MeasureLandmarks(adjustment);
   MeasureImuSigmas(context.dataset, adjustment);
@@ -230,7 +249,7 @@ bool HoldUnobservableTranslations(const AdjustmentContext& context, Adjustment* 
   problem.held_translations = UnobservableTranslations(problem, adjustment->state.Sensors(), analysis);
   if (problem.held_translations.empty()) return false;
   adjustment->shown_before_hold = analysis.sensors;
-  adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment, {{}, true});
+  adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment, true);
   context.monitor.line(std::to_string(problem.held_translations.size()) +
                        " directions of translation that the motion does not show stand at the guesses");
   return true;
@@ -262,11 +281,8 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     const int round = rounds.done;
     const bool many = rounds.points_per_scan > kFewPoints;
     const CalibrationState before = adjustment.state;
-    Probes probes;
-    if (options.find_sensor_errors && many) {
-      probes = {ConstantClocks(adjustment), options.find_imu_axes};
-    }
-    AssociateAndSolve(context, many, probes, &adjustment);
+    const bool probe_matrices = options.find_sensor_errors && options.find_imu_axes && many;
+    AssociateAndSolve(context, many, probe_matrices, &adjustment);
     const double change = ChangeInSigmas(adjustment, context.dataset, before);
     rounds.last_change = change;
     rounds.history.push_back({NameOf(options.landmarks), change});
@@ -277,10 +293,10 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     const bool settled = options.find_sensor_errors && many && change < 1.0;
     bool clocks_moved = false, lenses_moved = false, matrices_moved = false, biases_moved = false;
     bool ranges_moved = false;
-    if (settled && !rounds.clocks_reviewed) {
-      rounds.clocks_reviewed = true;
-      lenses_moved = cameras && ReviewLenses(context, probes, &adjustment);
-      clocks_moved = ReviewClocks(context, &adjustment);
+    if (settled && !rounds.clocks_freed) {
+      rounds.clocks_freed = true;
+      lenses_moved = cameras && ReviewLenses(context, probe_matrices, &adjustment);
+      clocks_moved = FreeClocks(context, probe_matrices, &adjustment);
     }
     if (settled && !clocks_moved) matrices_moved = ReviewMatrices(context, &adjustment);
     if (settled && !clocks_moved && !matrices_moved) biases_moved = ReviewBiases(context, &adjustment);
@@ -300,8 +316,7 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     const bool guess_dropped =
         round + 1 < kMostRounds && FindContradictedGuesses(context, before, &adjustment);
     if (many && !more && !ranges_moved && !axes_moved && !guess_dropped && !clocks_moved && !lenses_moved &&
-        !matrices_moved && !biases_moved && change < options.until && round + 1 >= least_rounds &&
-        (round + 1 == kMostRounds || !settled || !ReviewClocks(context, &adjustment))) {
+        !matrices_moved && !biases_moved && change < options.until && round + 1 >= least_rounds) {
       break;
     }
     // The map has settled once the noise has: then all points take part.

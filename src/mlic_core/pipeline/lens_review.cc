@@ -44,16 +44,16 @@ void GoBack(Solved kept, Adjustment* adjustment) {
 
 }  // namespace
 
-bool ReviewLenses(const AdjustmentContext& context, const Probes& probes, Adjustment* adjustment) {
+bool ReviewLenses(const AdjustmentContext& context, bool probe_matrices, Adjustment* adjustment) {
   bool changed = false;
   for (std::size_t c = 0; c < adjustment->state.cameras.size(); ++c) {
     const std::optional<CameraIntrinsics> twin = TwinOf(*adjustment, c);
     if (!twin) continue;
     // The noise has been measured anew since the last solve: both are solved with it.
-    adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment, probes);
+    adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment, probe_matrices);
     Solved before = Keep(*adjustment);
     adjustment->state.cameras[c].intrinsics = *twin;
-    adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment, probes);
+    adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment, probe_matrices);
     const double gain = before.summary.last_cost - adjustment->last_solve.last_cost;
     const double xi[] = {before.state.cameras[c].intrinsics.parameters[4],
                          adjustment->state.cameras[c].intrinsics.parameters[4]};

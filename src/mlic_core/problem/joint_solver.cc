@@ -93,62 +93,30 @@ Priors PriorsAt(const JointProblem& problem, const CalibrationState& state, cons
   return priors;
 }
 
-// What a solve probes is part of its equations and does not move, so that they say where it would go.
-class HeldProbes {
+// The IMU's scale and shear where a solve probes them: part of its equations, held, so that they say where it
+// would go.
+class HeldMatrices {
  public:
-  HeldProbes(const Probes& probes, const JointProblem& problem, CalibrationState* state)
-      : clocks_(probes.clocks), matrices_(probes.imu_matrices && !problem.estimate_imu_matrices) {
-    SetDrifts(0.0, state);
-  }
-  bool OfMatrices() const { return matrices_; }
-  // To be called once the layout of the state is made. free_calibration: of the solve without them; theirs.
-  std::vector<bool> Hold(const Layout& layout, std::vector<bool> free_calibration) {
-    std::vector<bool> of_clocks(free_calibration.size(), false), of_matrices = of_clocks;
-    for (const SensorId id : clocks_) of_clocks[layout.Drift(id)] = true;
-    if (matrices_) std::fill_n(of_matrices.begin() + layout.matrices, Layout::kOfMatrices, true);
+  // free_calibration: of the solve, theirs included; they are held in it.
+  HeldMatrices(bool probed, const Layout& layout, std::vector<bool>* free_calibration) : probed_(probed) {
     for (int i = 0; i < layout.calibration; ++i) {
-      if (of_clocks[i] || of_matrices[i]) free_calibration[i] = false;
-      if (!of_clocks[i] && !of_matrices[i]) kept_.push_back(i);
-      if (!of_matrices[i]) with_clocks_.push_back(i);
-      if (!of_clocks[i]) with_matrices_.push_back(i);
+      const bool held = probed && i >= layout.matrices && i < layout.matrices + Layout::kOfMatrices;
+      if (held) (*free_calibration)[static_cast<std::size_t>(i)] = false;
+      if (!held) kept_.push_back(i);
     }
-    return free_calibration;
   }
-  // What is left of parameters (columns) without the probes.
-  Eigen::MatrixXd RowsWithout(const Eigen::MatrixXd& given) const { return SelectRows(given, kept_); }
-  // Of a symmetric matrix of them.
+  // What is left of parameters without them.
+  Eigen::VectorXd RowsWithout(const Eigen::VectorXd& given) const { return SelectRows(given, kept_); }
+  // Of a symmetric matrix of the parameters.
   Eigen::MatrixXd Without(const Eigen::MatrixXd& matrix) const { return Submatrix(matrix, kept_); }
-  // free_calibration: of the solve.
-  void Look(const NormalSolution& solution, const Priors& priors, const Layout& layout,
-            const std::vector<bool>& free_calibration, SolveSummary* summary) const {
-    if (!clocks_.empty()) summary->drifts = LookAtClocks(solution, priors, layout, free_calibration);
-    if (!matrices_) return;
-    summary->imu_matrices = {Submatrix(solution.information, with_matrices_),
-                             SelectRows(solution.gradient, with_matrices_),
-                             SelectRows(priors.gradient, with_matrices_)};
+  MatrixProbe Look(const NormalSolution& solution, const Priors& priors) const {
+    if (!probed_) return {};
+    return {solution.information, solution.gradient, priors.gradient};
   }
-  void End(CalibrationState* state) const { SetDrifts(std::nullopt, state); }
 
  private:
-  DriftProbe LookAtClocks(const NormalSolution& solution, const Priors& priors, const Layout& layout,
-                          std::vector<bool> is_free) const {
-    std::vector<bool> of_them;
-    for (const SensorId id : clocks_) is_free[layout.Drift(id)] = true;
-    for (const int i : with_clocks_) of_them.push_back(is_free[i]);
-    const Eigen::MatrixXd information = Submatrix(solution.information, with_clocks_);
-    return {clocks_, information,
-            SolveCalibration(information, SelectRows(solution.gradient, with_clocks_),
-                             Submatrix(priors.information, with_clocks_),
-                             SelectRows(priors.gradient, with_clocks_), of_them, 0.0)};
-  }
-  void SetDrifts(const std::optional<double>& drift, CalibrationState* state) const {
-    for (const SensorId id : clocks_) {
-      (id.IsLidar() ? state->lidars[id.index] : state->cameras[id.index].sensor).clock_drift = drift;
-    }
-  }
-  const std::vector<SensorId>& clocks_;
-  bool matrices_;
-  std::vector<int> kept_, with_clocks_, with_matrices_;  // parameters (Layout)
+  bool probed_;
+  std::vector<int> kept_;  // parameters (Layout)
 };
 
 void FixCamera(const FixedCameraParameters& held, const Layout& layout, std::size_t camera,
@@ -278,15 +246,16 @@ std::vector<bool> FreeCalibration(const JointProblem& problem, const Layout& lay
 
 SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
                                const CancellationToken& cancellation, CalibrationState* state,
-                               const Probes& probed) {
+                               bool probe_matrices) {
   Check(given.drives.size() == state->drives.size() && given.lidars.size() == state->lidars.size() &&
             given.cameras.size() == state->cameras.size(),
         "the joint problem and its state differ in their drives or sensors");
   std::vector<std::vector<std::size_t>> origins;
   JointProblem problem = WithShortCouplings(given, *state, &origins);  // the landmarks move with the solve
-  HeldProbes probes(probed, problem, state);
-  const Layout layout(*state, problem.estimate_imu_matrices || probes.OfMatrices());
-  const std::vector<bool> free_calibration = probes.Hold(layout, FreeCalibration(problem, layout));
+  probe_matrices &= !problem.estimate_imu_matrices;
+  const Layout layout(*state, problem.estimate_imu_matrices || probe_matrices);
+  std::vector<bool> free_calibration = FreeCalibration(problem, layout);
+  const HeldMatrices held(probe_matrices, layout, &free_calibration);
   SolveSummary summary = CountedObservations(problem);
   std::vector<LandmarkCoupling> couplings;
   const std::function<Accumulator(const CalibrationState&)> linearize = [&](const CalibrationState& at) {
@@ -309,8 +278,8 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
     summary.solved = true;
     // Damping holds the trajectory, which would look like information.
     if (damping == 0.0) {
-      summary.information = probes.Without(solution.information);
-      probes.Look(solution, priors, layout, free_calibration, &summary);
+      summary.information = held.Without(solution.information);
+      summary.imu_matrices = held.Look(solution, priors);
     }
     const double step = solution.delta.segment(layout.knots, layout.poses).cwiseAbs().maxCoeff();
     const Eigen::VectorXd moves = solution.delta.segment(layout.knots, layout.calibration);
@@ -326,7 +295,7 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
     if (damping == 0.0) {
       summary.refused_step = trial.Share() == 1.0
                                  ? Eigen::VectorXd()
-                                 : Eigen::VectorXd((1.0 - trial.Share()) * probes.RowsWithout(moves));
+                                 : Eigen::VectorXd((1.0 - trial.Share()) * held.RowsWithout(moves));
     }
     if (!accepted) {
       damping = std::max(1e-4, 10.0 * damping);
@@ -341,7 +310,6 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
     if (damping < 1e-6) damping = 0.0;
     sum = trial.Equations() ? std::move(*trial.Equations()) : linearize(*state);
   }
-  probes.End(state);
   summary.landmarks = WithPointsWhole(given, std::move(problem), origins);
   return summary;
 }

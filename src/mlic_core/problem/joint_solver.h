@@ -11,19 +11,6 @@
 
 namespace mlic {
 
-// What a solve looks at beside what moves in it: of what it holds, where that would go.
-struct Probes {
-  std::vector<SensorId> clocks;  // that are constant: how far they seem to drift
-  bool imu_matrices = false;     // the IMU's scale and shear, where the problem does not estimate them
-};
-
-// How far clocks that the solve took for constant seem to drift.
-struct DriftProbe {
-  std::vector<SensorId> clocks;
-  Eigen::MatrixXd information;  // as SolveSummary's, of the calibration (Layout) with these drifts
-  Eigen::VectorXd step;         // of the same, all of it left free: the drifts themselves, s/s
-};
-
 // Where scale and shear of the IMU, which the solve held, would go: the equations of the calibration (Layout)
 // with them. Empty: they were not probed.
 struct MatrixProbe {
@@ -44,9 +31,7 @@ struct SolveSummary {
   // Of the calibration (Layout): what was not taken of the last undamped step, as it would have raised the
   // cost; empty: nothing. The minimum lies about that far off, whatever damped steps have moved.
   Eigen::VectorXd refused_step;
-  // Of the last undamped step; empty where nothing was probed.
-  DriftProbe drifts;
-  MatrixProbe imu_matrices;
+  MatrixProbe imu_matrices;                 // of the last undamped step
   std::vector<LandmarkGeometry> landmarks;  // of each drive, as the solve moved them
 };
 
@@ -55,10 +40,11 @@ struct SolveSummary {
 // most so many iterations, and no more once a step lowers the cost by next to nothing. A step that raises the
 // cost, or after which it is not a number, is taken back, the last one too. Throws InternalError where the
 // cost is not a number at the start. The result does not depend on the number of threads but for the rounding
-// of the dense factorisation.
+// of the dense factorisation. probe_matrices: the equations carry the IMU's scale and shear, where the
+// problem does not estimate them, and they do not move.
 SolveSummary SolveJointProblem(const JointProblem& problem, int iterations,
                                const CancellationToken& cancellation, CalibrationState* state,
-                               const Probes& probes = {});
+                               bool probe_matrices = false);
 
 // Puts the problem's landmarks to where a solve of it has moved them.
 void PlaceLandmarks(std::vector<LandmarkGeometry> landmarks, JointProblem* problem);

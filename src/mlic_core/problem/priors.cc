@@ -163,9 +163,11 @@ void CalibrationPrior(const JointProblem& problem, const CalibrationState& state
   }
   for (std::size_t s = 0; s < layout.order.size(); ++s) {
     if (layout.drift[s] < 0) continue;
-    constexpr double kDriftWeight = 1e6;  // 1000 ppm; from: guard, far above any crystal's 100
-    (*information)(layout.drift[s], layout.drift[s]) = kDriftWeight;
-    (*gradient)[layout.drift[s]] = kDriftWeight * *state.Sensor(layout.order.At(s)).clock_drift;
+    // Crystals drift apart by so much; what drifts more is no crystal, and may do so by any amount.
+    const double drift = *state.Sensor(layout.order.At(s)).clock_drift;
+    const double weight = 1.0 / (kFastestCrystals * kFastestCrystals + drift * drift);
+    (*information)(layout.drift[s], layout.drift[s]) = weight;
+    (*gradient)[layout.drift[s]] = weight * drift;
   }
   AddImu(problem.imu, state, layout, information, gradient);
   for (std::size_t d = 0; d < state.drives.size(); ++d) {

@@ -91,6 +91,9 @@ struct ImuCalibration {
   double accelerometer_lag = 0.0;
 };
 
+// By how much two crystals drift apart.
+constexpr double kFastestCrystals = 1e-4;  // s/s; from: standard, data sheets: 50 ppm each at most
+
 // Pose and clock of one sensor: p_imu = T_imu_sensor * p_sensor,
 //   t_imu = t_sensor + time_offset + clock_drift * (t_sensor - middle),
 // middle: of the drive, on the sensor's clock, so that offset and drift hardly hang on each other.

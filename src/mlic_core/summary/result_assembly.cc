@@ -19,6 +19,7 @@
 #include "mlic_core/summary/residual_summary.h"
 #include "mlic_core/summary/sigmas_in_use.h"
 #include "mlic_core/summary/snapshot.h"
+#include "mlic_core/uncertainty/clock_drift.h"
 
 namespace mlic {
 namespace {
@@ -52,7 +53,8 @@ struct Shown {
   ObservabilityAnalysis analysis, bound;
 };
 
-SensorResult MakeSensor(const Sensor& sensor, const Shown& of_data, std::size_t s) {
+// drifting: the data show that clocks drift; else what was found of it is noise.
+SensorResult MakeSensor(const Sensor& sensor, const Shown& of_data, std::size_t s, bool drifting) {
   const ObservabilityAnalysis& analysis = of_data.analysis;
   SensorResult result;
   result.name = sensor.name;
@@ -65,7 +67,11 @@ SensorResult MakeSensor(const Sensor& sensor, const Shown& of_data, std::size_t 
   result.translation_observable = analysis.sensors[s].translation;
   result.rotation_observable = analysis.sensors[s].rotation;
   result.time_offset_observable = analysis.sensors[s].time_offset;
-  result.drift_sigma = analysis.sensors[s].drift_sigma;
+  if (drifting) {
+    result.drift_sigma = analysis.sensors[s].drift_sigma;
+  } else {
+    result.calibration.clock_drift.reset();
+  }
   result.unobservable = analysis.sensors[s].directions;
   return result;
 }
@@ -327,12 +333,13 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
   const bool refused = GiveReasons(rig, dataset, adjustment, result);
   WarnOfMovement(adjustment.rounds.unsettled, &result->warnings);
   std::vector<bool> shown;
+  const bool drifting = ClocksDrift(state, adjustment.problem.estimate_imu_matrices, analysis);
   for (std::size_t s = 0; s < sensors.size(); ++s) {
     shown.push_back(!lost[s] && !IsRefused(sensors[s].name, result->checks));
     // What does not stay where it is has no place to the others either.
     if (IsRefused(sensors[s].name, result->checks, "halves")) lost[s] = true;
     if (!shown[s]) continue;
-    result->sensors.push_back(MakeSensor(sensors[s], of_data, s));
+    result->sensors.push_back(MakeSensor(sensors[s], of_data, s, drifting));
     result->sensors.back().clock_reference =
         TimeFrom(dataset.drives[0].epoch, state.drives[0].trajectory.Middle());
     WarnOfDrift(result->sensors.back(), &result->warnings);

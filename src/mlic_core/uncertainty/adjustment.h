@@ -46,7 +46,7 @@ struct JointRounds {
   int done = 0;
   std::size_t points_per_scan = 0;  // that take part in the map
   bool alignment_tried = false;     // AlignmentReview::taken_back of an earlier round
-  bool clocks_reviewed = false;     // for drift, a first time
+  bool clocks_freed = false;        // the sensors' clocks may drift
   bool matrices_judged = false;     // whether the IMU has errors of scale and shear
   bool biases_judged = false;       // whether the IMU's biases wander
   bool noise_measured = false;      // Adjustment::noise_information is of these rounds
@@ -78,8 +78,6 @@ struct Adjustment {
   std::vector<bool> rejected_lidars;
   // Of each LiDAR, then of each camera: what the data show of it contradicts its guess, which counts no more.
   std::vector<bool> contradicted_guesses;
-  // Of each LiDAR, then of each camera: a drift of its clock was estimated and is not shown.
-  std::vector<bool> constant_clocks;
   JointProblem problem;
   std::vector<ImuSigma> given_imu_sigma;  // of each drive, before residuals were measured
   Eigen::Matrix3d alignment_covariance = Eigen::Matrix3d::Zero();  // AlignmentReview::covariance
@@ -112,9 +110,6 @@ Eigen::MatrixXd LastInformation(const Adjustment& adjustment);
 // The last solve's information of the calibration without what of it is the noise's, divided by the
 // VarianceScale.
 Eigen::MatrixXd ScaledInformation(const Adjustment& adjustment, const Dataset& dataset);
-
-// By how much two crystals drift apart.
-constexpr double kFastestCrystals = 1e-4;  // s/s; from: standard, data sheets: 50 ppm each at most
 
 // What the data show at the last linearisation, with sigmas that grow by the VarianceScale and, for cameras,
 // by camera_covariance.h. The offsets of cameras whose stamps drift faster than crystals (kFastestCrystals)

@@ -257,7 +257,7 @@ std::vector<SensorHalves> CompareHalves(const Adjustment& adjustment, const Data
 }
 
 double LargestByChance(const std::vector<SensorHalves>& sensors) {
-  constexpr double kFalseAlarms = 3e-3;  // from: definition, as of clocks that drift (section 8.1)
+  constexpr double kFalseAlarms = 3e-3;  // from: definition, with which three sigmas are exceeded
   // Of the sigmas: known to a sixth. from: measured, lidar open 1 to 16, the mean squares of errors over
   // sigmas of the kinds of parameters are 0.76 to 1.63 (docs/benchmark.md)
   constexpr int kFreedom = 20;

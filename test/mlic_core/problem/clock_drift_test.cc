@@ -184,30 +184,6 @@ TEST_F(DriftingClocks, AreFoundToNumericalPrecision) {
   EXPECT_NEAR(state_.cameras[0].sensor.time_offset, truth.cameras[0].sensor.time_offset, 1e-7);
 }
 
-// Taken for constant, they are seen to drift by the solve that holds them, which is otherwise as without a
-// look.
-TEST_F(DriftingClocks, AreSeenByTheSolveThatTakesThemForConstant) {
-  problem_.fix_trajectory = true;
-  state_.lidars[0].clock_drift.reset();
-  state_.cameras[0].sensor.clock_drift.reset();
-  CalibrationState plain = state_;
-  const SolveSummary unprobed = SolveJointProblem(problem_, 3, CancellationToken(), &plain);
-  EXPECT_TRUE(unprobed.drifts.clocks.empty());
-  const Probes probes{{LidarId(0), CameraId(0)}};
-  const SolveSummary summary = SolveJointProblem(problem_, 3, CancellationToken(), &state_, probes);
-  EXPECT_FALSE(state_.lidars[0].clock_drift);
-  EXPECT_FALSE(state_.cameras[0].sensor.clock_drift);
-  EXPECT_NEAR(state_.lidars[0].time_offset, plain.lidars[0].time_offset, 1e-9);
-  ASSERT_EQ(summary.information.rows(), unprobed.information.rows());
-  EXPECT_LT((summary.information - unprobed.information).norm(), 1e-6 * unprobed.information.norm());
-  CalibrationState probed = state_;
-  probed.lidars[0].clock_drift = probed.cameras[0].sensor.clock_drift = 0.0;
-  const Layout layout(probed, false);
-  ASSERT_EQ(summary.drifts.step.size(), layout.calibration);
-  EXPECT_NEAR(summary.drifts.step[layout.Drift(LidarId(0))], kLidarDrift, 0.02 * std::abs(kLidarDrift));
-  EXPECT_NEAR(summary.drifts.step[layout.Drift(CameraId(0))], kCameraDrift, 0.02 * std::abs(kCameraDrift));
-}
-
 TEST_F(DriftingClocks, AreHeldWithTheSensor) {
   problem_.lidars[0].fixed = true;
   problem_.cameras[0].fixed.time_offset = true;

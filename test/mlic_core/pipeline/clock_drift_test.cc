@@ -1,5 +1,3 @@
-#include "mlic_core/pipeline/clock_review.h"
-
 #include <gtest/gtest.h>
 
 #include "mlic_core/pipeline/joint_adjustment.h"
@@ -54,20 +52,20 @@ void ExpectFound(const Calibrated& calibrated, double largest_sigma) {
   EXPECT_NE(calibrated.result.warnings[0].find("its clock drifts by"), std::string::npos);
 }
 
-TEST(ClockReview, FindsASmallDriftInTheRounds) {
+TEST(ClockDrift, FindsASmallDriftInTheRounds) {
   const Calibrated calibrated(ConfiguredSensors("handheld.yaml"), {6e-5});
   EXPECT_EQ(calibrated.odometry.clocks[0].drift, 0.0);
   ExpectFound(calibrated, 1e-5);
 }
 
-TEST(ClockReview, StartsFromAGrossDrift) {
+TEST(ClockDrift, StartsFromAGrossDrift) {
   const Calibrated calibrated(ConfiguredSensors("handheld.yaml"), {1e-3});
   EXPECT_NEAR(calibrated.odometry.clocks[0].drift, 1e-3, 3e-4);
   ExpectFound(calibrated, 1e-5);
 }
 
 // Against the IMU, whose gyroscope is poor, neither drift is shown; against each other both are.
-TEST(ClockReview, FindsWhatLidarsDriftAgainstEachOther) {
+TEST(ClockDrift, FindsWhatLidarsDriftAgainstEachOther) {
   sim::SensorSet sensors = ConfiguredSensors("dual_rosette.yaml");
   sensors.imu.noise.gyroscope = 5e-3;
   sensors.imu.noise.accelerometer = 5e-2;
