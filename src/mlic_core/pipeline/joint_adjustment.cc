@@ -13,6 +13,7 @@
 #include "mlic_core/initialization/guess_check.h"
 #include "mlic_core/pipeline/imu_review.h"
 #include "mlic_core/pipeline/lens_review.h"
+#include "mlic_core/pipeline/stamp_review.h"
 #include "mlic_core/problem/noise_information.h"
 #include "mlic_core/problem/priors.h"
 #include "mlic_core/uncertainty/held_translations.h"
@@ -61,7 +62,8 @@ void MatchMap(const AdjustmentContext& context, Adjustment* adjustment) {
   MapMatchingOptions options;
   options.noise_scale = adjustment->map.noise;
   options.features = context.features;
-  const MatchedCameras matched{cameras.tracks, cameras.sigmas, cameras.found, adjustment->rejected_lidars};
+  const std::vector<TrackSet> tracks = OnTime(cameras);
+  const MatchedCameras matched{tracks, cameras.sigmas, cameras.found, adjustment->rejected_lidars};
   MapMatches matches =
       MatchCamerasToMap(context.dataset, adjustment->state, matched, options, context.monitor);
   for (std::size_t c = 0; c < context.rig.cameras.size(); ++c) {
@@ -81,9 +83,10 @@ void MatchMap(const AdjustmentContext& context, Adjustment* adjustment) {
 
 void AssociateWithLandmarks(const AdjustmentContext& context, Adjustment* adjustment) {
   const AdjustedCameras& cameras = adjustment->cameras;
-  for (std::size_t d = 0; d < cameras.tracks.size(); ++d) {
+  const std::vector<TrackSet> tracks = OnTime(cameras);
+  for (std::size_t d = 0; d < tracks.size(); ++d) {
     adjustment->problem.drives[d].landmarks =
-        TriangulateLandmarks(cameras.tracks[d], adjustment->state, d, cameras.landmark_options);
+        TriangulateLandmarks(tracks[d], adjustment->state, d, cameras.landmark_options);
   }
   if (adjustment->rounds.landmarks == Landmarks::kTracksAndMap) MatchMap(context, adjustment);
 }
@@ -291,16 +294,19 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     }
     // Not before: extrinsics on their way look like clocks that drift, and like rings and ranges that err.
     const bool settled = options.find_sensor_errors && many && change < 1.0;
-    bool clocks_moved = false, lenses_moved = false, matrices_moved = false, biases_moved = false;
-    bool ranges_moved = false;
+    bool clocks_moved = false, lenses_moved = false, stamps_moved = false, matrices_moved = false;
+    bool biases_moved = false, ranges_moved = false;
     if (settled && !rounds.clocks_freed) {
       rounds.clocks_freed = true;
       lenses_moved = cameras && ReviewLenses(context, probe_matrices, &adjustment);
       clocks_moved = FreeClocks(context, probe_matrices, &adjustment);
     }
-    if (settled && !clocks_moved) matrices_moved = ReviewMatrices(context, &adjustment);
-    if (settled && !clocks_moved && !matrices_moved) biases_moved = ReviewBiases(context, &adjustment);
-    if (settled && !clocks_moved && !matrices_moved && !biases_moved)
+    if (settled && cameras && !clocks_moved)
+      stamps_moved = ReviewStamps(context, probe_matrices, &adjustment);
+    if (settled && !clocks_moved && !stamps_moved) matrices_moved = ReviewMatrices(context, &adjustment);
+    if (settled && !clocks_moved && !stamps_moved && !matrices_moved)
+      biases_moved = ReviewBiases(context, &adjustment);
+    if (settled && !clocks_moved && !stamps_moved && !matrices_moved && !biases_moved)
       ranges_moved = ReviewRanges(&adjustment);
     // With its rings corrected a LiDAR may show what it did not before.
     if (ranges_moved) rounds.matrices_judged = false;
@@ -316,7 +322,8 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     const bool guess_dropped =
         round + 1 < kMostRounds && FindContradictedGuesses(context, before, &adjustment);
     if (many && !more && !ranges_moved && !axes_moved && !guess_dropped && !clocks_moved && !lenses_moved &&
-        !matrices_moved && !biases_moved && change < options.until && round + 1 >= least_rounds) {
+        !stamps_moved && !matrices_moved && !biases_moved && change < options.until &&
+        round + 1 >= least_rounds) {
       break;
     }
     // The map has settled once the noise has: then all points take part.

@@ -42,10 +42,23 @@ void GoBack(Solved kept, Adjustment* adjustment) {
   }
 }
 
+// Standard deviation of intrinsics of which two values are left, the second one less likely by exp(-gain /
+// 2).
+std::vector<double> Spread(const CameraIntrinsics& a, const CameraIntrinsics& b, double gain) {
+  const double second = 1.0 / (1.0 + std::exp(0.5 * gain));
+  std::vector<double> spread;
+  for (std::size_t i = 0; i < a.parameters.size(); ++i) {
+    spread.push_back(std::sqrt(second * (1.0 - second)) * std::abs(a.parameters[i] - b.parameters[i]));
+  }
+  return spread;
+}
+
 }  // namespace
 
 bool ReviewLenses(const AdjustmentContext& context, bool probe_matrices, Adjustment* adjustment) {
   bool changed = false;
+  std::vector<std::vector<double>>& twins = adjustment->cameras.twins;
+  twins.assign(adjustment->state.cameras.size(), {});
   for (std::size_t c = 0; c < adjustment->state.cameras.size(); ++c) {
     const std::optional<CameraIntrinsics> twin = TwinOf(*adjustment, c);
     if (!twin) continue;
@@ -61,6 +74,8 @@ bool ReviewLenses(const AdjustmentContext& context, bool probe_matrices, Adjustm
     std::snprintf(text, sizeof(text), ": xi is %.3f, not %.3f, which projects alike but costs %.0f more",
                   xi[gain > 0.0 ? 1 : 0], xi[gain > 0.0 ? 0 : 1], std::abs(gain));
     context.monitor.line(context.rig.cameras[c].name + text);
+    twins[c] =
+        Spread(before.state.cameras[c].intrinsics, adjustment->state.cameras[c].intrinsics, std::abs(gain));
     if (gain > 0.0) {
       changed = true;
     } else {

@@ -23,6 +23,20 @@ class ImageSource {
   virtual std::size_t Undecodable() const { return 0; }
 };
 
+// The image whose stamp is nearest to the time. images: at least one.
+inline std::size_t NearestImage(const ImageSource& images, double time) {
+  std::size_t low = 0, high = images.Count() - 1;
+  while (low < high) {
+    const std::size_t middle = (low + high) / 2;
+    if (images.Time(middle) + images.Time(middle + 1) < 2.0 * time) {
+      low = middle + 1;
+    } else {
+      high = middle;
+    }
+  }
+  return low;
+}
+
 // What one camera recorded in one drive.
 struct CameraRecording {
   std::shared_ptr<const ImageSource> images;

@@ -30,20 +30,6 @@ bool FindFullestImage(const LandmarkSet& landmarks, int camera, double* time) {
   return most > 0;
 }
 
-// The image whose stamp is nearest to the time.
-std::size_t ImageAt(const ImageSource& images, double time) {
-  std::size_t low = 0, high = images.Count() - 1;
-  while (low < high) {
-    const std::size_t middle = (low + high) / 2;
-    if (images.Time(middle) + images.Time(middle + 1) < 2.0 * time) {
-      low = middle + 1;
-    } else {
-      high = middle;
-    }
-  }
-  return low;
-}
-
 std::vector<LandmarkProjection> ProjectionsAt(const LandmarkSet& landmarks,
                                               const std::vector<Eigen::Vector2d>& residuals, int camera,
                                               double time) {
@@ -102,7 +88,7 @@ std::vector<CameraView> ChooseViews(const Rig& rig, const Drive& drive, const Ca
     CameraView view;
     view.camera = rig.cameras[c].name;
     view.images = drive.cameras[c].images;
-    view.image = ImageAt(*view.images, time);
+    view.image = NearestImage(*view.images, time);
     view.observations = ProjectionsAt(landmarks, residuals, static_cast<int>(c), time);
     if (!view.observations.empty()) views.push_back(std::move(view));
   }
@@ -114,7 +100,10 @@ std::vector<CameraKeyframes> UsedKeyframes(const Rig& rig, const Dataset& datase
   std::vector<std::set<TimeNs>> stamps(rig.cameras.size());
   for (std::size_t d = 0; d < drives.size(); ++d) {
     for (const LandmarkObservation& o : drives[d].landmarks.observations) {
-      stamps[o.camera].insert(TimeFrom(dataset.drives[d].epoch, o.time));
+      // Observations may be somewhat off the stamps (StampCourse).
+      const auto& images = dataset.drives[d].cameras[o.camera].images;
+      const double stamp = images == nullptr ? o.time : images->Time(NearestImage(*images, o.time));
+      stamps[o.camera].insert(TimeFrom(dataset.drives[d].epoch, stamp));
     }
   }
   std::vector<CameraKeyframes> keyframes;

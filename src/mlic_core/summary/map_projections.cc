@@ -99,7 +99,7 @@ CameraProjection ProjectOnPhoto(const std::string& name, const LidarView& view, 
   CameraProjection out;
   out.camera = name;
   out.images = view.drive.cameras[camera].images;
-  while (out.image + 1 < out.images->Count() && out.images->Time(out.image) < stamp) ++out.image;
+  out.image = NearestImage(*out.images, stamp);
   const std::vector<MapReturn> returns = view.Around(time, kOverlaySeconds, kMostPoints);
   out.before = Overlay(returns, trajectory, before, stamp);
   out.after = Overlay(returns, trajectory, after, stamp);

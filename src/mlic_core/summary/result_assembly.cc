@@ -192,6 +192,17 @@ void WarnOfDrift(const SensorResult& sensor, std::vector<std::string>* warnings)
   warnings->push_back(sensor.name + text);
 }
 
+void WarnOfWander(const std::string& camera, double mean_square, std::vector<std::string>* warnings) {
+  if (mean_square == 0.0) return;
+  char text[240];
+  std::snprintf(
+      text, sizeof(text),
+      ": its stamps wander by %.2f ms (rms) about its time offset, as where auto exposure moves the "
+      "middle of the exposure; they were followed, and its sigma has it; hold the exposure",
+      1e3 * std::sqrt(mean_square));
+  warnings->push_back(camera + text);
+}
+
 // Failures that refuse reject the sensor that they concern, or are reasons against the whole; others are
 // warnings. A check without a failure's words has them elsewhere.
 void JudgeChecks(const Rig& rig, CalibrationResult* result) {
@@ -349,6 +360,7 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
       continue;
     }
     const std::size_t c = id.index;
+    WarnOfWander(sensors[s].name, StampWander(adjustment, c), &result->warnings);
     AddIntrinsics(state.cameras[c], analysis.cameras[c], &result->sensors.back());
     const std::vector<HeldOutMatches>& held_out = adjustment.map.held_out_errors;
     if (c < held_out.size() && held_out[c].count > 0) result->sensors.back().held_out = held_out[c];

@@ -13,23 +13,46 @@ namespace {
 
 constexpr double kUnknownChange = 1e9;  // from: guard, far beyond any that counts as settled
 
+// Of a sensor's time offset, s; zero where it was not compared.
+double DifferenceOfHalves(const Adjustment& adjustment, std::size_t sensor) {
+  if (sensor >= adjustment.halves.size()) return 0.0;
+  for (const HalvesDifference& of : adjustment.halves[sensor].quantities) {
+    if (of.quantity == HalvesDifference::Quantity::kTimeOffset) return of.difference[0];
+  }
+  return 0.0;
+}
+
 // No clocks of crystals drift so fast: a camera's stamps do where auto exposure moves the middle of its
-// exposure against them, and go back. In another drive its offset is another, by about as much as it moves in
-// this one: by the variance of an even move.
-void AddWanderOfExposure(const CalibrationState& state, ObservabilityAnalysis* analysis) {
-  const SensorOrder order = state.Sensors();
-  for (std::size_t s = 0; s < order.size(); ++s) {
-    if (order.At(s).IsLidar()) continue;
-    const double drift = std::abs(state.Sensor(order.At(s)).clock_drift.value_or(0.0));
-    if (drift < kFastestCrystals) continue;
-    double squares = 0.0;  // of how far it moves in each drive
-    for (const DriveState& of_drive : state.drives) {
-      const SplitSpline& trajectory = of_drive.trajectory;
-      squares += std::pow(drift * (trajectory.End() - trajectory.Start()), 2);
+// exposure against them, and go back, as what is left of them wanders. In another drive its offset is
+// another, by about as much as it moves in this one: by the variance of an even move and of the course. A
+// random walk leaves the slope through it the variance 6/5 of that of a second by the walk's length.
+void AddWanderOfExposure(const Adjustment& adjustment, ObservabilityAnalysis* analysis) {
+  const CalibrationState& state = adjustment.state;
+  const Layout layout(state, adjustment.problem.estimate_imu_matrices);
+  const auto drives = static_cast<double>(state.drives.size());
+  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
+    const std::size_t s = layout.order.PlaceOf(CameraId(c));
+    const double drift = std::abs(state.cameras[c].sensor.clock_drift.value_or(0.0));
+    double of_offset = 0.0, of_drift = 0.0;
+    for (std::size_t d = 0; d < state.drives.size(); ++d) {
+      const SplitSpline& trajectory = state.drives[d].trajectory;
+      const double length = trajectory.End() - trajectory.Start();
+      if (drift >= kFastestCrystals) of_offset += std::pow(drift * length, 2) / 12.0;
+      if (d >= adjustment.cameras.stamp_courses.size()) continue;
+      const StampCourse& course = adjustment.cameras.stamp_courses[d][c];
+      of_drift += 1.2 * course.walk / length;
+    }
+    if (const double wander = StampWander(adjustment, c); wander > 0.0) {
+      // The trajectory may have followed a part; what the halves of the drive still differ by is more of it.
+      of_offset += drives * (wander + std::pow(0.5 * DifferenceOfHalves(adjustment, s), 2));
     }
     const int offset = Layout::Sensor(s) + 6;
-    analysis->covariance(offset, offset) += squares / (12.0 * static_cast<double>(state.drives.size()));
+    analysis->covariance(offset, offset) += of_offset / drives;
     analysis->sigmas[s].time_offset = std::sqrt(analysis->covariance(offset, offset));
+    if (layout.drift[s] < 0) continue;
+    analysis->whole_covariance(layout.drift[s], layout.drift[s]) += of_drift / (drives * drives);
+    analysis->sensors[s].drift_sigma =
+        std::sqrt(analysis->whole_covariance(layout.drift[s], layout.drift[s]));
   }
 }
 
@@ -43,6 +66,13 @@ Eigen::MatrixXd InformationWithoutNoise(const Adjustment& adjustment) {
 }
 
 }  // namespace
+
+double StampWander(const Adjustment& adjustment, std::size_t camera) {
+  const std::vector<std::vector<StampCourse>>& courses = adjustment.cameras.stamp_courses;
+  double sum = 0.0;
+  for (const std::vector<StampCourse>& of_drive : courses) sum += of_drive[camera].MeanSquare();
+  return courses.empty() ? 0.0 : sum / static_cast<double>(courses.size());
+}
 
 double MeanSquaredResidual(const Adjustment& adjustment, const Dataset& dataset) {
   const SolveSummary& solve = adjustment.last_solve;
@@ -72,7 +102,12 @@ ObservabilityAnalysis Analyze(const Adjustment& adjustment, const Dataset& datas
   ObservabilityAnalysis analysis =
       AnalyzeCalibration(adjustment.problem, adjustment.state, ScaledInformation(adjustment, dataset),
                          adjustment.scale.inflation, VarianceScale(adjustment, dataset));
-  AddWanderOfExposure(adjustment.state, &analysis);
+  AddWanderOfExposure(adjustment, &analysis);
+  for (std::size_t c = 0; c < adjustment.cameras.twins.size(); ++c) {
+    const std::vector<double>& twin = adjustment.cameras.twins[c];
+    std::vector<double>& sigmas = analysis.cameras[c].sigmas;
+    for (std::size_t i = 0; i < twin.size(); ++i) sigmas[i] = std::hypot(sigmas[i], twin[i]);
+  }
   return analysis;
 }
 

@@ -12,6 +12,7 @@
 #include "mlic_core/problem/joint_solver.h"
 #include "mlic_core/problem/state.h"
 #include "mlic_core/result/result.h"
+#include "mlic_core/sensors/stamp_course.h"
 #include "mlic_core/uncertainty/camera_covariance.h"
 #include "mlic_core/uncertainty/imu_noise.h"
 #include "mlic_core/uncertainty/observability.h"
@@ -28,8 +29,14 @@ struct AdjustedCameras {
   std::vector<bool> found;                          // of each camera: it takes part
   std::vector<TrackSet> tracks;                     // of each drive
   std::vector<FixedCameraParameters> always_fixed;  // of each camera: given, or not found
-  LandmarkOptions landmark_options;                 // its noise is that of the last round
-  std::vector<PoseSigma> sigmas;                    // of each camera against the base LiDAR, last solve
+  // Of each drive, of each camera: by what its stamps were moved in `tracks` to become those of the
+  // landmarks. Empty before.
+  std::vector<std::vector<StampCourse>> stamp_courses;
+  // Of each camera with a lens that projects alike in another place: by how much its intrinsics are unsure of
+  // which place it is. Empty: none.
+  std::vector<std::vector<double>> twins;
+  LandmarkOptions landmark_options;  // its noise is that of the last round
+  std::vector<PoseSigma> sigmas;     // of each camera against the base LiDAR, last solve
 };
 
 // What the photos' matches with the LiDAR map add. Empty before Landmarks::kTracksAndMap.
@@ -100,6 +107,9 @@ struct Adjustment {
 // Of the last solve's whitened residuals: one where they are as large as their noise.
 double MeanSquaredResidual(const Adjustment& adjustment, const Dataset& dataset);
 
+// Mean square over the drives of the courses that a camera's stamps were found to follow, s^2; zero: none.
+double StampWander(const Adjustment& adjustment, std::size_t camera);
+
 // By how much variances exceed those of the last solve's information: the mean squared residual where that is
 // above one, the points' correlation, and what rounds still differ by.
 double VarianceScale(const Adjustment& adjustment, const Dataset& dataset);
@@ -113,7 +123,7 @@ Eigen::MatrixXd ScaledInformation(const Adjustment& adjustment, const Dataset& d
 
 // What the data show at the last linearisation, with sigmas that grow by the VarianceScale and, for cameras,
 // by camera_covariance.h. The offsets of cameras whose stamps drift faster than crystals (kFastestCrystals)
-// are as unsure as they move in the drive.
+// or wander are as unsure as they move in the drive.
 ObservabilityAnalysis Analyze(const Adjustment& adjustment, const Dataset& dataset);
 
 // The same from the measured noise alone, taken for white, with nothing that covariances grow by: the

@@ -124,6 +124,7 @@ auto Members(LandmarkSet& set) { return std::tie(set.points, set.observations, s
 // Of the problem what rounds hand on: planes are found anew in each, and guesses are the rig file's.
 auto Members(ImuSigmaCourse& sigma) { return std::tie(sigma.usual, sigma.start, sigma.length, sigma.growth); }
 auto Members(DriveTerms& drive) { return std::tie(drive.imu_sigma, drive.bias_steps, drive.landmarks); }
+auto Members(StampCourse& course) { return std::tie(course.times, course.shifts, course.walk); }
 auto Members(CameraTerms& camera) { return std::tie(camera.fixed, camera.given_intrinsics); }
 auto Members(RoundSummary& round) { return std::tie(round.stage, round.change); }
 auto Members(UncorrectedMap& map) { return std::tie(map.points, map.noise, map.is_better); }
@@ -131,7 +132,8 @@ auto Members(Adjustment& adjustment) {
   return std::tie(
       adjustment.state, adjustment.contradicted_guesses, adjustment.plane_noise, adjustment.uncorrected,
       adjustment.problem.drives, adjustment.problem.cameras, adjustment.cameras.landmark_options.noise,
-      adjustment.cameras.sigmas, adjustment.map.cameras_before, adjustment.map.noise, adjustment.map.held_out,
+      adjustment.cameras.stamp_courses, adjustment.cameras.twins, adjustment.cameras.sigmas,
+      adjustment.map.cameras_before, adjustment.map.noise, adjustment.map.held_out,
       adjustment.rounds.landmarks, adjustment.rounds.done, adjustment.rounds.points_per_scan,
       adjustment.rounds.alignment_tried, adjustment.rounds.noise_measured, adjustment.rounds.clocks_freed,
       adjustment.rounds.matrices_judged, adjustment.rounds.biases_judged, adjustment.rounds.ranges_measured,
