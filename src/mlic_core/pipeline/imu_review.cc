@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstdio>
 #include <optional>
-#include <utility>
 
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/problem/imu_terms.h"
@@ -39,32 +38,28 @@ bool ReviewAxes(const AdjustmentContext& context, bool many, Adjustment* adjustm
 }
 
 bool ReviewMatrices(const AdjustmentContext& context, Adjustment* adjustment) {
-  if (adjustment->rounds.matrices_judged || adjustment->problem.estimate_imu_matrices) return false;
-  const auto evidence_at = [&](const Adjustment& scaled) {
-    return EvidenceOfMatrices(adjustment->problem, adjustment->state, adjustment->last_solve.imu_matrices,
-                              VarianceScale(scaled, context.dataset));
-  };
-  const MatrixEvidence first = evidence_at(*adjustment);
-  const bool cameras = adjustment->rounds.landmarks != Landmarks::kNone;
-  if (!first.IsShown(cameras)) return false;
+  JointProblem& problem = adjustment->problem;
+  if (adjustment->rounds.matrices_judged || problem.estimate_imu_matrices) return false;
+  MatrixEvidence evidence =
+      EvidenceOfMatrices(problem, adjustment->state, adjustment->last_solve.imu_matrices,
+                         VarianceScale(*adjustment, context.dataset));
+  if (!evidence.IsShown()) return false;
   adjustment->rounds.matrices_judged = true;
-  // What points share beside the matrices: these themselves bend the trajectory, and points with it.
-  Adjustment trial = *adjustment;
-  trial.problem.estimate_imu_matrices = true;
-  trial.problem.imu.matrix_sigma = first.sigma;
-  trial.rounds.noise_measured = false;
-  trial.last_solve = SolveAdjustment(context.monitor.cancellation, &trial);
-  MeasureCorrelation(trial, &trial.scale);
-  const MatrixEvidence evidence = evidence_at(trial);
-  if (!evidence.IsShown(cameras)) return false;
-  trial.problem.imu.matrix_sigma = evidence.sigma;
-  trial.scale = adjustment->scale;
-  *adjustment = std::move(trial);
+  CovarianceScale scale;
+  MeasureCorrelation(*adjustment, &scale);
+  const double growth = scale.correlation / adjustment->scale.correlation;
+  evidence = EvidenceOfMatrices(problem, adjustment->state, adjustment->last_solve.imu_matrices,
+                                growth * VarianceScale(*adjustment, context.dataset));
+  if (!evidence.IsShown()) return false;
+  problem.estimate_imu_matrices = true;
+  problem.imu.matrix_sigma = evidence.sigma;
+  adjustment->rounds.noise_measured = false;
   char text[160];
   std::snprintf(text, sizeof(text),
                 "the IMU's scale and axes are off by some %.2f %% (%.0f sigmas): they are estimated",
                 100.0 * evidence.sigma, std::sqrt(evidence.gain));
   context.monitor.line(text);
+  adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment);
   return true;
 }
 

@@ -9,9 +9,8 @@ struct MatrixEvidence {
   double sigma = 0.0;  // of their entries, as the data have it; 0: they show none
   double gain = 0.0;   // twice the logarithm of the likelihood's ratio to an IMU without such errors
 
-  // Beyond three sigmas; where cameras take part beyond five, as errors of lenses and readouts, which a car's
-  // little pitch hardly shows, reach four.
-  bool IsShown(bool cameras) const { return gain > (cameras ? 25.0 : 9.0); }
+  // Beyond five sigmas: errors of lenses and readouts, which a car's little pitch hardly shows, reach four.
+  bool IsShown() const { return gain > 25.0; }
 };
 
 // The entries of both triangles (Layout) as draws from a normal distribution about none, whose sigma is the

@@ -54,7 +54,7 @@ class ProbedImu : public testing::Test {
 
 TEST_F(ProbedImu, WithoutErrorsHasNone) {
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
-    EXPECT_FALSE(Evidence(0.0, 1e-3, seed).IsShown(false)) << "seed " << seed;
+    EXPECT_FALSE(Evidence(0.0, 1e-3, seed).IsShown()) << "seed " << seed;
   }
 }
 
@@ -63,18 +63,18 @@ TEST_F(ProbedImu, WithErrorsHasTheirSize) {
   constexpr int kDraws = 20;
   for (std::uint64_t seed = 1; seed <= kDraws; ++seed) {
     const MatrixEvidence evidence = Evidence(5e-3, 3e-4, seed);
-    EXPECT_TRUE(evidence.IsShown(false)) << "seed " << seed;
+    EXPECT_TRUE(evidence.IsShown()) << "seed " << seed;
     sum += evidence.sigma * evidence.sigma;
   }
   EXPECT_NEAR(std::sqrt(sum / kDraws), 5e-3, 1e-3);
 }
 
 TEST_F(ProbedImu, WithErrorsThatTheDriveDoesNotShowHasNone) {
-  EXPECT_FALSE(Evidence(5e-3, 0.05, 3).IsShown(false));
+  EXPECT_FALSE(Evidence(5e-3, 0.05, 3).IsShown());
 }
 
 TEST_F(ProbedImu, WithErrorsThatASensorImitatesHasNone) {
-  EXPECT_FALSE(Evidence(5e-3, 3e-4, 3, true).IsShown(false));
+  EXPECT_FALSE(Evidence(5e-3, 3e-4, 3, true).IsShown());
 }
 
 // Half a sigma of what a drive shows of each: too little to estimate, enough to move the LiDAR.
@@ -87,7 +87,7 @@ TEST_F(ProbedImu, ThatMayErrAddsItsDoubt) {
     probe.information(0, layout.matrices) = probe.information(layout.matrices, 0) = coupling;
     const MatrixEvidence evidence = EvidenceOfMatrices(problem_, state_, probe, 1.0);
     const Eigen::MatrixXd scatter = ScatterOfMatrices(problem_, state_, probe, 1.0);
-    shown += evidence.IsShown(false);
+    shown += evidence.IsShown();
     doubts += scatter(0, 0) > 0.0;
     if (evidence.gain > 4.0) {
       EXPECT_NEAR(scatter(0, 0), std::pow(evidence.sigma * coupling, 2), 1e-6 * scatter(0, 0));
@@ -100,7 +100,7 @@ TEST_F(ProbedImu, ThatMayErrAddsItsDoubt) {
 }
 
 TEST_F(ProbedImu, ThatWasNotProbedHasNone) {
-  EXPECT_FALSE(EvidenceOfMatrices(problem_, state_, {}, 1.0).IsShown(false));
+  EXPECT_FALSE(EvidenceOfMatrices(problem_, state_, {}, 1.0).IsShown());
   EXPECT_TRUE(ScatterOfMatrices(problem_, state_, {}, 1.0).isZero());
 }
 
