@@ -1,6 +1,8 @@
 #include "mlic_core/uncertainty/imu_matrices.h"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <vector>
 
 #include "mlic_core/geometry/symmetric_matrix.h"
@@ -11,6 +13,18 @@
 
 namespace mlic {
 namespace {
+
+// Parameters (Layout, with the matrices).
+struct Places {
+  std::vector<int> matrices, others;
+
+  explicit Places(const Layout& layout) {
+    for (int i = 0; i < layout.calibration; ++i) {
+      const bool of_matrices = i >= layout.matrices && i < layout.matrices + Layout::kOfMatrices;
+      (of_matrices ? matrices : others).push_back(i);
+    }
+  }
+};
 
 // Information and gradient of the twelve entries from the data alone, all that moves beside them followed.
 struct MarginalEquations {
@@ -27,12 +41,11 @@ MarginalEquations MarginalOfMatrices(JointProblem problem, const CalibrationStat
   CalibrationPrior(problem, state, layout, &prior, &prior_gradient);
   const std::vector<bool> moves = FreeCalibration(problem, layout);
   const Eigen::VectorXd limits = CalibrationLimits(state, layout);
-  std::vector<int> others, matrices;
-  for (int i = 0; i < layout.calibration; ++i) {
-    const bool of_matrices = i >= layout.matrices && i < layout.matrices + Layout::kOfMatrices;
-    if (of_matrices) matrices.push_back(i);
-    if (!of_matrices && moves[i]) others.push_back(i);
-  }
+  const Places places(layout);
+  const std::vector<int>& matrices = places.matrices;
+  std::vector<int> others;
+  std::copy_if(places.others.begin(), places.others.end(), std::back_inserter(others),
+               [&](int i) { return moves[i]; });
   const Eigen::MatrixXd data = probe.information / scale;
   const Eigen::VectorXd gradient = probe.gradient / scale;
   const Eigen::MatrixXd cross = Submatrix(data, matrices, others);
@@ -71,13 +84,8 @@ Eigen::MatrixXd ScatterOfMatrices(const JointProblem& problem, const Calibration
   const int size = Layout(state, problem.estimate_imu_matrices).calibration;
   const MatrixEvidence evidence = EvidenceOfMatrices(problem, state, probe, scale);
   if (evidence.gain <= kDoubtful) return Eigen::MatrixXd::Zero(size, size);
-  const Layout layout(state, true);
-  std::vector<int> others, matrices;
-  for (int i = 0; i < layout.calibration; ++i) {
-    const bool of_matrices = i >= layout.matrices && i < layout.matrices + Layout::kOfMatrices;
-    (of_matrices ? matrices : others).push_back(i);
-  }
-  const Eigen::MatrixXd cross = Submatrix(probe.information, others, matrices);
+  const Places places(Layout(state, true));
+  const Eigen::MatrixXd cross = Submatrix(probe.information, places.others, places.matrices);
   return evidence.sigma * evidence.sigma / scale * cross * cross.transpose();
 }
 

@@ -31,10 +31,10 @@ double RateOf(const ImuResiduals& residuals) {
          std::max(1e-9, residuals.times.back() - residuals.times.front());
 }
 
-// A level that is 1 where there is nothing but chance: 1 up to the limit, itself from twice the limit's
+// How much of a level that is 1 by chance counts: nothing up to the limit, all from twice the limit's
 // distance to 1 on. Continuous, or rounds would alternate between the two sides of the limit for ever.
-double BeyondChance(double level, double limit) {
-  return 1.0 + (level - 1.0) * std::clamp((level - limit) / (limit - 1.0), 0.0, 1.0);
+double ShareBeyondChance(double level, double limit) {
+  return std::clamp((level - limit) / (limit - 1.0), 0.0, 1.0);
 }
 
 // One sensor of an IMU: three components of residuals that follow each other.
@@ -65,7 +65,8 @@ Eigen::Vector3d SigmaOf(const ImuResiduals& residuals, const Sensor& sensor, std
     colour += NoiseSpectrum(values, sensor.rate).WhiteVariance(sensor.top, 2.0 * sensor.top) /
               (3.0 * sigma[a] * sigma[a]);
   }
-  return sigma * std::sqrt(BeyondChance(colour, 1.0 + kChance * LevelScatter(sensor, end - begin)));
+  const double share = ShareBeyondChance(colour, 1.0 + kChance * LevelScatter(sensor, end - begin));
+  return sigma * std::sqrt(1.0 + share * (colour - 1.0));
 }
 
 // Sigmas of the drive's usual stretches, by axis, and by what those of each stretch exceed them.
@@ -96,10 +97,8 @@ SensorCourse CourseOf(const ImuResiduals& residuals, const Sensor& sensor, std::
   for (int a = 0; a < 3; ++a) course.usual[a] = std::max(given[a], Median(of_usual[a]));
   for (std::size_t s = 0; s < stretches; ++s) {
     const double level = sigmas[s].cwiseQuotient(course.usual).squaredNorm() / 3.0;
-    // As much of it as the stretch stands out by.
-    const double share = (BeyondChance(levels[s] / median, limit) - 1.0) / (levels[s] / median - 1.0);
-    course.growth.push_back(levels[s] > limit * median ? std::sqrt(1.0 + share * std::max(0.0, level - 1.0))
-                                                       : 1.0);
+    const double share = ShareBeyondChance(levels[s] / median, limit);
+    course.growth.push_back(std::sqrt(1.0 + share * std::max(0.0, level - 1.0)));
   }
   return course;
 }
