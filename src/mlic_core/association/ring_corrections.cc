@@ -18,6 +18,7 @@ constexpr std::uint16_t kMostRings = 1024;  // higher numbers are no rings; from
 constexpr double kFewestPoints = 300.0;     // of a ring, in either half; from: guard
 constexpr double kLeastEvidence = 2.0;      // of two variances more; from: derivation, Akaike (1974)
 constexpr double kLeastMove = 0.1;          // of what a ring shows, in its sigmas; from: structural
+constexpr double kMostDecades = 2.0;        // from: guard, what a LiDAR of 8 bits tells apart
 constexpr std::size_t kChunks = 16;         // from: structural
 
 // Towards higher elevation, one unit long times the distance from the z axis' foot: d position / d elevation.
@@ -233,6 +234,11 @@ double ElevationOf(const Eigen::Vector3f& position) {
   return std::asin(x.z() / x.norm());
 }
 
+double DecadesOfStrength(float intensity, double reference) {
+  if (reference <= 0.0) return 0.0;
+  return std::clamp(std::log10(std::max(1e-30, intensity / reference)), -kMostDecades, kMostDecades);
+}
+
 Eigen::Vector3f CorrectedPoint(const Eigen::Vector3f& position, const RingCorrection& correction) {
   if (correction.range == 0.0f && correction.elevation == 0.0f) return position;
   const Eigen::Vector3d x = position.cast<double>();
@@ -246,7 +252,8 @@ Eigen::Vector3f CorrectedPoint(const LidarPoint& point, const CalibrationState& 
   }
   if (lidar < state.ranges.size()) {
     const RangeCorrection& all = state.ranges[lidar];
-    correction.range += static_cast<float>(all.offset + all.slope * ElevationOf(point.position));
+    correction.range += static_cast<float>(all.offset + all.slope * ElevationOf(point.position) +
+                                           all.walk * DecadesOfStrength(point.intensity, all.reference));
   }
   return CorrectedPoint(point.position, correction);
 }
@@ -255,7 +262,7 @@ PointCorrection CorrectionOfRings(const CalibrationState& state) {
   const bool rings = std::any_of(state.rings.begin(), state.rings.end(),
                                  [](const RingCorrections& of_lidar) { return !of_lidar.empty(); });
   const bool ranges = std::any_of(state.ranges.begin(), state.ranges.end(), [](const RangeCorrection& all) {
-    return all.offset != 0.0 || all.slope != 0.0;
+    return all.offset != 0.0 || all.slope != 0.0 || all.walk != 0.0;
   });
   if (!rings && !ranges) return nullptr;
   return [&state](std::size_t lidar, const LidarPoint& point) { return CorrectedPoint(point, state, lidar); };
@@ -314,6 +321,11 @@ std::string DescribeCorrections(const CalibrationState& state, std::size_t lidar
   if (all.offset != 0.0) {
     std::snprintf(part, sizeof(part), "; its ranges are %.1f mm too %s", 1e3 * std::abs(all.offset),
                   all.offset > 0.0 ? "short" : "long");
+    text += part;
+  }
+  if (all.walk != 0.0) {
+    std::snprintf(part, sizeof(part), "; of echoes ten times weaker %.1f mm too %s", 1e3 * std::abs(all.walk),
+                  all.walk > 0.0 ? "long" : "short");
     text += part;
   }
   return text.empty() ? text : ":" + text.substr(1) + "; corrected";

@@ -16,6 +16,10 @@ Eigen::Vector3f CorrectedPoint(const Eigen::Vector3f& position, const RingCorrec
 // Above the plane across the LiDAR's z axis: rad.
 double ElevationOf(const Eigen::Vector3f& position);
 
+// Powers of ten by which an echo is stronger than the usual one of its LiDAR, at most two either way; 0 where
+// the LiDAR reports no intensities.
+double DecadesOfStrength(float intensity, double reference);
+
 // The point of one of the state's LiDARs, its ring's and all ranges' corrections applied.
 Eigen::Vector3f CorrectedPoint(const LidarPoint& point, const CalibrationState& state, std::size_t lidar);
 

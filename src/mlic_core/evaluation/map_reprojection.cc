@@ -32,8 +32,10 @@ CalibrationState StateOf(const std::vector<std::string>& lidars, const std::vect
     const SensorResult* lidar = FindSensor(calibration, lidars[l]);
     if (lidar == nullptr) continue;
     state.lidars[l] = lidar->calibration;
-    state.ranges[l] = {lidar->corrections.range_offset, lidar->corrections.range_slope};
-    for (const PointCorrections::Ring& ring : lidar->corrections.rings) {
+    const PointCorrections& corrections = lidar->corrections;
+    state.ranges[l] = {corrections.range_offset, corrections.range_slope, corrections.range_walk,
+                       corrections.reference_intensity};
+    for (const PointCorrections::Ring& ring : corrections.rings) {
       RingCorrections& rings = state.rings[l];
       rings.resize(std::max(rings.size(), static_cast<std::size_t>(ring.ring) + 1));
       rings[static_cast<std::size_t>(ring.ring)] = {static_cast<float>(ring.range),

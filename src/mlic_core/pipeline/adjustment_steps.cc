@@ -10,7 +10,7 @@
 #include "mlic_core/problem/joint_solver.h"
 #include "mlic_core/summary/snapshot.h"
 #include "mlic_core/uncertainty/point_scatter.h"
-#include "mlic_core/uncertainty/range_errors.h"
+#include "mlic_core/uncertainty/range_corrections.h"
 
 namespace mlic {
 namespace {

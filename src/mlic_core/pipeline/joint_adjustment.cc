@@ -20,7 +20,7 @@
 #include "mlic_core/uncertainty/imu_matrices.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
 #include "mlic_core/uncertainty/point_scatter.h"
-#include "mlic_core/uncertainty/range_errors.h"
+#include "mlic_core/uncertainty/range_corrections.h"
 
 namespace mlic {
 namespace {

@@ -31,10 +31,12 @@ struct RingCorrection {
 };
 using RingCorrections = std::vector<RingCorrection>;  // by ring; rings beyond its end need none
 
-// What all ranges of a LiDAR need added: offset + slope * elevation.
+// What all ranges of a LiDAR need added: offset + slope * elevation + walk * log10(intensity / reference).
 struct RangeCorrection {
-  double offset = 0.0;  // m
-  double slope = 0.0;   // m/rad
+  double offset = 0.0;     // m
+  double slope = 0.0;      // m/rad
+  double walk = 0.0;       // m, by which echoes that are ten times weaker seem longer
+  double reference = 0.0;  // the usual intensity, as the LiDAR reports it; 0 where it reports none
 };
 
 struct CalibrationState {

@@ -92,6 +92,8 @@ PointCorrections CorrectionsOf(const CalibrationState& state, std::size_t lidar)
   if (lidar < state.ranges.size()) {
     corrections.range_offset = state.ranges[lidar].offset;
     corrections.range_slope = state.ranges[lidar].slope;
+    corrections.range_walk = state.ranges[lidar].walk;
+    corrections.reference_intensity = state.ranges[lidar].reference;
   }
   if (lidar >= state.rings.size()) return corrections;
   for (std::size_t k = 0; k < state.rings[lidar].size(); ++k) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "mlic_core/association/ring_corrections.h"
+#include "mlic_core/common/order_statistics.h"
 #include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/problem/joint_solver.h"
 #include "mlic_core/problem/layout.h"
@@ -17,14 +18,15 @@
 namespace mlic {
 namespace {
 
-// Of the priors on offsets (m) and slope (m/rad): keep what nothing shows where it is. from: guard, LiDARs
-// err by up to 0.03 m
+// Of the priors on all parameters: keep what nothing shows where it is. from: guard, LiDARs err by up to
+// 0.03 m
 constexpr double kPriorSigma = 0.1;
-// sigmas, which the error itself widens by the correlation that it gives residuals; from: derivation, 3 of
-// 1000 normal errors lie beyond
-constexpr double kFarFromZero = 3.0;
-constexpr double kFlatness = 1e-3;  // m, of what counts as flat; from: guard, walls and their returns
-constexpr double kMoves = 0.1;      // of a sigma; from: guard, rounds end where less moves
+// Of a beam's incidence: grazing points are few and planes hardly take them. from: structural, keeps
+// logarithms finite
+constexpr double kLeastCosine = 0.1;
+// How far planes' relief goes with their brightness, m for each power of ten: of those that are not level,
+// and of level ones. from: structural
+constexpr int kReliefs = 4;
 
 // Makes room for so many parameters after the calibration's.
 void Widen(Eigen::Index more, Accumulator* sum, std::vector<LandmarkCoupling>* couplings) {
@@ -41,64 +43,117 @@ void Widen(Eigen::Index more, Accumulator* sum, std::vector<LandmarkCoupling>* c
   for (LandmarkCoupling& coupling : *couplings) widen_rows(&coupling.calibration);
 }
 
-constexpr int kOfLidar = 3;  // from: structural
-constexpr int kLevel = 2;    // of these, that of level planes; from: structural
-using OfLidar = Eigen::Matrix<double, kOfLidar, 1>;
-
 bool Within45Degrees(double cosine) { return cosine * cosine > 0.5; }
 
-// By what a point's range grows with its LiDAR's parameters.
-OfLidar RangeRow(const PlaneObservation& o, const Plane& plane, RangeModel model) {
-  const bool level = Within45Degrees(plane.normal.z());
-  if (model == RangeModel::kOffsetAndSlope) return {1.0, ElevationOf(o.position), level ? 1.0 : 0.0};
-  return OfLidar::Unit(level ? kLevel : Within45Degrees(o.cos_incidence) ? 0 : 1);
+// The parameters beside the calibration's: those of each LiDAR, then the reliefs.
+Eigen::Index ExtraParameters(std::size_t lidars) {
+  return static_cast<Eigen::Index>(kRangeParameters * lidars) + kReliefs;
 }
 
-// Where the first parameter of a LiDAR stands among the widened calibration.
-Eigen::Index RangesOf(const Layout& layout, std::size_t lidar) {
-  return layout.calibration + kOfLidar * static_cast<Eigen::Index>(lidar);
+// The intensity of which half of a LiDAR's echoes are stronger, or what its correction is about.
+std::vector<double> UsualIntensities(const JointProblem& problem, const CalibrationState& state) {
+  std::vector<std::vector<float>> intensities(state.lidars.size());
+  for (const DriveTerms& drive : problem.drives) {
+    for (const PlaneObservation& o : drive.planes.observations) intensities[o.lidar].push_back(o.intensity);
+  }
+  std::vector<double> usual(intensities.size(), 0.0);
+  for (std::size_t l = 0; l < usual.size(); ++l) {
+    if (l < state.ranges.size() && state.ranges[l].reference > 0.0) {
+      usual[l] = state.ranges[l].reference;
+    } else if (!intensities[l].empty()) {
+      usual[l] = Median(std::move(intensities[l]));
+    }
+  }
+  return usual;
 }
+
+// By what a point's range grows with its LiDAR's parameters and the reliefs.
+class RangeRow {
+ public:
+  static constexpr int kSize = kRangeParameters + kReliefs;  // from: structural
+  using Vector = Eigen::Matrix<double, kSize, 1>;
+
+  RangeRow(const LinearizationPoint& at, RangeModel model)
+      : model_(model), references_(UsualIntensities(at.problem, at.state)) {}
+
+  const std::vector<double>& References() const { return references_; }
+
+  Vector Of(const PlaneObservation& o, const Plane& plane) const {
+    const bool level = Within45Degrees(plane.normal.z());
+    const double cosine = std::max(kLeastCosine, static_cast<double>(o.cos_incidence));
+    const double strength = DecadesOfStrength(o.intensity, references_[o.lidar]);
+    // Along the normal, by brightness and by incidence.
+    const double brightness = (strength - std::log10(cosine)) / cosine, hidden = std::log10(cosine) / cosine;
+    Vector row;
+    row << 1.0, ElevationOf(o.position), strength, level ? 1.0 : 0.0, level ? 0.0 : brightness,
+        level ? brightness : 0.0, level ? 0.0 : hidden, level ? hidden : 0.0;
+    if (model_ == RangeModel::kByIncidence) {
+      const bool steep = Within45Degrees(o.cos_incidence);
+      row[kRangeOffset] = !level && steep ? 1.0 : 0.0;
+      row[kRangeSlope] = !level && !steep ? 1.0 : 0.0;
+    } else if (model_ == RangeModel::kByStrength) {
+      row[kRangeWalk] = std::max(0.0, strength);
+      row[kRangeSlope] = std::min(0.0, strength);
+    }
+    return row;
+  }
+
+ private:
+  RangeModel model_;
+  std::vector<double> references_;
+};
 
 // A longer range makes a residual smaller: it is along the beam.
-void AddRangesOfPlane(const LinearizationPoint& at, RangeModel model, std::size_t drive, std::size_t plane,
-                      LandmarkCoupling* coupling, Accumulator* sum) {
+void AddRangesOfPlane(const LinearizationPoint& at, const RangeRow& range_row, std::size_t drive,
+                      std::size_t plane, LandmarkCoupling* coupling, Accumulator* sum) {
   const PlaneAssociation& association = at.problem.drives[drive].planes;
   const SplitSpline& trajectory = at.state.drives[drive].trajectory;
   const PlaneRows rows = RowsOfPlane(association, at.state, drive, plane);
+  const Eigen::Index reliefs = at.layout.calibration + ExtraParameters(at.state.lidars.size()) - kReliefs;
   for (Eigen::Index i = 0; i < rows.residuals.size(); ++i) {
     const PlaneObservation& o = association.observations[rows.observations[i]];
     const double t = at.state.lidars[o.lidar].OnImuClock(o.time, trajectory.Middle());
-    const OfLidar own = -rows.units[i] / o.sigma * RangeRow(o, association.planes[plane].plane, model);
-    const Eigen::Index begin = RangesOf(at.layout, o.lidar);
-    const Eigen::Matrix<double, kOfLidar, PointToPlane::kColumns> row =
-        own * rows.jacobian.col(i).transpose();
-    sum->corner.block<kOfLidar, kOfLidar>(begin, begin) += own * own.transpose();
-    sum->gradient_calibration.segment<kOfLidar>(begin) += own * rows.residuals[i];
-    const auto with_lidar = row.middleCols<Layout::kOfSensor>(PointToPlane::kExtrinsic);
-    sum->corner.block<kOfLidar, Layout::kOfSensor>(begin, Layout::Lidar(o.lidar)) += with_lidar;
-    sum->corner.block<Layout::kOfSensor, kOfLidar>(Layout::Lidar(o.lidar), begin) += with_lidar.transpose();
-    if (const int drift = at.layout.Drift(LidarId(o.lidar)); drift >= 0) {
-      const OfLidar with_drift = (o.time - trajectory.Middle()) * row.col(PointToPlane::kTimeOffset);
-      sum->corner.block<kOfLidar, 1>(begin, drift) += with_drift;
-      sum->corner.block<1, kOfLidar>(drift, begin) += with_drift.transpose();
-    }
+    const RangeRow::Vector own = -rows.units[i] / o.sigma * range_row.Of(o, association.planes[plane].plane);
+    const auto by = rows.jacobian.col(i);
+    const Eigen::Index sensor = Layout::Lidar(o.lidar);
+    const int drift = at.layout.Drift(LidarId(o.lidar));
+    const double by_drift = (o.time - trajectory.Middle()) * by[PointToPlane::kTimeOffset];
     const KnotColumns columns(at.layout, drive, SplineBasis(trajectory.rotation.knots(), t).first,
                               SplineBasis(trajectory.position.knots(), t).first);
-    for (int k = 0; k < 8; ++k) {
-      sum->border.block<kOfLidar, 3>(begin, sum->Local(columns[k])) += row.middleCols<3>(3 * k);
+    std::array<Eigen::Index, RangeRow::kSize> to;
+    for (int k = 0; k < RangeRow::kSize; ++k) {
+      to[k] = k < kRangeParameters ? at.layout.calibration + RangeErrors::Of(o.lidar, RangeParameter(k))
+                                   : reliefs + k - kRangeParameters;
     }
-    coupling->calibration.middleRows<kOfLidar>(begin) += row.middleCols<3>(PointToPlane::kPlane);
+    for (int a = 0; a < RangeRow::kSize; ++a) {
+      if (own[a] == 0.0) continue;
+      for (int b = 0; b < RangeRow::kSize; ++b) sum->corner(to[a], to[b]) += own[a] * own[b];
+      sum->gradient_calibration[to[a]] += own[a] * rows.residuals[i];
+      for (int k = 0; k < Layout::kOfSensor; ++k) {
+        const double shared = own[a] * by[PointToPlane::kExtrinsic + k];
+        sum->corner(to[a], sensor + k) += shared;
+        sum->corner(sensor + k, to[a]) += shared;
+      }
+      if (drift >= 0) {
+        sum->corner(to[a], drift) += own[a] * by_drift;
+        sum->corner(drift, to[a]) += own[a] * by_drift;
+      }
+      for (int k = 0; k < 8; ++k) {
+        sum->border.block<1, 3>(to[a], sum->Local(columns[k])) += own[a] * by.segment<3>(3 * k).transpose();
+      }
+      coupling->calibration.row(to[a]) += own[a] * by.segment<3>(PointToPlane::kPlane).transpose();
+    }
   }
 }
 
-void AddRanges(const LinearizationPoint& at, RangeModel model, std::vector<LandmarkCoupling>* couplings,
+void AddRanges(const LinearizationPoint& at, const RangeRow& row, std::vector<LandmarkCoupling>* couplings,
                Accumulator* sum) {
-  Widen(kOfLidar * static_cast<Eigen::Index>(at.state.lidars.size()), sum, couplings);
+  Widen(ExtraParameters(at.state.lidars.size()), sum, couplings);
   LandmarkCoupling* of_drive = couplings->data();
   for (std::size_t d = 0; d < at.problem.drives.size(); ++d) {
     const DriveTerms& drive = at.problem.drives[d];
     for (std::size_t p = 0; p < drive.planes.planes.size(); ++p)
-      AddRangesOfPlane(at, model, d, p, of_drive + p, sum);
+      AddRangesOfPlane(at, row, d, p, of_drive + p, sum);
     of_drive += drive.planes.planes.size() + drive.landmarks.points.size();
   }
 }
@@ -110,7 +165,7 @@ struct Prior {
 
 Prior WidePrior(const LinearizationPoint& at) {
   const Eigen::Index old = at.layout.calibration;
-  const Eigen::Index more = kOfLidar * static_cast<Eigen::Index>(at.state.lidars.size());
+  const Eigen::Index more = ExtraParameters(at.state.lidars.size());
   Prior prior;
   CalibrationPrior(at.problem, at.state, at.layout, &prior.information, &prior.gradient);
   AddHeldTranslations(at.problem, at.state, &prior.information, &prior.gradient);
@@ -123,9 +178,9 @@ Prior WidePrior(const LinearizationPoint& at) {
   return prior;
 }
 
-// The last `count` rows and columns of the inverse, zero where not free.
-Eigen::MatrixXd LastOfCovariance(Eigen::MatrixXd information, const std::vector<bool>& free,
-                                 Eigen::Index count) {
+// These rows and columns of the inverse, zero where not free.
+Eigen::MatrixXd PartOfCovariance(Eigen::MatrixXd information, const std::vector<bool>& free,
+                                 Eigen::Index begin, Eigen::Index count) {
   const Eigen::Index size = information.rows();
   for (Eigen::Index i = 0; i < size; ++i) {
     if (free[i]) continue;
@@ -133,52 +188,20 @@ Eigen::MatrixXd LastOfCovariance(Eigen::MatrixXd information, const std::vector<
     information.col(i).setZero();
     information(i, i) = 1.0;
   }
-  const Eigen::MatrixXd last = Eigen::MatrixXd::Identity(size, size).rightCols(count);
-  Eigen::MatrixXd covariance = SolveSymmetric(information, last).bottomRows(count);
+  const Eigen::MatrixXd part = Eigen::MatrixXd::Identity(size, size).middleCols(begin, count);
+  Eigen::MatrixXd covariance = SolveSymmetric(information, part).middleRows(begin, count);
   for (Eigen::Index i = 0; i < count; ++i) {
-    if (!free[size - count + i]) covariance(i, i) = 0.0;
+    if (!free[begin + i]) covariance(i, i) = 0.0;
   }
   return covariance;
-}
-
-OfLidar SigmasOf(const RangeErrors& errors, std::size_t lidar, double correlation) {
-  const auto begin = kOfLidar * static_cast<Eigen::Index>(lidar);
-  return (correlation * errors.covariance.diagonal().segment<kOfLidar>(begin)).cwiseSqrt();
-}
-
-// errors: by surface.
-bool IsConfirmed(const RangeErrors& errors, std::size_t lidar, double correlation) {
-  const auto begin = kOfLidar * static_cast<Eigen::Index>(lidar);
-  const Eigen::Vector2d both = errors.steps[lidar].head<2>();
-  if (std::abs(both[0] - both[1]) >= both.cwiseAbs().minCoeff()) return false;
-  const Eigen::Matrix2d covariance = correlation * errors.covariance.block<2, 2>(begin, begin);
-  const Eigen::Vector2d weights = SolveSymmetric(covariance, Eigen::Vector2d::Ones());
-  const double offset = weights.dot(both) / weights.sum();
-  return std::abs(offset) > kFarFromZero * std::hypot(std::sqrt(1.0 / weights.sum()), kFlatness);
-}
-
-bool IsCorrected(const CalibrationState& state, std::size_t lidar) {
-  return lidar < state.ranges.size() && state.ranges[lidar].offset != 0.0;
-}
-
-// What is found of a LiDAR whose ranges are corrected.
-FreeRanges FreeOfCorrected(const CalibrationState& state, std::size_t lidar) {
-  return {true, lidar < state.rings.size() && !state.rings[lidar].empty(), true};
-}
-
-std::vector<FreeRanges> FreeOfCorrected(const CalibrationState& state) {
-  std::vector<FreeRanges> free(state.lidars.size(), FreeRanges{});
-  for (std::size_t l = 0; l < free.size(); ++l) {
-    if (IsCorrected(state, l)) free[l] = FreeOfCorrected(state, l);
-  }
-  return free;
 }
 
 }  // namespace
 
 std::optional<RangeErrors> MeasureRangeErrors(const JointProblem& given, const CalibrationState& state,
                                               RangeModel model, const std::vector<FreeRanges>& free_ranges) {
-  const auto any = [](const FreeRanges& f) { return f[0] || f[1] || f[2]; };
+  const auto any = [](const FreeRanges& f) { return std::find(f.begin(), f.end(), true) != f.end(); };
+  const auto walks = [](const FreeRanges& f) { return f[kRangeWalk]; };
   if (given.fix_trajectory || std::none_of(free_ranges.begin(), free_ranges.end(), any)) return std::nullopt;
   std::vector<std::vector<std::size_t>> origins;
   const JointProblem problem = WithShortCouplings(given, state, &origins);
@@ -186,69 +209,26 @@ std::optional<RangeErrors> MeasureRangeErrors(const JointProblem& given, const C
   const LinearizationPoint at{problem, state, layout};
   std::vector<LandmarkCoupling> couplings;
   Accumulator sum = Linearize(at, &couplings);
-  AddRanges(at, model, &couplings, &sum);
+  const RangeRow row(at, model);
+  AddRanges(at, row, &couplings, &sum);
   const Prior prior = WidePrior(at);
   std::vector<bool> free = FreeCalibration(problem, layout);
   for (const FreeRanges& f : free_ranges) free.insert(free.end(), f.begin(), f.end());
+  free.insert(free.end(), kReliefs, std::any_of(free_ranges.begin(), free_ranges.end(), walks));
   const NormalSolution solution =
       SolveNormalEquations(sum, couplings, prior.information, prior.gradient, free, 0.0, false);
   if (!solution.solved) return std::nullopt;
-  const auto count = static_cast<Eigen::Index>(kOfLidar * free_ranges.size());
+  const auto count = static_cast<Eigen::Index>(kRangeParameters * free_ranges.size());
   RangeErrors errors;
-  const Eigen::VectorXd steps = solution.delta.tail(count);
-  for (Eigen::Index i = 0; i < count; i += kOfLidar) errors.steps.emplace_back(steps.segment<kOfLidar>(i));
-  errors.covariance = LastOfCovariance(solution.information + prior.information, free, count);
-  errors.coupling = solution.information.topRightCorner(layout.calibration, count);
+  const Eigen::VectorXd steps = solution.delta.tail(ExtraParameters(free_ranges.size())).head(count);
+  for (Eigen::Index i = 0; i < count; i += kRangeParameters) {
+    errors.steps.emplace_back(steps.segment<kRangeParameters>(i));
+  }
+  errors.references = row.References();
+  errors.covariance =
+      PartOfCovariance(solution.information + prior.information, free, layout.calibration, count);
+  errors.coupling = solution.information.block(0, layout.calibration, layout.calibration, count);
   return errors;
-}
-
-bool AnyRangeCorrected(const CalibrationState& state) {
-  for (std::size_t l = 0; l < state.lidars.size(); ++l) {
-    if (IsCorrected(state, l)) return true;
-  }
-  return false;
-}
-
-bool CorrectRanges(const JointProblem& problem, double correlation, CalibrationState* state) {
-  state->ranges.resize(state->lidars.size());
-  std::vector<FreeRanges> free = FreeOfCorrected(*state);
-  const std::optional<RangeErrors> apart =
-      MeasureRangeErrors(problem, *state, RangeModel::kBySurface,
-                         std::vector<FreeRanges>(free.size(), FreeRanges{true, true, true}));
-  if (!apart) return false;
-  for (std::size_t l = 0; l < free.size(); ++l) {
-    if (!free[l][0] && IsConfirmed(*apart, l, correlation)) free[l] = FreeOfCorrected(*state, l);
-  }
-  const std::optional<RangeErrors> found =
-      MeasureRangeErrors(problem, *state, RangeModel::kOffsetAndSlope, free);
-  if (!found) return false;
-  bool moved = false;
-  for (std::size_t l = 0; l < free.size(); ++l) {
-    const OfLidar sigmas = SigmasOf(*found, l, correlation);
-    for (int k = 0; k < 2; ++k) moved |= free[l][k] && std::abs(found->steps[l][k]) > kMoves * sigmas[k];
-    state->ranges[l].offset += found->steps[l][0];
-    state->ranges[l].slope += found->steps[l][1];
-  }
-  return moved;
-}
-
-Eigen::MatrixXd ScatterOfRanges(const JointProblem& problem, const CalibrationState& state,
-                                double correlation) {
-  std::vector<FreeRanges> free = FreeOfCorrected(state);
-  for (FreeRanges& of_lidar : free) of_lidar[kLevel] = true;
-  const std::optional<RangeErrors> found =
-      MeasureRangeErrors(problem, state, RangeModel::kOffsetAndSlope, free);
-  const Eigen::Index size = Layout(state, problem.estimate_imu_matrices).calibration;
-  if (!found) return Eigen::MatrixXd::Zero(size, size);
-  Eigen::MatrixXd coupling = found->coupling;
-  Eigen::VectorXd of_level = Eigen::VectorXd::Zero(size);  // of the gradient
-  for (std::size_t l = 0; l < free.size(); ++l) {
-    auto of_lidar = coupling.col(kOfLidar * static_cast<Eigen::Index>(l) + kLevel);
-    const double error = found->steps[l][kLevel], sigma = SigmasOf(*found, l, correlation)[kLevel];
-    if (std::abs(error) > kFarFromZero * sigma) of_level += error * of_lidar;
-    of_lidar.setZero();  // not corrected
-  }
-  return coupling * found->covariance * coupling.transpose() + of_level * of_level.transpose() / correlation;
 }
 
 }  // namespace mlic

@@ -29,7 +29,7 @@ CalibrationResult TwoCameras() {
   pinhole.intrinsics = CameraIntrinsics{
       CameraModel::kPlumbBob, 640, 480, {500.25, 501.5, 320.125, 240.5, 0.1, -0.02, 1e-5, 0.0004, 0.0}};
   result.sensors.push_back(pinhole);
-  result.sensors[0].corrections = {0.0, 0.0, {{7, 0.004, -0.001}}};
+  result.sensors[0].corrections = {0.0, 0.0, 0.0, 0.0, {{7, 0.004, -0.001}}};
   return result;
 }
 

@@ -44,7 +44,7 @@ TEST(ResultFile, RoundTripKeepsEverything) {
   result.sensors[0].calibration.clock_drift = -4.25e-5;
   result.sensors[0].drift_sigma = 1.25e-6;
   result.sensors[0].clock_reference = 1700000030123456789;
-  result.sensors[0].corrections = {0.0125, -0.25, {{0, 0.004, -0.00125}, {63, -0.5, 0.25}}};
+  result.sensors[0].corrections = {0.0125, -0.25, 0.015, 40.0, {{0, 0.004, -0.00125}, {63, -0.5, 0.25}}};
   WriteCalibrationFile(directory.Path() / "calibration.yaml", result);
   const CalibrationResult copy = ReadCalibrationFile(directory.Path() / "calibration.yaml");
   EXPECT_EQ(copy.Trusted(), result.Trusted());
@@ -93,6 +93,8 @@ TEST(ResultFile, RoundTripKeepsEverything) {
     }
     EXPECT_EQ(a.corrections.range_offset, b.corrections.range_offset);
     EXPECT_EQ(a.corrections.range_slope, b.corrections.range_slope);
+    EXPECT_EQ(a.corrections.range_walk, b.corrections.range_walk);
+    EXPECT_EQ(a.corrections.reference_intensity, b.corrections.reference_intensity);
     ASSERT_EQ(a.corrections.rings.size(), b.corrections.rings.size());
     for (std::size_t k = 0; k < a.corrections.rings.size(); ++k) {
       EXPECT_EQ(a.corrections.rings[k].ring, b.corrections.rings[k].ring);

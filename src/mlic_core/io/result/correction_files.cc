@@ -7,7 +7,10 @@ namespace {
 
 const char* const kMeaning =
     "# What the points of %NAME need added to where the driver has them, for the extrinsics to hold:\n"
-    "#   to the range (m)       range_offset + range_slope * elevation + range of its ring,\n"
+    "#   to the range (m)       range_offset + range_slope * elevation + range of its ring\n"
+    "#                          + range_walk * log10(intensity / reference_intensity), where these are "
+    "given\n"
+    "#                          (the logarithm at least -2 and at most 2),\n"
     "#   to the elevation (rad) elevation of its ring.\n"
     "# elevation: above the plane across the LiDAR's z axis. Rings as the driver numbers them in its "
     "messages;\n"
@@ -16,7 +19,7 @@ const char* const kMeaning =
     "Add\n"
     "#   range, range_offset and range_slope * vert_correction to dist_correction (_x and _y too), elevation "
     "to\n"
-    "#   vert_correction; export --format rings --velodyne FILE does.\n"
+    "#   vert_correction; export --format rings --velodyne FILE does. There is no place for range_walk.\n"
     "# Ouster, file `metadata`: elevation in degrees to beam_altitude_angles; there is no place for ranges "
     "of beams.\n"
     "# Hesai, CSV of angle corrections: elevation in degrees to the laser's Elevation; none for ranges.\n"
@@ -29,7 +32,11 @@ std::string RingText(const PointCorrections::Ring& ring) {
 
 std::string OffsetsText(const PointCorrections& corrections, const std::string& between) {
   return "range_offset: " + FixedNumber(corrections.range_offset, 6) + between +
-         "range_slope: " + FixedNumber(corrections.range_slope, 6);
+         "range_slope: " + FixedNumber(corrections.range_slope, 6) +
+         (corrections.range_walk == 0.0
+              ? ""
+              : between + "range_walk: " + FixedNumber(corrections.range_walk, 6) + between +
+                    "reference_intensity: " + FixedNumber(corrections.reference_intensity, 6));
 }
 
 }  // namespace
@@ -51,6 +58,10 @@ PointCorrections ReadCorrections(const YamlReader& sensor) {
   };
   corrections.range_offset = number(node, "range_offset");
   corrections.range_slope = number(node, "range_slope");
+  if (node.Has("range_walk")) {
+    corrections.range_walk = number(node, "range_walk");
+    corrections.reference_intensity = number(node, "reference_intensity");
+  }
   for (const YamlReader& element : node.Get("rings", "give a list, or [] for none").Elements()) {
     const double ring = number(element, "ring");
     if (ring < 0.0 || ring > 65535.0) element.Get("ring").Fail("expected the number of a ring");

@@ -1,4 +1,4 @@
-#include "mlic_core/uncertainty/range_errors.h"
+#include "mlic_core/uncertainty/range_corrections.h"
 
 #include <gtest/gtest.h>
 
@@ -8,6 +8,7 @@
 #include "mlic_core/association/ring_corrections.h"
 #include "mlic_core/common/random.h"
 #include "mlic_core/problem/joint_solver.h"
+#include "mlic_core/uncertainty/range_errors.h"
 
 namespace mlic {
 namespace {
@@ -15,6 +16,7 @@ namespace {
 constexpr int kSeconds = 10;
 constexpr int kPoints = 400;     // of a second, on each wall
 constexpr double kSigma = 0.01;  // m
+constexpr double kReflectances[] = {0.05, 0.25, 0.6};
 
 // A LiDAR at rest that sees two walls and a ceiling at right angles with a view of 100 deg towards each.
 class WallsAround : public testing::Test {
@@ -67,6 +69,40 @@ class WallsAround : public testing::Test {
     SolveJointProblem(problem_, 5, CancellationToken(), &state_);
   }
 
+  // The same walls, patches of them bright, grey and dark, seen by a LiDAR for each walk (m for each power of
+  // ten). relief: m, by which dark patches lie deeper.
+  void AddPaintedWalls(const std::vector<double>& walks, double relief) {
+    PlaneAssociation& planes = problem_.drives[0].planes;
+    state_.lidars.resize(walks.size());
+    problem_.lidars.resize(walks.size());
+    Random random(8);
+    for (int axis = 0; axis < 3; ++axis) {
+      MapPlane plane;
+      plane.plane = {-Eigen::Vector3d::Unit(axis), -5.0};
+      plane.center = 5.0 * Eigen::Vector3d::Unit(axis);
+      planes.planes.push_back(plane);
+      for (std::size_t l = 0; l < walks.size(); ++l) {
+        for (int k = 0; k < kSeconds * kPoints; ++k) {
+          Eigen::Vector3d point;
+          point[axis] = 5.0;
+          point[(axis + 1) % 3] = random.Uniform(-6.0, 6.0);
+          point[(axis + 2) % 3] = random.Uniform(-6.0, 6.0);
+          const double cosine = 5.0 / point.norm();
+          const int paint = (static_cast<int>(std::floor(point.sum())) % 3 + 3) % 3;
+          const double strength = kReflectances[paint] * cosine;
+          const double error = (paint == 0 ? relief / cosine : 0.0) - walks[l] * std::log10(strength);
+          point *= 1.0 + (error + kSigma * random.Normal()) / point.norm();
+          planes.observations.push_back({point.cast<float>(), static_cast<float>(kSigma),
+                                         static_cast<float>(cosine), static_cast<float>(100.0 * strength),
+                                         static_cast<std::int32_t>(l), 0,
+                                         kSeconds * k / (1.0 * kSeconds * kPoints)});
+        }
+      }
+      planes.begin.push_back(planes.observations.size());
+    }
+    SolveJointProblem(problem_, 5, CancellationToken(), &state_);
+  }
+
   Dataset dataset_;
   JointProblem problem_;
   CalibrationState state_;
@@ -75,13 +111,12 @@ class WallsAround : public testing::Test {
 TEST_F(WallsAround, OffsetIsFoundBesideThePlanesThatFollowIt) {
   constexpr double kError = 0.03;  // m, too long
   AddWalls(kError, kError, kError);
-  const auto found =
-      MeasureRangeErrors(problem_, state_, RangeModel::kOffsetAndSlope, {{true, false, false}});
+  const auto found = MeasureRangeErrors(problem_, state_, RangeModel::kWhole, {{true, false, false, false}});
   ASSERT_TRUE(found);
   const double sigma = std::sqrt(found->covariance(0, 0));
   EXPECT_LT(sigma, 0.1 * kError);  // with planes and place as they were, 0.0001 m
   EXPECT_NEAR(found->steps[0][0], -kError, 4.0 * sigma);
-  EXPECT_EQ(found->covariance(1, 1), 0.0);
+  EXPECT_EQ(found->covariance(kRangeSlope, kRangeSlope), 0.0);
   ASSERT_TRUE(CorrectRanges(problem_, 1.0, &state_));
   EXPECT_NEAR(state_.ranges[0].offset, -kError, 4.0 * sigma);
   EXPECT_EQ(state_.ranges[0].slope, 0.0);
@@ -112,11 +147,10 @@ TEST_F(WallsAround, ErrorsOfRoughGroundAreNoneOfTheRanges) {
 TEST_F(WallsAround, ErrorsOfRoughGroundAreDoubt) {
   AddWalls(0.0, 0.0, 0.03);
   const Eigen::MatrixXd scatter = ScatterOfRanges(problem_, state_, 1.0);
-  const auto found =
-      MeasureRangeErrors(problem_, state_, RangeModel::kOffsetAndSlope, {{false, false, true}});
+  const auto found = MeasureRangeErrors(problem_, state_, RangeModel::kWhole, {{false, false, false, true}});
   ASSERT_TRUE(found);
-  EXPECT_NEAR(found->steps[0][2], -0.03, 0.003);
-  const Eigen::VectorXd moved_by = found->coupling.col(2) * found->steps[0][2];
+  EXPECT_NEAR(found->steps[0][kRangeLevel], -0.03, 0.003);
+  const Eigen::VectorXd moved_by = found->coupling.col(kRangeLevel) * found->steps[0][kRangeLevel];
   ASSERT_GT(moved_by.norm(), 0.0);
   EXPECT_LT((scatter - moved_by * moved_by.transpose()).norm(), 1e-6 * scatter.norm());
   // What noise explains is none.
@@ -128,11 +162,44 @@ TEST_F(WallsAround, LevelPlanesWithoutErrorsAddNoDoubt) {
   EXPECT_EQ(ScatterOfRanges(problem_, state_, 1.0).norm(), 0.0);
 }
 
+TEST_F(WallsAround, WalkIsFoundWhereLidarsDiffer) {
+  AddPaintedWalls({0.0, 0.02}, 0.0);
+  ASSERT_TRUE(CorrectRanges(problem_, 1.0, &state_));
+  EXPECT_NEAR(state_.ranges[1].walk - state_.ranges[0].walk, 0.02, 0.002);
+  EXPECT_NEAR(state_.ranges[0].walk, 0.0, 0.004) << "what both share is hardly told from the walls' relief";
+  LidarPoint point{Eigen::Vector3f(3.0f, 0.0f, 4.0f)};
+  point.intensity = static_cast<float>(state_.ranges[1].reference);
+  const float usual = CorrectedPoint(point, state_, 1).norm();
+  point.intensity *= 10.0f;
+  EXPECT_NEAR(CorrectedPoint(point, state_, 1).norm(), usual + state_.ranges[1].walk, 1e-5);
+  point.intensity *= 1e6f;
+  EXPECT_NEAR(CorrectedPoint(point, state_, 1).norm(), usual + 2.0 * state_.ranges[1].walk, 1e-5)
+      << "glints are no reason for a metre";
+}
+
+TEST_F(WallsAround, DarkPatchesThatLieDeeperAreNoWalk) {
+  AddPaintedWalls({0.0, 0.0}, 0.01);
+  EXPECT_FALSE(CorrectRanges(problem_, 1.0, &state_));
+  EXPECT_EQ(state_.ranges[0].walk, 0.0);
+}
+
+// They pass for a walk of all LiDARs together in part, by an amount that is not known.
+TEST_F(WallsAround, DarkPatchesThatLieDeeperAreDoubtOfWalks) {
+  AddPaintedWalls({0.0, 0.02}, 0.0);
+  ASSERT_TRUE(CorrectRanges(problem_, 1.0, &state_));
+  const double before = ScatterOfRanges(problem_, state_, 1.0).norm();
+  for (PlaneObservation& o : problem_.drives[0].planes.observations) {
+    const bool dark = o.intensity < 110.0 * kReflectances[0] * o.cos_incidence;
+    o.position *= 1.0f + (dark ? 0.02f / o.cos_incidence : 0.0f) / o.position.norm();
+  }
+  EXPECT_GT(ScatterOfRanges(problem_, state_, 1.0).norm(), 1.5 * before);
+}
+
 TEST_F(WallsAround, NothingIsAskedOfHeldTrajectories) {
   AddWalls(0.02, 0.02, 0.02);
-  EXPECT_FALSE(MeasureRangeErrors(problem_, state_, RangeModel::kOffsetAndSlope, {{false, false, false}}));
+  EXPECT_FALSE(MeasureRangeErrors(problem_, state_, RangeModel::kWhole, {{false, false, false, false}}));
   problem_.fix_trajectory = true;
-  EXPECT_FALSE(MeasureRangeErrors(problem_, state_, RangeModel::kOffsetAndSlope, {{true, false, false}}));
+  EXPECT_FALSE(MeasureRangeErrors(problem_, state_, RangeModel::kWhole, {{true, false, false, false}}));
 }
 
 }  // namespace

@@ -1,0 +1,219 @@
+#include "mlic_core/uncertainty/range_corrections.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "mlic_core/geometry/symmetric_matrix.h"
+#include "mlic_core/problem/layout.h"
+#include "mlic_core/uncertainty/range_errors.h"
+
+namespace mlic {
+namespace {
+
+// sigmas, which the error itself widens by the correlation that it gives residuals; from: derivation, 3 of
+// 1000 normal errors lie beyond
+constexpr double kFarFromZero = 3.0;
+constexpr double kFlatness = 1e-3;  // m, of what counts as flat; from: guard, walls and their returns
+constexpr double kMoves = 0.1;      // of a sigma; from: guard, rounds end where less moves
+// m for each power of ten: larger walks are foliage's, whose depths go with its brightness. from: standard,
+// the accuracy that data sheets of LiDARs claim is 1 to 3 cm
+constexpr double kLargestWalk = 0.03;
+// What walks may err by where nothing shows it, m for each power of ten. from: standard, as the largest
+constexpr double kUsualError = 0.01;
+// Of a walk, where intensities are not quite what the receiver sees, as they fall off with the range in part.
+// from: measured, trials, LiDAR, combined effects, open 203: 0.12
+constexpr double kShareOfWalk = 0.15;
+
+double SigmaOf(const RangeErrors& errors, std::size_t lidar, RangeParameter parameter, double correlation) {
+  const Eigen::Index at = RangeErrors::Of(lidar, parameter);
+  return std::sqrt(correlation * errors.covariance(at, at));
+}
+
+// The error that two parts of the points both show, or nothing. first, second: what they are found as.
+std::optional<double> ConfirmedError(const RangeErrors& parts, std::size_t lidar, RangeParameter first,
+                                     RangeParameter second, double correlation) {
+  const Eigen::Vector2d both(parts.steps[lidar][first], parts.steps[lidar][second]);
+  if (std::abs(both[0] - both[1]) >= both.cwiseAbs().minCoeff()) return std::nullopt;
+  const Eigen::Index at[2] = {RangeErrors::Of(lidar, first), RangeErrors::Of(lidar, second)};
+  Eigen::Matrix2d covariance;
+  for (int a = 0; a < 2; ++a) {
+    for (int b = 0; b < 2; ++b) covariance(a, b) = correlation * parts.covariance(at[a], at[b]);
+  }
+  const Eigen::Vector2d weights = SolveSymmetric(covariance, Eigen::Vector2d::Ones());
+  const double error = weights.dot(both) / weights.sum();
+  if (std::abs(error) < kFarFromZero * std::hypot(std::sqrt(1.0 / weights.sum()), kFlatness))
+    return std::nullopt;
+  return error;
+}
+
+bool HasOffset(const CalibrationState& state, std::size_t lidar) {
+  return lidar < state.ranges.size() && state.ranges[lidar].offset != 0.0;
+}
+
+bool AnyWalkCorrected(const CalibrationState& state) {
+  return std::any_of(state.ranges.begin(), state.ranges.end(),
+                     [](const RangeCorrection& ranges) { return ranges.walk != 0.0; });
+}
+
+// What is found of LiDARs whose ranges are corrected.
+std::vector<FreeRanges> FreeOfCorrected(const CalibrationState& state, bool walks,
+                                        const std::vector<bool>& offsets) {
+  std::vector<FreeRanges> free(state.lidars.size(), FreeRanges{});
+  for (std::size_t l = 0; l < free.size(); ++l) {
+    const bool rings = l < state.rings.size() && !state.rings[l].empty();
+    free[l][kRangeOffset] = offsets[l] || walks;
+    free[l][kRangeSlope] = (offsets[l] || walks) && rings;
+    free[l][kRangeWalk] = walks;
+    free[l][kRangeLevel] = offsets[l] || walks;
+  }
+  return free;
+}
+
+std::vector<bool> WhichHaveOffsets(const CalibrationState& state) {
+  std::vector<bool> offsets;
+  for (std::size_t l = 0; l < state.lidars.size(); ++l) offsets.push_back(HasOffset(state, l));
+  return offsets;
+}
+
+std::optional<RangeErrors> MeasureAll(const JointProblem& problem, const CalibrationState& state,
+                                      RangeModel model, const FreeRanges& free) {
+  return MeasureRangeErrors(problem, state, model, std::vector<FreeRanges>(state.lidars.size(), free));
+}
+
+// Whether two LiDARs' walks differ: both see what planes themselves have of it.
+bool WalksDiffer(const JointProblem& problem, const CalibrationState& state, double correlation) {
+  if (state.lidars.size() < 2) return false;
+  const auto found = MeasureAll(problem, state, RangeModel::kWhole, {true, false, true, true});
+  if (!found) return false;
+  for (std::size_t a = 0; a < state.lidars.size(); ++a) {
+    for (std::size_t b = 0; b < a; ++b) {
+      const Eigen::Index at_a = RangeErrors::Of(a, kRangeWalk), at_b = RangeErrors::Of(b, kRangeWalk);
+      const Eigen::MatrixXd& C = found->covariance;
+      const double variance = correlation * (C(at_a, at_a) + C(at_b, at_b) - 2.0 * C(at_a, at_b));
+      const double difference = std::abs(found->steps[a][kRangeWalk] - found->steps[b][kRangeWalk]);
+      if (difference < kLargestWalk && difference > kFarFromZero * std::hypot(std::sqrt(variance), kFlatness))
+        return true;
+    }
+  }
+  return false;
+}
+
+// Whether strong and weak echoes of a LiDAR show one and the same walk.
+bool WalkIsConfirmed(const JointProblem& problem, const CalibrationState& state, double correlation) {
+  const auto parts = MeasureAll(problem, state, RangeModel::kByStrength, {true, true, true, true});
+  if (!parts) return false;
+  for (std::size_t l = 0; l < state.lidars.size(); ++l) {
+    const auto walk = ConfirmedError(*parts, l, kRangeWalk, kRangeSlope, correlation);
+    if (walk && std::abs(*walk) < kLargestWalk) return true;
+  }
+  return false;
+}
+
+// What the walks of all LiDARs may err by together, m for each power of ten: planes' own relief need not go
+// with the logarithm of their brightness, and then strong and weak echoes do not show the same.
+double CommonDoubtOfWalks(const JointProblem& problem, const CalibrationState& state, double correlation) {
+  const auto parts = MeasureAll(problem, state, RangeModel::kByStrength, {true, true, true, true});
+  if (!parts) return kUsualError;
+  double sum = 0.0, weights = 0.0;
+  for (std::size_t l = 0; l < state.lidars.size(); ++l) {
+    const double sigma =
+        std::hypot(SigmaOf(*parts, l, kRangeWalk, correlation), SigmaOf(*parts, l, kRangeSlope, correlation));
+    const double weight = 1.0 / (sigma * sigma);
+    sum += weight * (parts->steps[l][kRangeWalk] - parts->steps[l][kRangeSlope]);
+    weights += weight;
+  }
+  return 0.5 * std::abs(sum) / weights;
+}
+
+// How all parameters follow when the walk of one LiDAR moves and the others' stay: a column for each.
+Eigen::MatrixXd FollowingWalks(const RangeErrors& found) {
+  const auto lidars = static_cast<Eigen::Index>(found.steps.size());
+  const auto walk = [](Eigen::Index l) { return RangeErrors::Of(static_cast<std::size_t>(l), kRangeWalk); };
+  Eigen::MatrixXd with_walks(found.covariance.rows(), lidars), of_walks(lidars, lidars);
+  for (Eigen::Index l = 0; l < lidars; ++l) with_walks.col(l) = found.covariance.col(walk(l));
+  for (Eigen::Index l = 0; l < lidars; ++l) of_walks.row(l) = with_walks.row(walk(l));
+  return SolveSymmetric(of_walks, Eigen::MatrixXd(with_walks.transpose())).transpose();
+}
+
+// What corrected walks may err by beyond their covariance, as moves of the gradient: a column for each LiDAR,
+// by what is its own, and one for what all share.
+Eigen::MatrixXd DoubtOfWalks(const JointProblem& problem, const CalibrationState& state,
+                             const RangeErrors& found, const Eigen::MatrixXd& coupling, double correlation) {
+  const Eigen::MatrixXd moved_by = coupling * FollowingWalks(found);
+  const auto lidars = static_cast<double>(state.lidars.size());
+  double mean = 0.0;
+  for (const RangeCorrection& ranges : state.ranges) mean += ranges.walk / lidars;
+  Eigen::MatrixXd doubt(moved_by.rows(), moved_by.cols() + 1);
+  for (Eigen::Index l = 0; l < moved_by.cols(); ++l) {
+    const double own = state.ranges[static_cast<std::size_t>(l)].walk - mean;
+    doubt.col(l) = kShareOfWalk * own * moved_by.col(l);
+  }
+  doubt.rightCols<1>() = CommonDoubtOfWalks(problem, state, correlation) * moved_by.rowwise().sum();
+  return doubt;
+}
+
+}  // namespace
+
+bool AnyRangeCorrected(const CalibrationState& state) {
+  for (std::size_t l = 0; l < state.lidars.size(); ++l) {
+    if (HasOffset(state, l)) return true;
+  }
+  return false;
+}
+
+bool CorrectRanges(const JointProblem& problem, double correlation, CalibrationState* state) {
+  state->ranges.resize(state->lidars.size());
+  const bool walks = AnyWalkCorrected(*state) || WalksDiffer(problem, *state, correlation) ||
+                     WalkIsConfirmed(problem, *state, correlation);
+  std::vector<bool> offsets = WhichHaveOffsets(*state);
+  const auto parts = MeasureAll(problem, *state, RangeModel::kByIncidence, {true, true, walks, true});
+  if (!parts) return false;
+  for (std::size_t l = 0; l < offsets.size(); ++l) {
+    if (ConfirmedError(*parts, l, kRangeOffset, kRangeSlope, correlation)) offsets[l] = true;
+  }
+  const std::vector<FreeRanges> free = FreeOfCorrected(*state, walks, offsets);
+  const auto found = MeasureRangeErrors(problem, *state, RangeModel::kWhole, free);
+  if (!found) return false;
+  bool moved = false;
+  for (std::size_t l = 0; l < free.size(); ++l) {
+    for (const RangeParameter p : {kRangeOffset, kRangeSlope, kRangeWalk}) {
+      moved |= free[l][p] && std::abs(found->steps[l][p]) > kMoves * SigmaOf(*found, l, p, correlation);
+    }
+    RangeCorrection& ranges = state->ranges[l];
+    ranges.offset += found->steps[l][kRangeOffset];
+    ranges.slope += found->steps[l][kRangeSlope];
+    ranges.walk += found->steps[l][kRangeWalk];
+    if (walks) ranges.reference = found->references[l];
+  }
+  return moved;
+}
+
+Eigen::MatrixXd ScatterOfRanges(const JointProblem& problem, const CalibrationState& state,
+                                double correlation) {
+  const bool walks = AnyWalkCorrected(state);
+  std::vector<FreeRanges> free = FreeOfCorrected(state, walks, WhichHaveOffsets(state));
+  for (FreeRanges& of_lidar : free) of_lidar[kRangeLevel] = true;
+  const auto found = MeasureRangeErrors(problem, state, RangeModel::kWhole, free);
+  const Eigen::Index size = Layout(state, problem.estimate_imu_matrices).calibration;
+  if (!found) return Eigen::MatrixXd::Zero(size, size);
+  Eigen::MatrixXd coupling = found->coupling;
+  Eigen::VectorXd moved_by = Eigen::VectorXd::Zero(size);  // the gradient, by level planes
+  for (std::size_t l = 0; l < free.size(); ++l) {
+    auto of_level = coupling.col(RangeErrors::Of(l, kRangeLevel));
+    const double error = found->steps[l][kRangeLevel];
+    if (std::abs(error) > kFarFromZero * SigmaOf(*found, l, kRangeLevel, correlation))
+      moved_by += error * of_level;
+    of_level.setZero();  // not corrected
+  }
+  Eigen::MatrixXd scatter =
+      coupling * found->covariance * coupling.transpose() + moved_by * moved_by.transpose() / correlation;
+  if (walks) {
+    const Eigen::MatrixXd doubt = DoubtOfWalks(problem, state, *found, coupling, correlation);
+    scatter += doubt * doubt.transpose() / correlation;
+  }
+  return scatter;
+}
+
+}  // namespace mlic

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/state.h"
+
+namespace mlic {
+
+// Whether the state corrects the ranges of any LiDAR.
+bool AnyRangeCorrected(const CalibrationState& state);
+
+// Corrects what LiDARs' ranges err by (RangeCorrection), where the data confirm it, now or before: more than
+// three of its sigmas, and two parts of the points each predict the other better than no error does. Of an
+// offset these are points on planes that are not level and meet them steeply, and the rest: what depends on
+// the incidence (wide beams, returns of foliage) is no error of ranges. Of a walk they are strong and weak
+// echoes; where one LiDAR has it, those of all are found, with their offsets, as what planes themselves have
+// of it is common to all. correlation: of the residuals (CorrelationFactor). True if it changed any by a
+// tenth of a sigma.
+bool CorrectRanges(const JointProblem& problem, double correlation, CalibrationState* state);
+
+// What adds to the scatter of the gradient (ScatterOfPoints): the corrections' own errors; what uncorrected
+// ranges may err by for all that the data say; and what points on level planes err by beyond three sigmas,
+// which is no error of ranges and stays in: the calibration is as unsure as it would move without.
+// correlation: as above.
+Eigen::MatrixXd ScatterOfRanges(const JointProblem& problem, const CalibrationState& state,
+                                double correlation);
+
+}  // namespace mlic
