@@ -17,8 +17,10 @@ namespace {
 constexpr double kFarFromZero = 3.0;
 constexpr double kFlatness = 1e-3;  // m, of what counts as flat; from: guard, walls and their returns
 constexpr double kMoves = 0.1;      // of a sigma; from: guard, rounds end where less moves
-// m for each power of ten: larger walks are foliage's, whose depths go with its brightness. from: standard,
-// the accuracy that data sheets of LiDARs claim is 1 to 3 cm
+// Larger errors are no LiDAR's, but a trajectory's that is wrong, or foliage's, whose depths go with its
+// brightness: m; m for each power of ten. from: standard, the accuracy that data sheets of LiDARs claim is 1
+// to 3 cm
+constexpr double kLargestOffset = 0.1;
 constexpr double kLargestWalk = 0.03;
 // What walks may err by where nothing shows it, m for each power of ten. from: standard, as the largest
 constexpr double kUsualError = 0.01;
@@ -31,21 +33,16 @@ double SigmaOf(const RangeErrors& errors, std::size_t lidar, RangeParameter para
   return std::sqrt(correlation * errors.covariance(at, at));
 }
 
-// The error that two parts of the points both show, or nothing. first, second: what they are found as.
-std::optional<double> ConfirmedError(const RangeErrors& parts, std::size_t lidar, RangeParameter first,
-                                     RangeParameter second, double correlation) {
-  const Eigen::Vector2d both(parts.steps[lidar][first], parts.steps[lidar][second]);
-  if (std::abs(both[0] - both[1]) >= both.cwiseAbs().minCoeff()) return std::nullopt;
-  const Eigen::Index at[2] = {RangeErrors::Of(lidar, first), RangeErrors::Of(lidar, second)};
-  Eigen::Matrix2d covariance;
-  for (int a = 0; a < 2; ++a) {
-    for (int b = 0; b < 2; ++b) covariance(a, b) = correlation * parts.covariance(at[a], at[b]);
-  }
+// Whether points that meet planes steeply and others show one and the same offset. parts: by incidence.
+bool OffsetIsConfirmed(const RangeErrors& parts, std::size_t lidar, double correlation) {
+  const Eigen::Vector2d both(parts.steps[lidar][kRangeOffset], parts.steps[lidar][kRangeSlope]);
+  if (std::abs(both[0] - both[1]) >= both.cwiseAbs().minCoeff()) return false;
+  const Eigen::Index begin = RangeErrors::Of(lidar, kRangeOffset);
+  static_assert(kRangeSlope == kRangeOffset + 1);
+  const Eigen::Matrix2d covariance = correlation * parts.covariance.block<2, 2>(begin, begin);
   const Eigen::Vector2d weights = SolveSymmetric(covariance, Eigen::Vector2d::Ones());
-  const double error = weights.dot(both) / weights.sum();
-  if (std::abs(error) < kFarFromZero * std::hypot(std::sqrt(1.0 / weights.sum()), kFlatness))
-    return std::nullopt;
-  return error;
+  const double size = std::abs(weights.dot(both) / weights.sum());
+  return size < kLargestOffset && size > kFarFromZero * std::hypot(std::sqrt(1.0 / weights.sum()), kFlatness);
 }
 
 bool HasOffset(const CalibrationState& state, std::size_t lidar) {
@@ -96,17 +93,6 @@ bool WalksDiffer(const JointProblem& problem, const CalibrationState& state, dou
       if (difference < kLargestWalk && difference > kFarFromZero * std::hypot(std::sqrt(variance), kFlatness))
         return true;
     }
-  }
-  return false;
-}
-
-// Whether strong and weak echoes of a LiDAR show one and the same walk.
-bool WalkIsConfirmed(const JointProblem& problem, const CalibrationState& state, double correlation) {
-  const auto parts = MeasureAll(problem, state, RangeModel::kByStrength, {true, true, true, true});
-  if (!parts) return false;
-  for (std::size_t l = 0; l < state.lidars.size(); ++l) {
-    const auto walk = ConfirmedError(*parts, l, kRangeWalk, kRangeSlope, correlation);
-    if (walk && std::abs(*walk) < kLargestWalk) return true;
   }
   return false;
 }
@@ -165,13 +151,12 @@ bool AnyRangeCorrected(const CalibrationState& state) {
 
 bool CorrectRanges(const JointProblem& problem, double correlation, CalibrationState* state) {
   state->ranges.resize(state->lidars.size());
-  const bool walks = AnyWalkCorrected(*state) || WalksDiffer(problem, *state, correlation) ||
-                     WalkIsConfirmed(problem, *state, correlation);
+  const bool walks = AnyWalkCorrected(*state) || WalksDiffer(problem, *state, correlation);
   std::vector<bool> offsets = WhichHaveOffsets(*state);
   const auto parts = MeasureAll(problem, *state, RangeModel::kByIncidence, {true, true, walks, true});
   if (!parts) return false;
   for (std::size_t l = 0; l < offsets.size(); ++l) {
-    if (ConfirmedError(*parts, l, kRangeOffset, kRangeSlope, correlation)) offsets[l] = true;
+    if (OffsetIsConfirmed(*parts, l, correlation)) offsets[l] = true;
   }
   const std::vector<FreeRanges> free = FreeOfCorrected(*state, walks, offsets);
   const auto found = MeasureRangeErrors(problem, *state, RangeModel::kWhole, free);

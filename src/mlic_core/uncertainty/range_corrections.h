@@ -10,13 +10,12 @@ namespace mlic {
 // Whether the state corrects the ranges of any LiDAR.
 bool AnyRangeCorrected(const CalibrationState& state);
 
-// Corrects what LiDARs' ranges err by (RangeCorrection), where the data confirm it, now or before: more than
-// three of its sigmas, and two parts of the points each predict the other better than no error does. Of an
-// offset these are points on planes that are not level and meet them steeply, and the rest: what depends on
-// the incidence (wide beams, returns of foliage) is no error of ranges. Of a walk they are strong and weak
-// echoes; where one LiDAR has it, those of all are found, with their offsets, as what planes themselves have
-// of it is common to all. correlation: of the residuals (CorrelationFactor). True if it changed any by a
-// tenth of a sigma.
+// Corrects what LiDARs' ranges err by (RangeCorrection), where the data confirm it, now or before. An offset:
+// points on planes that are not level show more than three of its sigmas, and those that meet these planes
+// steeply and the rest each predict the other better than no offset does; what depends on the incidence (wide
+// beams, returns of foliage) is no error of ranges. Walks, with all offsets: those of two LiDARs differ by
+// more than three sigmas; what planes themselves have of it is common to all. correlation: of the residuals
+// (CorrelationFactor). True if it changed any by a tenth of a sigma.
 bool CorrectRanges(const JointProblem& problem, double correlation, CalibrationState* state);
 
 // What adds to the scatter of the gradient (ScatterOfPoints): the corrections' own errors; what uncorrected
