@@ -48,8 +48,8 @@ Eigen::MatrixXd NoiseInformation(const LinearizedProblem& linearized, const Canc
   return 0.5 * (*there + *opposite) - linearized.information;
 }
 
-Eigen::MatrixXd WithoutNoise(const Eigen::MatrixXd& information, const Eigen::MatrixXd& noise,
-                             const Eigen::VectorXd& limits) {
+FreedOfNoise WithoutNoise(const Eigen::MatrixXd& information, const Eigen::MatrixXd& noise,
+                          const Eigen::VectorXd& limits) {
   const auto in_limits = [&](const Eigen::MatrixXd& matrix) -> Eigen::MatrixXd {
     return limits.asDiagonal() * matrix * limits.asDiagonal();
   };
@@ -63,7 +63,9 @@ Eigen::MatrixXd WithoutNoise(const Eigen::MatrixXd& information, const Eigen::Ma
       shares.eigenvalues().unaryExpr([](double share) { return std::clamp(1.0 - share, 0.0, 1.0); });
   const Eigen::MatrixXd back =
       limits.cwiseInverse().asDiagonal() * eigen.eigenvectors() * root.asDiagonal() * shares.eigenvectors();
-  return back * left.cwiseAbs2().asDiagonal() * back.transpose();
+  const Eigen::MatrixXd forth = limits.asDiagonal() * whiten * shares.eigenvectors();
+  return {back * left.cwiseAbs2().asDiagonal() * back.transpose(),
+          back * left.asDiagonal() * forth.transpose()};
 }
 
 }  // namespace mlic

@@ -15,10 +15,16 @@ namespace mlic {
 // problem. Zero where the equations have no solution, or the trajectory is held. docs/method.md, section 11.
 Eigen::MatrixXd NoiseInformation(const LinearizedProblem& linearized, const CancellationToken& cancellation);
 
-// The information that belongs to the errors of an estimate made with `information`, of which `noise` is
-// noise's: S_t S^-1 S_t with S_t = S - noise, as the gradient's covariance is S and only S_t pulls. limits:
-// steps of the parameters that count as large.
-Eigen::MatrixXd WithoutNoise(const Eigen::MatrixXd& information, const Eigen::MatrixXd& noise,
-                             const Eigen::VectorXd& limits);
+// Normal equations that put an estimate as far off as those of an information S do of which a part is the
+// noise's. Only S_t = S - noise pulls: a gradient g of covariance S puts it off by S_t^-1 g, which is what
+// the gradient A g with A = S_t S^-1 and its covariance A S A^T do, taken for gradient and information.
+struct FreedOfNoise {
+  Eigen::MatrixXd information;  // A S A^T = S_t S^-1 S_t
+  Eigen::MatrixXd by_gradient;  // A
+};
+
+// limits: steps of the parameters that count as large.
+FreedOfNoise WithoutNoise(const Eigen::MatrixXd& information, const Eigen::MatrixXd& noise,
+                          const Eigen::VectorXd& limits);
 
 }  // namespace mlic

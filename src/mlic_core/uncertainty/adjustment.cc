@@ -56,11 +56,13 @@ void AddWanderOfExposure(const Adjustment& adjustment, ObservabilityAnalysis* an
   }
 }
 
-// The last solve's, without what of it is the noise's where that was measured of the same parameters.
-Eigen::MatrixXd InformationWithoutNoise(const Adjustment& adjustment) {
-  Eigen::MatrixXd information = LastInformation(adjustment);
+// The last solve's, without what of them is the noise's where that was measured of the same parameters.
+FreedOfNoise LastWithoutNoise(const Adjustment& adjustment) {
+  const Eigen::MatrixXd information = LastInformation(adjustment);
   const Eigen::MatrixXd& noise = adjustment.noise_information;
-  if (noise.rows() != information.rows()) return information;
+  if (noise.rows() != information.rows()) {
+    return {information, Eigen::MatrixXd::Identity(information.rows(), information.cols())};
+  }
   const Layout layout(adjustment.state, adjustment.problem.estimate_imu_matrices);
   return WithoutNoise(information, noise, CalibrationLimits(adjustment.state, layout));
 }
@@ -95,13 +97,15 @@ Eigen::MatrixXd LastInformation(const Adjustment& adjustment) {
 }
 
 Eigen::MatrixXd ScaledInformation(const Adjustment& adjustment, const Dataset& dataset) {
-  return InformationWithoutNoise(adjustment) / VarianceScale(adjustment, dataset);
+  return LastWithoutNoise(adjustment).information / VarianceScale(adjustment, dataset);
 }
 
 ObservabilityAnalysis Analyze(const Adjustment& adjustment, const Dataset& dataset) {
+  const FreedOfNoise freed = LastWithoutNoise(adjustment);
+  const double scale = VarianceScale(adjustment, dataset);
   ObservabilityAnalysis analysis =
-      AnalyzeCalibration(adjustment.problem, adjustment.state, ScaledInformation(adjustment, dataset),
-                         adjustment.scale.inflation, VarianceScale(adjustment, dataset));
+      AnalyzeCalibration(adjustment.problem, adjustment.state, freed.information / scale,
+                         WithGradient(freed.by_gradient, adjustment.scale.inflation), scale);
   AddWanderOfExposure(adjustment, &analysis);
   for (std::size_t c = 0; c < adjustment.cameras.twins.size(); ++c) {
     const std::vector<double>& twin = adjustment.cameras.twins[c];
@@ -112,7 +116,7 @@ ObservabilityAnalysis Analyze(const Adjustment& adjustment, const Dataset& datas
 }
 
 ObservabilityAnalysis AnalyzeBound(const Adjustment& adjustment) {
-  return AnalyzeCalibration(adjustment.problem, adjustment.state, InformationWithoutNoise(adjustment));
+  return AnalyzeCalibration(adjustment.problem, adjustment.state, LastWithoutNoise(adjustment).information);
 }
 
 double ChangeInSigmas(const Adjustment& adjustment, const Dataset& dataset, const CalibrationState& before) {

@@ -177,6 +177,19 @@ SensorInformation MakeInformation(const JointProblem& problem, const Calibration
 
 }  // namespace
 
+Inflation WithGradient(const Eigen::MatrixXd& by_gradient, Inflation inflation) {
+  const auto apply = [&](Eigen::MatrixXd* of_gradient) {
+    *of_gradient = by_gradient * *of_gradient * by_gradient.transpose();
+  };
+  if (!inflation.cameras.IsEmpty()) {
+    apply(&inflation.cameras.information);
+    apply(&inflation.cameras.self_weighing);
+    apply(&inflation.cameras.pattern);
+  }
+  if (inflation.points.rows() == by_gradient.rows()) apply(&inflation.points);
+  return inflation;
+}
+
 Eigen::MatrixXd VarianceOfInflation(const Eigen::MatrixXd& covariance, const Inflation& inflation,
                                     double scale) {
   const Eigen::MatrixXd of_cameras = VarianceOfInflation(covariance, inflation.cameras, scale);

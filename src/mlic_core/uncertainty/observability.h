@@ -17,6 +17,9 @@ struct Inflation {
   Eigen::MatrixXd points;  // ScatterOfPoints
 };
 
+// The inflation of equations whose gradient is by_gradient * g, g being the one that it was measured of.
+Inflation WithGradient(const Eigen::MatrixXd& by_gradient, Inflation inflation);
+
 // What the inflation adds to a covariance whose variances are `scale` times those of the solve.
 Eigen::MatrixXd VarianceOfInflation(const Eigen::MatrixXd& covariance, const Inflation& inflation,
                                     double scale);

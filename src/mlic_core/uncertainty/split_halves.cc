@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <optional>
+#include <utility>
 
 #include "mlic_core/common/significance.h"
 #include "mlic_core/geometry/symmetric_matrix.h"
@@ -41,12 +42,15 @@ Inflation InflationOf(const Adjustment& adjustment, const HalfCalibration& half,
 
 // Adds a half's own error to the covariance of the difference. Returns how its calibration follows the
 // priors' gradient.
-Eigen::MatrixXd AddHalf(const HalfCalibration& half, double scale, const Inflation& inflation,
-                        Compared* compared, Eigen::MatrixXd* from_data) {
+Eigen::MatrixXd AddHalf(const HalfCalibration& half, double scale, Inflation inflation, Compared* compared,
+                        Eigen::MatrixXd* from_data) {
   const Eigen::VectorXd& limits = compared->limits;
   Eigen::MatrixXd information = half.information;
   if (half.noise.size() > 0) {
-    information = WithoutFixed(WithoutNoise(information, half.noise, limits), compared->free_calibration);
+    const std::vector<bool>& free = compared->free_calibration;
+    const FreedOfNoise freed = WithoutNoise(information, WithoutFixed(half.noise, free), limits);
+    information = WithoutFixed(freed.information, free);
+    inflation = WithGradient(freed.by_gradient, std::move(inflation));
   }
   information /= scale;
   const Eigen::MatrixXd gain = InverseInLimits(information + half.prior, limits);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <cmath>
 #include <random>
 
@@ -92,15 +93,28 @@ TEST_F(Turntable, WithoutMotionOnlyTheNoiseShowsTheHeading) {
   const Eigen::MatrixXd noise = NoiseInformation({problem_, state_}, CancellationToken());
   const double claimed = Heading(summary.information, state_);
   EXPECT_GT(claimed, 1.0);
-  EXPECT_LT(Heading(WithoutNoise(summary.information, noise, Limits()), state_), 0.02 * claimed);
+  EXPECT_LT(Heading(WithoutNoise(summary.information, noise, Limits()).information, state_), 0.02 * claimed);
 }
 
 TEST_F(Turntable, MotionThatShowsTheHeadingKeepsItsInformation) {
   const SolveSummary summary = Solve(0.3, 1.0);
   const Eigen::MatrixXd noise = NoiseInformation({problem_, state_}, CancellationToken());
   const double claimed = Heading(summary.information, state_);
-  EXPECT_GT(Heading(WithoutNoise(summary.information, noise, Limits()), state_), 0.85 * claimed);
-  EXPECT_LT(Heading(WithoutNoise(summary.information, noise, Limits()), state_), claimed);
+  EXPECT_GT(Heading(WithoutNoise(summary.information, noise, Limits()).information, state_), 0.85 * claimed);
+  EXPECT_LT(Heading(WithoutNoise(summary.information, noise, Limits()).information, state_), claimed);
+}
+
+// Two parameters that are known together, half of one of them by noise.
+TEST(FreedOfNoise, ItsEquationsPutAnEstimateOffByWhatOnlyTheRestPulls) {
+  Eigen::Matrix2d S, noise;
+  S << 4.0e4, 1.0e4, 1.0e4, 9.0e4;
+  noise << 2.0e4, 1.0e3, 1.0e3, 0.5e4;
+  const FreedOfNoise freed = WithoutNoise(S, noise, Eigen::Vector2d(0.01, 0.05));
+  const Eigen::Vector2d gradient(300.0, -200.0);
+  const Eigen::Vector2d off = freed.information.inverse() * freed.by_gradient * gradient;
+  EXPECT_LT((off - (S - noise).inverse() * gradient).norm(), 1e-9 * off.norm());
+  const Eigen::MatrixXd of_gradient = freed.by_gradient * S * freed.by_gradient.transpose();
+  EXPECT_LT((of_gradient - freed.information).norm(), 1e-9 * freed.information.norm());
 }
 
 // A lag of 30 ms would hardly be seen by accelerations that are not there.

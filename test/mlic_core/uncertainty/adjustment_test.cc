@@ -59,6 +59,20 @@ TEST_F(OneCamera, ErrorsThatPointsShareAreInTheSigmaAndNotInTheBound) {
   EXPECT_NEAR(AnalyzeBound(adjustment_).sigmas[0].time_offset, 1e-3, 1e-5);
 }
 
+// A tenth of the information on x is the motion's, and its sigma ten times larger for that. Errors that
+// points share double the gradient's variance along all directions alike: so they do the estimate's.
+TEST_F(OneCamera, SharedErrorsAddAsMuchWhereMostOfTheInformationIsNoise) {
+  Drift(0.0);
+  const Eigen::MatrixXd& information = adjustment_.last_solve.information;
+  adjustment_.noise_information = Eigen::MatrixXd::Zero(information.rows(), information.cols());
+  adjustment_.noise_information(3, 3) = 0.9 * information(3, 3);
+  EXPECT_NEAR(Analyze(adjustment_, dataset_).sigmas[0].translation.x(), 1e-2, 1e-4);
+  adjustment_.scale.inflation.points = information;
+  const Eigen::Vector3d sigma = Analyze(adjustment_, dataset_).sigmas[0].translation;
+  EXPECT_NEAR(sigma.y(), std::sqrt(2.0) * 1e-3, 1e-5);
+  EXPECT_NEAR(sigma.x(), std::sqrt(2.0) * 1e-2, 1e-4);
+}
+
 TEST_F(OneCamera, ResidualsCountOnceForEachOfTheirDimensions) {
   adjustment_.last_solve.observations = 100;
   adjustment_.last_solve.landmark_observations = 10;
