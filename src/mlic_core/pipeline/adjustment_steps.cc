@@ -133,6 +133,7 @@ void MeasureScale(const LinearizedProblem& linearized, const Adjustment& adjustm
   MeasureCorrelation(adjustment, scale);
   scale->inflation.points = ScatterOfPoints(linearized, scale->correlation);
   scale->inflation.points += ScatterOfRanges(problem, state, scale->correlation);
+  scale->offsets = ApparentOffsets(problem, state, scale->correlation);
   if (adjustment.rounds.landmarks == Landmarks::kNone) return;
   scale->inflation.cameras = MeasureCameraInflation(
       linearized, adjustment.cameras.landmark_options,

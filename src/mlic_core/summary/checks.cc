@@ -9,9 +9,11 @@
 #include "mlic_core/common/angles.h"
 #include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/initialization/guess_check.h"
+#include "mlic_core/sensors/lens_reach.h"
 #include "mlic_core/sensors/observability_limits.h"
 #include "mlic_core/sensors/sensor_frames.h"
 #include "mlic_core/summary/imu_verdict.h"
+#include "mlic_core/uncertainty/range_corrections.h"
 #include "mlic_core/uncertainty/split_halves.h"
 
 namespace mlic {
@@ -184,6 +186,20 @@ QualityCheck CheckStamps(const std::string& name, const StampErrors& errors) {
   return check;
 }
 
+// What all ranges of a LiDAR seem to err by. offset: m.
+QualityCheck CheckRanges(const std::string& name, double offset) {
+  QualityCheck check;
+  check.name = "ranges";
+  check.sensor = name;
+  check.value = std::abs(offset);
+  check.limit = kLargestRangeOffset;
+  check.unit = "m";
+  check.refuses = true;
+  check.failure = name + ": all its ranges seem wrong, by more than a LiDAR errs; part of the trajectory is";
+  check.remedy = "record among more that is flat and stands still, and turn more slowly";
+  return check;
+}
+
 // Sums over the map's points.
 void AddPlanes(const Judged& judged, const std::vector<bool>& taking_part,
                std::vector<QualityCheck>* checks) {
@@ -238,6 +254,22 @@ void AddImuAgreement(const Judged& judged, std::vector<QualityCheck>* checks) {
   check.limit = kImuSlowErrors;
   check.unit = "of the noise of means over 1 to 10 s";
   check.remedy = "record shorter, after the IMU has warmed up, or try intrinsics: scale_misalignment";
+  checks->push_back(check);
+}
+
+// Terms of the rational model that hardly differ may cancel where landmarks are seen and leave a pole where
+// there are none. Other models may end within the image, as wide lenses do.
+void AddLensReach(const std::string& name, const CameraIntrinsics& lens, std::vector<QualityCheck>* checks) {
+  if (lens.model != CameraModel::kRationalPolynomial) return;
+  QualityCheck check;
+  check.name = "lens_reach";
+  check.sensor = name;
+  check.value = ReachOfLens(lens);
+  check.limit = 1.0;
+  check.bound = Bound::kLeast;
+  check.unit = "of the way to the image's corners";
+  check.failure = name + ": its lens model folds over within the image, where nothing shows the lens";
+  check.remedy = "record with structure in the corners of its image, or take a model of fewer terms";
   checks->push_back(check);
 }
 
@@ -368,7 +400,13 @@ std::vector<QualityCheck> MakeChecks(const Rig& rig, const Dataset& dataset, con
       }
       AddHalves(sensor.name, halves, by_chance, &checks);
     }
-    if (!id.IsLidar()) AddCamera(judged, id.index, &checks);
+    if (id.IsLidar() && id.index < adjustment.scale.offsets.size()) {
+      checks.push_back(CheckRanges(sensor.name, adjustment.scale.offsets[id.index]));
+    }
+    if (!id.IsLidar()) {
+      AddCamera(judged, id.index, &checks);
+      AddLensReach(sensor.name, adjustment.state.cameras[id.index].intrinsics, &checks);
+    }
   }
   if (!adjustment.state.lidars.empty()) AddPlanes(judged, taking_part, &checks);
   AddImuAgreement(judged, &checks);

@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "mlic_core/common/error.h"
+#include "mlic_core/common/order_statistics.h"
 #include "mlic_core/initialization/guess_check.h"
 #include "mlic_core/initialization/loose_lidars.h"
 #include "mlic_core/problem/layout.h"
@@ -19,6 +20,7 @@
 #include "mlic_core/summary/residual_summary.h"
 #include "mlic_core/summary/sigmas_in_use.h"
 #include "mlic_core/summary/snapshot.h"
+#include "mlic_core/uncertainty/alike_lenses.h"
 #include "mlic_core/uncertainty/clock_drift.h"
 
 namespace mlic {
@@ -74,6 +76,30 @@ SensorResult MakeSensor(const Sensor& sensor, const Shown& of_data, std::size_t 
   }
   result.unobservable = analysis.sensors[s].directions;
   return result;
+}
+
+// px: within how much of the lens's centre nearly all observations of the camera lie.
+double ReachOfLandmarks(const Adjustment& adjustment, std::size_t camera) {
+  constexpr double kNearlyAll = 0.95;  // from: definition
+  const std::vector<double>& lens = adjustment.state.cameras[camera].intrinsics.parameters;
+  const Eigen::Vector2d centre(lens[2], lens[3]);
+  std::vector<double> distances;
+  for (const DriveTerms& drive : adjustment.problem.drives) {
+    for (const LandmarkObservation& o : drive.landmarks.observations) {
+      if (o.camera == static_cast<int>(camera)) distances.push_back((o.pixel - centre).norm());
+    }
+  }
+  return Quantile(std::move(distances), kNearlyAll);
+}
+
+// Sigmas of single terms, where other terms make up for them.
+void AddAlikeLenses(const Adjustment& adjustment, std::size_t camera, SensorResult* result) {
+  const Eigen::VectorXd spread =
+      SpreadOfAlikeLenses(adjustment.state.cameras[camera].intrinsics, ReachOfLandmarks(adjustment, camera));
+  for (std::size_t i = 0; i < result->intrinsics_sigma.size(); ++i) {
+    double& sigma = result->intrinsics_sigma[i];
+    if (sigma > 0.0) sigma = std::hypot(sigma, spread[static_cast<Eigen::Index>(i)]);
+  }
 }
 
 void AddIntrinsics(const CameraCalibration& camera, const ObservabilityAnalysis::Intrinsics& analysis,
@@ -364,6 +390,7 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
     const std::size_t c = id.index;
     WarnOfWander(sensors[s].name, StampWander(adjustment, c), &result->warnings);
     AddIntrinsics(state.cameras[c], analysis.cameras[c], &result->sensors.back());
+    AddAlikeLenses(adjustment, c, &result->sensors.back());
     const std::vector<HeldOutMatches>& held_out = adjustment.map.held_out_errors;
     if (c < held_out.size() && held_out[c].count > 0) result->sensors.back().held_out = held_out[c];
   }

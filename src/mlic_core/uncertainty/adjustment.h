@@ -70,6 +70,7 @@ struct CovarianceScale {
   double correlation = 1.0;  // of variances, for errors that points share
   Inflation inflation;
   std::vector<StampErrors> stamps;  // of each LiDAR, then of each camera; empty before
+  std::vector<double> offsets;      // m, of each LiDAR's ranges (ApparentOffsets); empty before
   // Of each drive, empty before; the last solve's sigmas of the IMU contain it already.
   std::vector<ImuMeanExcess> imu;
 };

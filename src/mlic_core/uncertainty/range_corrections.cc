@@ -17,11 +17,9 @@ namespace {
 constexpr double kFarFromZero = 3.0;
 constexpr double kFlatness = 1e-3;  // m, of what counts as flat; from: guard, walls and their returns
 constexpr double kMoves = 0.1;      // of a sigma; from: guard, rounds end where less moves
-// Larger errors are no LiDAR's, but a trajectory's that is wrong, or foliage's, whose depths go with its
-// brightness: m; m for each power of ten. from: standard, the accuracy that data sheets of LiDARs claim is 1
-// to 3 cm
-constexpr double kLargestOffset = 0.1;
-constexpr double kLargestWalk = 0.03;
+// Larger errors are not corrected: m, and m for each power of ten; the latter are foliage's, whose depths go
+// with its brightness. from: standard, the accuracy that data sheets of LiDARs claim is 1 to 3 cm
+constexpr double kLargestError = 0.03;
 // What walks may err by where nothing shows it, m for each power of ten. from: standard, as the largest
 constexpr double kUsualError = 0.01;
 // Of a walk, where intensities are not quite what the receiver sees, as they fall off with the range in part.
@@ -33,16 +31,17 @@ double SigmaOf(const RangeErrors& errors, std::size_t lidar, RangeParameter para
   return std::sqrt(correlation * errors.covariance(at, at));
 }
 
-// Whether points that meet planes steeply and others show one and the same offset. parts: by incidence.
-bool OffsetIsConfirmed(const RangeErrors& parts, std::size_t lidar, double correlation) {
+// The offset that points which meet planes steeply and others both show, or 0. parts: by incidence.
+double ConfirmedOffset(const RangeErrors& parts, std::size_t lidar, double correlation) {
   const Eigen::Vector2d both(parts.steps[lidar][kRangeOffset], parts.steps[lidar][kRangeSlope]);
-  if (std::abs(both[0] - both[1]) >= both.cwiseAbs().minCoeff()) return false;
+  if (std::abs(both[0] - both[1]) >= both.cwiseAbs().minCoeff()) return 0.0;
   const Eigen::Index begin = RangeErrors::Of(lidar, kRangeOffset);
   static_assert(kRangeSlope == kRangeOffset + 1);
   const Eigen::Matrix2d covariance = correlation * parts.covariance.block<2, 2>(begin, begin);
   const Eigen::Vector2d weights = SolveSymmetric(covariance, Eigen::Vector2d::Ones());
-  const double size = std::abs(weights.dot(both) / weights.sum());
-  return size < kLargestOffset && size > kFarFromZero * std::hypot(std::sqrt(1.0 / weights.sum()), kFlatness);
+  const double offset = weights.dot(both) / weights.sum();
+  const double sigma = std::hypot(std::sqrt(1.0 / weights.sum()), kFlatness);
+  return std::abs(offset) > kFarFromZero * sigma ? offset : 0.0;
 }
 
 bool HasOffset(const CalibrationState& state, std::size_t lidar) {
@@ -90,7 +89,8 @@ bool WalksDiffer(const JointProblem& problem, const CalibrationState& state, dou
       const Eigen::MatrixXd& C = found->covariance;
       const double variance = correlation * (C(at_a, at_a) + C(at_b, at_b) - 2.0 * C(at_a, at_b));
       const double difference = std::abs(found->steps[a][kRangeWalk] - found->steps[b][kRangeWalk]);
-      if (difference < kLargestWalk && difference > kFarFromZero * std::hypot(std::sqrt(variance), kFlatness))
+      if (difference < kLargestError &&
+          difference > kFarFromZero * std::hypot(std::sqrt(variance), kFlatness))
         return true;
     }
   }
@@ -156,7 +156,8 @@ bool CorrectRanges(const JointProblem& problem, double correlation, CalibrationS
   const auto parts = MeasureAll(problem, *state, RangeModel::kByIncidence, {true, true, walks, true});
   if (!parts) return false;
   for (std::size_t l = 0; l < offsets.size(); ++l) {
-    if (OffsetIsConfirmed(*parts, l, correlation)) offsets[l] = true;
+    const double offset = ConfirmedOffset(*parts, l, correlation);
+    if (offset != 0.0 && std::abs(offset) < kLargestError) offsets[l] = true;
   }
   const std::vector<FreeRanges> free = FreeOfCorrected(*state, walks, offsets);
   const auto found = MeasureRangeErrors(problem, *state, RangeModel::kWhole, free);
@@ -173,6 +174,20 @@ bool CorrectRanges(const JointProblem& problem, double correlation, CalibrationS
     if (walks) ranges.reference = found->references[l];
   }
   return moved;
+}
+
+std::vector<double> ApparentOffsets(const JointProblem& problem, const CalibrationState& state,
+                                    double correlation) {
+  std::vector<double> offsets;
+  for (std::size_t l = 0; l < state.lidars.size(); ++l) {
+    offsets.push_back(l < state.ranges.size() ? state.ranges[l].offset : 0.0);
+  }
+  const bool walks = AnyWalkCorrected(state);
+  const auto parts = MeasureAll(problem, state, RangeModel::kByIncidence, {true, true, walks, true});
+  for (std::size_t l = 0; parts && l < offsets.size(); ++l) {
+    offsets[l] += ConfirmedOffset(*parts, l, correlation);
+  }
+  return offsets;
 }
 
 Eigen::MatrixXd ScatterOfRanges(const JointProblem& problem, const CalibrationState& state,

@@ -1,11 +1,16 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 #include "mlic_core/problem/joint_problem.h"
 #include "mlic_core/problem/state.h"
 
 namespace mlic {
+
+// m; larger errors of all ranges are no LiDAR's, but a trajectory's that is wrong, or foliage's. from: guard,
+// three times what data sheets of LiDARs claim at worst
+constexpr double kLargestRangeOffset = 0.1;
 
 // Whether the state corrects the ranges of any LiDAR.
 bool AnyRangeCorrected(const CalibrationState& state);
@@ -17,6 +22,11 @@ bool AnyRangeCorrected(const CalibrationState& state);
 // more than three sigmas; what planes themselves have of it is common to all. correlation: of the residuals
 // (CorrelationFactor). True if it changed any by a tenth of a sigma.
 bool CorrectRanges(const JointProblem& problem, double correlation, CalibrationState* state);
+
+// m, of each LiDAR: what is added to its ranges, and what it seems to need beyond, as far as that is
+// confirmed as above. More than LiDARs err by shows that something else is wrong.
+std::vector<double> ApparentOffsets(const JointProblem& problem, const CalibrationState& state,
+                                    double correlation);
 
 // What adds to the scatter of the gradient (ScatterOfPoints): the corrections' own errors; what uncorrected
 // ranges may err by for all that the data say; and what points on level planes err by beyond three sigmas,

@@ -109,7 +109,7 @@ class WallsAround : public testing::Test {
 };
 
 TEST_F(WallsAround, OffsetIsFoundBesideThePlanesThatFollowIt) {
-  constexpr double kError = 0.03;  // m, too long
+  constexpr double kError = 0.02;  // m, too long
   AddWalls(kError, kError, kError);
   const auto found = MeasureRangeErrors(problem_, state_, RangeModel::kWhole, {{true, false, false, false}});
   ASSERT_TRUE(found);
@@ -128,6 +128,13 @@ TEST_F(WallsAround, RangesThatAreRightStay) {
   AddWalls(0.0, 0.0, 0.0);
   EXPECT_FALSE(CorrectRanges(problem_, 1.0, &state_));
   EXPECT_EQ(state_.ranges[0].offset, 0.0);
+}
+
+TEST_F(WallsAround, OffsetsBeyondWhatLidarsErrByAreSaidAndNotCorrected) {
+  AddWalls(0.2, 0.2, 0.2);
+  EXPECT_FALSE(CorrectRanges(problem_, 1.0, &state_));
+  EXPECT_EQ(state_.ranges[0].offset, 0.0);
+  EXPECT_NEAR(ApparentOffsets(problem_, state_, 1.0).at(0), -0.2, 0.02);
 }
 
 // As of wide beams, and of foliage.
