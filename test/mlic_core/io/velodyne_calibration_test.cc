@@ -38,7 +38,8 @@ class VelodyneCalibration : public testing::Test {
 };
 
 TEST_F(VelodyneCalibration, CorrectionsAreAddedToTheLasersThatTheDriverCallsTheRings) {
-  const YAML::Node file = YAML::Load(Merged(kFile, {0.01, 0.1, {{1, 0.004, 0.002}, {2, 0.0, -0.003}}}));
+  const YAML::Node file =
+      YAML::Load(Merged(kFile, {0.01, 0.1, 0.0, 0.0, {{1, 0.004, 0.002}, {2, 0.0, -0.003}}}));
   const auto number = [&](int laser, const char* key) { return file["lasers"][laser][key].as<double>(); };
   const double lowest = -0.2617993877991494;
   EXPECT_NEAR(number(0, "dist_correction"), 0.01 + 0.1 * lowest, 1e-9);
@@ -52,7 +53,7 @@ TEST_F(VelodyneCalibration, CorrectionsAreAddedToTheLasersThatTheDriverCallsTheR
 }
 
 TEST_F(VelodyneCalibration, AllElseStaysAsItIs) {
-  const std::string merged = Merged(kFile, {0.0, 0.0, {{2, 0.0, 0.05}}});
+  const std::string merged = Merged(kFile, {0.0, 0.0, 0.0, 0.0, {{2, 0.0, 0.05}}});
   std::string expected = kFile;
   const std::string before = "vert_correction: 0.1}";
   expected.replace(expected.find(before), before.size(), "vert_correction: 0.150000000}");
@@ -60,9 +61,10 @@ TEST_F(VelodyneCalibration, AllElseStaysAsItIs) {
 }
 
 TEST_F(VelodyneCalibration, CountOnceAndOnlyInAFileThatHasTheRings) {
-  const PointCorrections corrections{0.01, 0.0, {}};
+  const PointCorrections corrections{0.01, 0.0, 0.0, 0.0, {}};
   EXPECT_TRUE(Contains(ErrorOf(Merged(kFile, corrections), corrections), "already"));
-  EXPECT_TRUE(Contains(ErrorOf(kFile, {0.0, 0.0, {{3, 0.01, 0.0}}}), "lasers: has 3 lasers, and ring 3"));
+  EXPECT_TRUE(
+      Contains(ErrorOf(kFile, {0.0, 0.0, 0.0, 0.0, {{3, 0.01, 0.0}}}), "lasers: has 3 lasers, and ring 3"));
   EXPECT_TRUE(Contains(ErrorOf("rings: []\n", corrections), "key 'lasers' is missing"));
   EXPECT_TRUE(
       Contains(ErrorOf("lasers:\n- {vert_correction: 0.1}\n", corrections), "'dist_correction' is missing"));
