@@ -51,6 +51,7 @@ void BeginRounds(Landmarks landmarks, Adjustment* adjustment) {
   adjustment->rounds.matrices_judged = false;
   adjustment->rounds.biases_judged = false;
   adjustment->rounds.ranges_measured = false;
+  adjustment->rounds.walks_dropped = false;
   if (landmarks != Landmarks::kTracksAndMap) return;
   adjustment->map.cameras_before = adjustment->state.cameras;
   adjustment->map.noise.assign(adjustment->state.cameras.size(), kLeastMatchNoise);
@@ -176,7 +177,9 @@ bool ReviewRanges(Adjustment* adjustment) {
                                         &adjustment->uncorrected, &adjustment->state);
   if (adjustment->rounds.ranges_measured && !AnyRangeCorrected(adjustment->state)) return rings_moved;
   adjustment->rounds.ranges_measured = true;
-  return CorrectRanges(adjustment->problem, correlation, &adjustment->state) || rings_moved;
+  return CorrectRanges(adjustment->problem, correlation, &adjustment->rounds.walks_dropped,
+                       &adjustment->state) ||
+         rings_moved;
 }
 
 // True if the next round takes more points of each scan.

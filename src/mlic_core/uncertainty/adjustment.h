@@ -58,6 +58,7 @@ struct JointRounds {
   bool biases_judged = false;       // whether the IMU's biases wander
   bool noise_measured = false;      // Adjustment::noise_information is of these rounds
   bool ranges_measured = false;     // whether LiDARs' ranges err together (CorrectRanges)
+  bool walks_dropped = false;       // walks of LiDARs grew beyond what these err by, and count as none
   // By how many of its sigmas the last round moved the calibration where rounds were over before it was
   // settled, else 0: part of the sigmas.
   double unsettled = 0.0;

@@ -53,6 +53,11 @@ bool AnyWalkCorrected(const CalibrationState& state) {
                      [](const RangeCorrection& ranges) { return ranges.walk != 0.0; });
 }
 
+bool AnyWalkTooLarge(const CalibrationState& state) {
+  return std::any_of(state.ranges.begin(), state.ranges.end(),
+                     [](const RangeCorrection& ranges) { return std::abs(ranges.walk) > kLargestError; });
+}
+
 // What is found of LiDARs whose ranges are corrected.
 std::vector<FreeRanges> FreeOfCorrected(const CalibrationState& state, bool walks,
                                         const std::vector<bool>& offsets) {
@@ -140,6 +145,18 @@ Eigen::MatrixXd DoubtOfWalks(const JointProblem& problem, const CalibrationState
   return doubt;
 }
 
+// Takes those off the offsets that are larger than LiDARs err by. True if there are any.
+bool DropLargeOffsets(const RangeErrors& found, const CalibrationState& state, std::vector<bool>* offsets) {
+  bool any = false;
+  for (std::size_t l = 0; l < offsets->size(); ++l) {
+    const double offset = state.ranges[l].offset + found.steps[l][kRangeOffset];
+    if (!(*offsets)[l] || std::abs(offset) < kLargestError) continue;
+    (*offsets)[l] = false;
+    any = true;
+  }
+  return any;
+}
+
 }  // namespace
 
 bool AnyRangeCorrected(const CalibrationState& state) {
@@ -149,20 +166,36 @@ bool AnyRangeCorrected(const CalibrationState& state) {
   return false;
 }
 
-bool CorrectRanges(const JointProblem& problem, double correlation, CalibrationState* state) {
+bool CorrectRanges(const JointProblem& problem, double correlation, bool* walks_dropped,
+                   CalibrationState* state) {
   state->ranges.resize(state->lidars.size());
-  const bool walks = AnyWalkCorrected(*state) || WalksDiffer(problem, *state, correlation);
+  if (AnyWalkTooLarge(*state)) {
+    *walks_dropped = true;
+    state->ranges.assign(state->lidars.size(), {});
+    return true;
+  }
+  const bool walks =
+      !*walks_dropped && (AnyWalkCorrected(*state) || WalksDiffer(problem, *state, correlation));
   std::vector<bool> offsets = WhichHaveOffsets(*state);
   const auto parts = MeasureAll(problem, *state, RangeModel::kByIncidence, {true, true, walks, true});
   if (!parts) return false;
   for (std::size_t l = 0; l < offsets.size(); ++l) {
-    const double offset = ConfirmedOffset(*parts, l, correlation);
-    if (offset != 0.0 && std::abs(offset) < kLargestError) offsets[l] = true;
+    if (ConfirmedOffset(*parts, l, correlation) != 0.0) offsets[l] = true;
   }
-  const std::vector<FreeRanges> free = FreeOfCorrected(*state, walks, offsets);
-  const auto found = MeasureRangeErrors(problem, *state, RangeModel::kWhole, free);
+  std::vector<FreeRanges> free = FreeOfCorrected(*state, walks, offsets);
+  auto found = MeasureRangeErrors(problem, *state, RangeModel::kWhole, free);
   if (!found) return false;
   bool moved = false;
+  if (!walks && DropLargeOffsets(*found, *state, &offsets)) {
+    for (std::size_t l = 0; l < offsets.size(); ++l) {
+      if (offsets[l] || !HasOffset(*state, l)) continue;
+      state->ranges[l] = {};
+      moved = true;
+    }
+    free = FreeOfCorrected(*state, walks, offsets);
+    found = MeasureRangeErrors(problem, *state, RangeModel::kWhole, free);
+    if (!found) return moved;
+  }
   for (std::size_t l = 0; l < free.size(); ++l) {
     for (const RangeParameter p : {kRangeOffset, kRangeSlope, kRangeWalk}) {
       moved |= free[l][p] && std::abs(found->steps[l][p]) > kMoves * SigmaOf(*found, l, p, correlation);

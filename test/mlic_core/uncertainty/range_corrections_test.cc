@@ -106,6 +106,7 @@ class WallsAround : public testing::Test {
   Dataset dataset_;
   JointProblem problem_;
   CalibrationState state_;
+  bool walks_dropped_ = false;
 };
 
 TEST_F(WallsAround, OffsetIsFoundBesideThePlanesThatFollowIt) {
@@ -117,7 +118,7 @@ TEST_F(WallsAround, OffsetIsFoundBesideThePlanesThatFollowIt) {
   EXPECT_LT(sigma, 0.1 * kError);  // with planes and place as they were, 0.0001 m
   EXPECT_NEAR(found->steps[0][0], -kError, 4.0 * sigma);
   EXPECT_EQ(found->covariance(kRangeSlope, kRangeSlope), 0.0);
-  ASSERT_TRUE(CorrectRanges(problem_, 1.0, &state_));
+  ASSERT_TRUE(CorrectRanges(problem_, 1.0, &walks_dropped_, &state_));
   EXPECT_NEAR(state_.ranges[0].offset, -kError, 4.0 * sigma);
   EXPECT_EQ(state_.ranges[0].slope, 0.0);
   const LidarPoint point{Eigen::Vector3f(3.0f, 0.0f, 4.0f)};
@@ -126,13 +127,13 @@ TEST_F(WallsAround, OffsetIsFoundBesideThePlanesThatFollowIt) {
 
 TEST_F(WallsAround, RangesThatAreRightStay) {
   AddWalls(0.0, 0.0, 0.0);
-  EXPECT_FALSE(CorrectRanges(problem_, 1.0, &state_));
+  EXPECT_FALSE(CorrectRanges(problem_, 1.0, &walks_dropped_, &state_));
   EXPECT_EQ(state_.ranges[0].offset, 0.0);
 }
 
 TEST_F(WallsAround, OffsetsBeyondWhatLidarsErrByAreSaidAndNotCorrected) {
   AddWalls(0.2, 0.2, 0.2);
-  EXPECT_FALSE(CorrectRanges(problem_, 1.0, &state_));
+  EXPECT_FALSE(CorrectRanges(problem_, 1.0, &walks_dropped_, &state_));
   EXPECT_EQ(state_.ranges[0].offset, 0.0);
   EXPECT_NEAR(ApparentOffsets(problem_, state_, 1.0).at(0), -0.2, 0.02);
 }
@@ -140,13 +141,13 @@ TEST_F(WallsAround, OffsetsBeyondWhatLidarsErrByAreSaidAndNotCorrected) {
 // As of wide beams, and of foliage.
 TEST_F(WallsAround, ErrorsOfObliquePointsAreNoneOfTheRanges) {
   AddWalls(0.0, 0.03, 0.0);
-  EXPECT_FALSE(CorrectRanges(problem_, 1.0, &state_));
+  EXPECT_FALSE(CorrectRanges(problem_, 1.0, &walks_dropped_, &state_));
   EXPECT_EQ(state_.ranges[0].offset, 0.0);
 }
 
 TEST_F(WallsAround, ErrorsOfRoughGroundAreNoneOfTheRanges) {
   AddWalls(0.0, 0.0, 0.03);
-  EXPECT_FALSE(CorrectRanges(problem_, 1.0, &state_));
+  EXPECT_FALSE(CorrectRanges(problem_, 1.0, &walks_dropped_, &state_));
   EXPECT_EQ(state_.ranges[0].offset, 0.0);
 }
 
@@ -171,7 +172,7 @@ TEST_F(WallsAround, LevelPlanesWithoutErrorsAddNoDoubt) {
 
 TEST_F(WallsAround, WalkIsFoundWhereLidarsDiffer) {
   AddPaintedWalls({0.0, 0.02}, 0.0);
-  ASSERT_TRUE(CorrectRanges(problem_, 1.0, &state_));
+  ASSERT_TRUE(CorrectRanges(problem_, 1.0, &walks_dropped_, &state_));
   EXPECT_NEAR(state_.ranges[1].walk - state_.ranges[0].walk, 0.02, 0.002);
   EXPECT_NEAR(state_.ranges[0].walk, 0.0, 0.004) << "what both share is hardly told from the walls' relief";
   LidarPoint point{Eigen::Vector3f(3.0f, 0.0f, 4.0f)};
@@ -186,14 +187,25 @@ TEST_F(WallsAround, WalkIsFoundWhereLidarsDiffer) {
 
 TEST_F(WallsAround, DarkPatchesThatLieDeeperAreNoWalk) {
   AddPaintedWalls({0.0, 0.0}, 0.01);
-  EXPECT_FALSE(CorrectRanges(problem_, 1.0, &state_));
+  EXPECT_FALSE(CorrectRanges(problem_, 1.0, &walks_dropped_, &state_));
   EXPECT_EQ(state_.ranges[0].walk, 0.0);
+}
+
+TEST_F(WallsAround, WalksThatGrowTooLargeAreDropped) {
+  AddPaintedWalls({0.0, 0.02}, 0.0);
+  ASSERT_TRUE(CorrectRanges(problem_, 1.0, &walks_dropped_, &state_));
+  state_.ranges[1].walk = 0.04;
+  EXPECT_TRUE(CorrectRanges(problem_, 1.0, &walks_dropped_, &state_));
+  EXPECT_TRUE(walks_dropped_);
+  CorrectRanges(problem_, 1.0, &walks_dropped_, &state_);
+  EXPECT_EQ(state_.ranges[0].walk, 0.0);
+  EXPECT_EQ(state_.ranges[1].walk, 0.0);
 }
 
 // They pass for a walk of all LiDARs together in part, by an amount that is not known.
 TEST_F(WallsAround, DarkPatchesThatLieDeeperAreDoubtOfWalks) {
   AddPaintedWalls({0.0, 0.02}, 0.0);
-  ASSERT_TRUE(CorrectRanges(problem_, 1.0, &state_));
+  ASSERT_TRUE(CorrectRanges(problem_, 1.0, &walks_dropped_, &state_));
   const double before = ScatterOfRanges(problem_, state_, 1.0).norm();
   for (PlaneObservation& o : problem_.drives[0].planes.observations) {
     const bool dark = o.intensity < 110.0 * kReflectances[0] * o.cos_incidence;

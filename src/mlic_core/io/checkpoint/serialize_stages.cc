@@ -137,9 +137,10 @@ auto Members(Adjustment& adjustment) {
       adjustment.rounds.landmarks, adjustment.rounds.done, adjustment.rounds.points_per_scan,
       adjustment.rounds.alignment_tried, adjustment.rounds.noise_measured, adjustment.rounds.clocks_freed,
       adjustment.rounds.matrices_judged, adjustment.rounds.biases_judged, adjustment.rounds.ranges_measured,
-      adjustment.rounds.history, adjustment.alignment_covariance, adjustment.noise_information,
-      adjustment.problem.imu.alignment_held, adjustment.problem.imu.gravity_sigma,
-      adjustment.problem.imu.matrix_sigma, adjustment.problem.estimate_imu_matrices, adjustment.lines);
+      adjustment.rounds.walks_dropped, adjustment.rounds.history, adjustment.alignment_covariance,
+      adjustment.noise_information, adjustment.problem.imu.alignment_held,
+      adjustment.problem.imu.gravity_sigma, adjustment.problem.imu.matrix_sigma,
+      adjustment.problem.estimate_imu_matrices, adjustment.lines);
 }
 
 template <>
