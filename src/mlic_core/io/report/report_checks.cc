@@ -84,6 +84,8 @@ std::string MeaningOf(const std::string& check) {
       {"excitation_time_offset", "sigma of the time offset from the data alone"},
       {"agreement_with_guess", "distance from the rig file's guess, in the guess's sigmas"},
       {"stamps", "time errors of scans or images beyond their noise"},
+      {"ranges", "what all ranges of the LiDAR seem to err by"},
+      {"lens_reach", "how far towards the image's corners the lens model holds"},
       {"whiteness", "what the residuals of one sixtieth of the drive have in common"},
       {"halves", "by how much two parts of the drive, calibrated apart, differ"},
       {"coverage_image", "share of the image in which landmarks are seen"},
