@@ -8,6 +8,7 @@
 #include "mlic_core/common/random.h"
 #include "mlic_core/problem/joint_solver.h"
 #include "mlic_core/problem/layout.h"
+#include "support/lidars_at_rest.h"
 
 namespace mlic {
 namespace {
@@ -20,25 +21,7 @@ constexpr double kSigma = 0.01;      // m
 // and second share an error with `correlation` of the variance; on the others errors are white.
 class TwoLidars : public testing::Test {
  protected:
-  TwoLidars() {
-    const UniformKnots knots = UniformKnots::Covering(-0.5, kSeconds + 0.5, 0.5);
-    DriveState drive;
-    drive.trajectory.rotation =
-        So3Spline(knots, std::vector<Eigen::Quaterniond>(knots.count, Eigen::Quaterniond::Identity()));
-    drive.trajectory.position =
-        PositionSpline(knots, std::vector<Eigen::Vector3d>(knots.count, Eigen::Vector3d::Zero()));
-    state_.drives = {drive};
-    state_.lidars.resize(2);
-    dataset_.drives.resize(1);
-    for (int i = 0; i < 50 * kSeconds; ++i) {
-      dataset_.drives[0].imu.push_back({i / 50.0, Eigen::Vector3d::Zero(), -state_.Gravity()});
-    }
-    problem_.dataset = &dataset_;
-    problem_.drives.resize(1);
-    problem_.drives[0].imu_sigma.usual = {Eigen::Vector3d::Constant(1e-4), Eigen::Vector3d::Constant(3e-4)};
-    problem_.drives[0].planes.begin = {0};
-    problem_.lidars.resize(2);
-  }
+  TwoLidars() { PlaceAtRest(kSeconds, 2, &dataset_, &problem_, &state_); }
 
   void AddPlane(int axis, double correlation) {
     PlaneAssociation& planes = problem_.drives[0].planes;

@@ -9,6 +9,7 @@
 #include "mlic_core/common/random.h"
 #include "mlic_core/problem/joint_solver.h"
 #include "mlic_core/uncertainty/range_errors.h"
+#include "support/lidars_at_rest.h"
 
 namespace mlic {
 namespace {
@@ -21,50 +22,16 @@ constexpr double kReflectances[] = {0.05, 0.25, 0.6};
 // A LiDAR at rest that sees two walls and a ceiling at right angles with a view of 100 deg towards each.
 class WallsAround : public testing::Test {
  protected:
-  WallsAround() {
-    const UniformKnots knots = UniformKnots::Covering(-0.5, kSeconds + 0.5, 0.5);
-    DriveState drive;
-    drive.trajectory.rotation =
-        So3Spline(knots, std::vector<Eigen::Quaterniond>(knots.count, Eigen::Quaterniond::Identity()));
-    drive.trajectory.position =
-        PositionSpline(knots, std::vector<Eigen::Vector3d>(knots.count, Eigen::Vector3d::Zero()));
-    state_.drives = {drive};
-    state_.lidars.resize(1);
-    dataset_.drives.resize(1);
-    for (int i = 0; i < 50 * kSeconds; ++i) {
-      dataset_.drives[0].imu.push_back({i / 50.0, Eigen::Vector3d::Zero(), -state_.Gravity()});
-    }
-    problem_.dataset = &dataset_;
-    problem_.drives.resize(1);
-    problem_.drives[0].imu_sigma.usual = {Eigen::Vector3d::Constant(1e-4), Eigen::Vector3d::Constant(3e-4)};
-    problem_.lidars.resize(1);
-    problem_.drives[0].planes.begin = {0};
-  }
+  WallsAround() { PlaceAtRest(kSeconds, 1, &dataset_, &problem_, &state_); }
 
   // m: of points that meet a wall at less than 45 deg, of others on walls, of those on the ceiling.
   void AddWalls(double steep_error, double oblique_error, double level_error) {
-    PlaneAssociation& planes = problem_.drives[0].planes;
     Random random(7);
     for (int axis = 0; axis < 3; ++axis) {
-      MapPlane plane;
-      plane.plane = {-Eigen::Vector3d::Unit(axis), -5.0};
-      plane.center = 5.0 * Eigen::Vector3d::Unit(axis);
-      planes.planes.push_back(plane);
-      for (int k = 0; k < kSeconds * kPoints; ++k) {
-        Eigen::Vector3d point;
-        point[axis] = 5.0;
-        point[(axis + 1) % 3] = random.Uniform(-6.0, 6.0);
-        point[(axis + 2) % 3] = random.Uniform(-6.0, 6.0);
-        const double cosine = 5.0 / point.norm();
-        const double error = axis == 2                     ? level_error
-                             : 2.0 * cosine * cosine > 1.0 ? steep_error
-                                                           : oblique_error;
-        point *= 1.0 + (error + kSigma * random.Normal()) / point.norm();
-        planes.observations.push_back({point.cast<float>(), static_cast<float>(kSigma),
-                                       static_cast<float>(cosine), 0.0f, 0, 0,
-                                       kSeconds * k / (1.0 * kSeconds * kPoints)});
-      }
-      planes.begin.push_back(planes.observations.size());
+      AddPlane(axis);
+      AddPoints(axis, 0, &random, [&](const Eigen::Vector3d&, double cosine) -> Echo {
+        return {axis == 2 ? level_error : 2.0 * cosine * cosine > 1.0 ? steep_error : oblique_error, 0.0};
+      });
     }
     SolveJointProblem(problem_, 5, CancellationToken(), &state_);
   }
@@ -72,37 +39,58 @@ class WallsAround : public testing::Test {
   // The same walls, patches of them bright, grey and dark, seen by a LiDAR for each walk (m for each power of
   // ten). relief: m, by which dark patches lie deeper.
   void AddPaintedWalls(const std::vector<double>& walks, double relief) {
-    PlaneAssociation& planes = problem_.drives[0].planes;
     state_.lidars.resize(walks.size());
     problem_.lidars.resize(walks.size());
     Random random(8);
     for (int axis = 0; axis < 3; ++axis) {
-      MapPlane plane;
-      plane.plane = {-Eigen::Vector3d::Unit(axis), -5.0};
-      plane.center = 5.0 * Eigen::Vector3d::Unit(axis);
-      planes.planes.push_back(plane);
+      AddPlane(axis);
       for (std::size_t l = 0; l < walks.size(); ++l) {
-        for (int k = 0; k < kSeconds * kPoints; ++k) {
-          Eigen::Vector3d point;
-          point[axis] = 5.0;
-          point[(axis + 1) % 3] = random.Uniform(-6.0, 6.0);
-          point[(axis + 2) % 3] = random.Uniform(-6.0, 6.0);
-          const double cosine = 5.0 / point.norm();
+        AddPoints(axis, l, &random, [&](const Eigen::Vector3d& point, double cosine) -> Echo {
           const int paint = (static_cast<int>(std::floor(point.sum())) % 3 + 3) % 3;
           const double strength = kReflectances[paint] * cosine;
-          const double error = (paint == 0 ? relief / cosine : 0.0) - walks[l] * std::log10(strength);
-          point *= 1.0 + (error + kSigma * random.Normal()) / point.norm();
-          planes.observations.push_back({point.cast<float>(), static_cast<float>(kSigma),
-                                         static_cast<float>(cosine), static_cast<float>(100.0 * strength),
-                                         static_cast<std::int32_t>(l), 0,
-                                         kSeconds * k / (1.0 * kSeconds * kPoints)});
-        }
+          return {(paint == 0 ? relief / cosine : 0.0) - walks[l] * std::log10(strength), 100.0 * strength};
+        });
       }
-      planes.begin.push_back(planes.observations.size());
     }
     SolveJointProblem(problem_, 5, CancellationToken(), &state_);
   }
 
+ private:
+  struct Echo {
+    double error;  // of the range, m
+    double intensity;
+  };
+
+  void AddPlane(int axis) {
+    PlaneAssociation& planes = problem_.drives[0].planes;
+    MapPlane plane;
+    plane.plane = {-Eigen::Vector3d::Unit(axis), -5.0};
+    plane.center = 5.0 * Eigen::Vector3d::Unit(axis);
+    planes.planes.push_back(plane);
+    planes.begin.push_back(planes.observations.size());
+  }
+
+  // On the last plane. echo_of: a point and the cosine of its incidence.
+  template <typename EchoOf>
+  void AddPoints(int axis, std::size_t lidar, Random* random, const EchoOf& echo_of) {
+    PlaneAssociation& planes = problem_.drives[0].planes;
+    for (int k = 0; k < kSeconds * kPoints; ++k) {
+      Eigen::Vector3d point;
+      point[axis] = 5.0;
+      point[(axis + 1) % 3] = random->Uniform(-6.0, 6.0);
+      point[(axis + 2) % 3] = random->Uniform(-6.0, 6.0);
+      const double cosine = 5.0 / point.norm();
+      const Echo echo = echo_of(point, cosine);
+      point *= 1.0 + (echo.error + kSigma * random->Normal()) / point.norm();
+      planes.observations.push_back({point.cast<float>(), static_cast<float>(kSigma),
+                                     static_cast<float>(cosine), static_cast<float>(echo.intensity),
+                                     static_cast<std::int32_t>(lidar), 0,
+                                     kSeconds * k / (1.0 * kSeconds * kPoints)});
+    }
+    planes.begin.back() = planes.observations.size();
+  }
+
+ protected:
   Dataset dataset_;
   JointProblem problem_;
   CalibrationState state_;
