@@ -5,13 +5,12 @@
 #include <cstdio>
 #include <optional>
 
-#include "mlic_core/association/landmark_noise.h"
 #include "mlic_core/common/angles.h"
 #include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/initialization/guess_check.h"
-#include "mlic_core/sensors/lens_reach.h"
 #include "mlic_core/sensors/observability_limits.h"
 #include "mlic_core/sensors/sensor_frames.h"
+#include "mlic_core/summary/camera_checks.h"
 #include "mlic_core/summary/imu_verdict.h"
 #include "mlic_core/uncertainty/range_corrections.h"
 #include "mlic_core/uncertainty/split_halves.h"
@@ -257,78 +256,6 @@ void AddImuAgreement(const Judged& judged, std::vector<QualityCheck>* checks) {
   checks->push_back(check);
 }
 
-// Terms of the rational model that hardly differ may cancel where landmarks are seen and leave a pole where
-// there are none. Other models may end within the image, as wide lenses do.
-void AddLensReach(const std::string& name, const CameraIntrinsics& lens, std::vector<QualityCheck>* checks) {
-  if (lens.model != CameraModel::kRationalPolynomial) return;
-  QualityCheck check;
-  check.name = "lens_reach";
-  check.sensor = name;
-  check.value = ReachOfLens(lens);
-  check.limit = 1.0;
-  check.bound = Bound::kLeast;
-  check.unit = "of the way to the image's corners";
-  check.failure = name + ": its lens model folds over within the image, where nothing shows the lens";
-  check.remedy = "record with structure in the corners of its image, or take a model of fewer terms";
-  checks->push_back(check);
-}
-
-// Where the camera sees landmarks, and what the LiDAR map says of it.
-void AddCamera(const Judged& judged, std::size_t c, std::vector<QualityCheck>* checks) {
-  const std::string& name = judged.rig.cameras[c].name;
-  QualityCheck check;
-  check.sensor = name;
-  check.bound = Bound::kLeast;
-  for (const ResidualSummary& residual : judged.residuals) {
-    const std::vector<int>& counts = residual.over_image.counts;
-    if (residual.sensor != name || counts.empty()) continue;
-    const auto covered = std::count_if(counts.begin(), counts.end(), [](int count) { return count > 0; });
-    check.name = "coverage_image";
-    check.value = static_cast<double>(covered) / static_cast<double>(counts.size());
-    check.limit = 0.5;
-    check.unit = "of the image";
-    check.failure = name + ": landmarks cover little of its image; the lens is not shown elsewhere";
-    check.remedy = "record where structure fills the image, and turn so that it crosses all of it";
-    checks->push_back(check);
-  }
-  check.name = "reprojection_spread";
-  check.bound = Bound::kMost;
-  check.value = judged.adjustment.cameras.landmark_options.noise[c].spread;
-  check.limit = kLargestSpread;
-  check.unit = "of the noise of its features";
-  check.refuses = true;
-  check.failure = name + ": its landmarks do not project where it sees them";
-  check.remedy = "check its lens model, shutter and stamps";
-  checks->push_back(check);
-  check.refuses = false;
-  check.bound = Bound::kLeast;
-  if (judged.adjustment.rounds.landmarks != Landmarks::kTracksAndMap) return;
-  std::size_t matches = 0;
-  for (const DriveTerms& drive : judged.adjustment.problem.drives) {
-    const LandmarkSet& set = drive.landmarks;
-    for (std::size_t p = 0; p < set.points.size(); ++p) {
-      if (set.IsOnMap(p) && set.observations[set.begin[p]].camera == static_cast<int>(c)) ++matches;
-    }
-  }
-  check.name = "map_matches";
-  check.value = static_cast<double>(matches);
-  check.limit = 1.0;
-  check.unit = "matches";
-  check.failure = name + ": its photos do not match the LiDAR map; its result rests on image tracks alone";
-  check.remedy = "record where camera and LiDARs see the same surfaces, in daylight";
-  checks->push_back(check);
-  const std::vector<HeldOutMatches>& held_out = judged.adjustment.map.held_out_errors;
-  if (c >= held_out.size() || held_out[c].count == 0) return;
-  check.name = "held_out_matches";
-  check.bound = Bound::kMost;
-  check.value = held_out[c].median;
-  check.limit = 3.0;  // twice what good calibrations leave of such matches (SPEC: 1.6 to 1.8 px)
-  check.unit = "px";
-  check.failure = name + ": places of the LiDAR map that no solve used lie off in its photos";
-  check.remedy = "check the lens model and the stamps of camera and LiDARs";
-  checks->push_back(check);
-}
-
 // Of LiDARs and cameras: whether residuals drift together over time.
 void AddWhiteness(const Judged& judged, const std::string& name, std::vector<QualityCheck>* checks) {
   for (const ResidualSummary& residual : judged.residuals) {
@@ -404,8 +331,9 @@ std::vector<QualityCheck> MakeChecks(const Rig& rig, const Dataset& dataset, con
       checks.push_back(CheckRanges(sensor.name, adjustment.scale.offsets[id.index]));
     }
     if (!id.IsLidar()) {
-      AddCamera(judged, id.index, &checks);
-      AddLensReach(sensor.name, adjustment.state.cameras[id.index].intrinsics, &checks);
+      const std::vector<QualityCheck> of_camera =
+          MakeCameraChecks(sensor.name, id.index, adjustment, residuals);
+      checks.insert(checks.end(), of_camera.begin(), of_camera.end());
     }
   }
   if (!adjustment.state.lidars.empty()) AddPlanes(judged, taking_part, &checks);

@@ -7,11 +7,11 @@
 #include <cstdio>
 
 #include "mlic_core/common/error.h"
-#include "mlic_core/common/order_statistics.h"
 #include "mlic_core/initialization/guess_check.h"
 #include "mlic_core/initialization/loose_lidars.h"
 #include "mlic_core/problem/layout.h"
 #include "mlic_core/sensors/observability_limits.h"
+#include "mlic_core/summary/camera_result.h"
 #include "mlic_core/summary/camera_views.h"
 #include "mlic_core/summary/checks.h"
 #include "mlic_core/summary/ground.h"
@@ -20,7 +20,7 @@
 #include "mlic_core/summary/residual_summary.h"
 #include "mlic_core/summary/sigmas_in_use.h"
 #include "mlic_core/summary/snapshot.h"
-#include "mlic_core/uncertainty/alike_lenses.h"
+#include "mlic_core/summary/warnings.h"
 #include "mlic_core/uncertainty/clock_drift.h"
 
 namespace mlic {
@@ -76,41 +76,6 @@ SensorResult MakeSensor(const Sensor& sensor, const Shown& of_data, std::size_t 
   }
   result.unobservable = analysis.sensors[s].directions;
   return result;
-}
-
-// px: within how much of the lens's centre nearly all observations of the camera lie.
-double ReachOfLandmarks(const Adjustment& adjustment, std::size_t camera) {
-  constexpr double kNearlyAll = 0.95;  // from: definition
-  const std::vector<double>& lens = adjustment.state.cameras[camera].intrinsics.parameters;
-  const Eigen::Vector2d centre(lens[2], lens[3]);
-  std::vector<double> distances;
-  for (const DriveTerms& drive : adjustment.problem.drives) {
-    for (const LandmarkObservation& o : drive.landmarks.observations) {
-      if (o.camera == static_cast<int>(camera)) distances.push_back((o.pixel - centre).norm());
-    }
-  }
-  return Quantile(std::move(distances), kNearlyAll);
-}
-
-// Sigmas of single terms, where other terms make up for them.
-void AddAlikeLenses(const Adjustment& adjustment, std::size_t camera, SensorResult* result) {
-  const Eigen::VectorXd spread =
-      SpreadOfAlikeLenses(adjustment.state.cameras[camera].intrinsics, ReachOfLandmarks(adjustment, camera));
-  for (std::size_t i = 0; i < result->intrinsics_sigma.size(); ++i) {
-    double& sigma = result->intrinsics_sigma[i];
-    if (sigma > 0.0) sigma = std::hypot(sigma, spread[static_cast<Eigen::Index>(i)]);
-  }
-}
-
-void AddIntrinsics(const CameraCalibration& camera, const ObservabilityAnalysis::Intrinsics& analysis,
-                   SensorResult* result) {
-  result->type = SensorResult::Type::kCamera;
-  result->intrinsics = camera.intrinsics;
-  result->intrinsics_sigma = analysis.sigmas;
-  result->intrinsics_fixed = analysis.held;
-  if (!camera.rolling_shutter) return;
-  result->rolling_shutter_readout = camera.readout;
-  result->readout_sigma = analysis.readout_sigma;
 }
 
 PointCorrections CorrectionsOf(const CalibrationState& state, std::size_t lidar) {
@@ -182,53 +147,6 @@ bool DoesNotFit(const Adjustment& adjustment, std::size_t lidar) {
   constexpr double kExcess = 2.0;
   return adjustment.unaligned_lidars[lidar] && !adjustment.scale.stamps.empty() &&
          adjustment.scale.stamps[lidar].excess > kExcess;
-}
-
-// moved: by the last round of all that were allowed, in sigmas; 0 where the calibration stood still before.
-void WarnOfMovement(double moved, std::vector<std::string>* warnings) {
-  constexpr double kNotable = 0.5, kMost = 1.0;  // sigmas; from: definition, beyond that it is a reason
-  if (moved <= kNotable || moved > kMost) return;
-  char text[160];
-  std::snprintf(text, sizeof(text),
-                "the calibration has hardly converged: the last round moved it by %.2f of its sigma, which "
-                "the sigmas here include",
-                moved);
-  warnings->push_back(text);
-}
-
-// The offset is right for this drive alone.
-void WarnOfDrift(const SensorResult& sensor, std::vector<std::string>* warnings) {
-  constexpr double kShown = 3.0;  // sigmas; from: derivation, 0.3 % of normal errors lie beyond
-  if (std::abs(sensor.calibration.clock_drift.value_or(0.0)) <= kShown * sensor.drift_sigma) return;
-  char text[280];
-  if (sensor.type == SensorResult::Type::kCamera &&
-      std::abs(*sensor.calibration.clock_drift) >= kFastestCrystals) {
-    std::snprintf(
-        text, sizeof(text),
-        ": its time offset moves by %.0f us a second (sigma %.0f), faster than clocks do, as where auto "
-        "exposure moves the middle of the exposure; its sigma has what it moves by; hold the exposure",
-        1e6 * *sensor.calibration.clock_drift, 1e6 * sensor.drift_sigma);
-    warnings->push_back(sensor.name + text);
-    return;
-  }
-  std::snprintf(
-      text, sizeof(text),
-      ": its clock drifts by %.1f ppm (sigma %.1f) against the IMU's, so that its time offset holds in "
-      "the middle of the drive and moves by %.1f ms an hour; synchronise the clocks",
-      1e6 * *sensor.calibration.clock_drift, 1e6 * sensor.drift_sigma,
-      3.6e6 * *sensor.calibration.clock_drift);
-  warnings->push_back(sensor.name + text);
-}
-
-void WarnOfWander(const std::string& camera, double mean_square, std::vector<std::string>* warnings) {
-  if (mean_square == 0.0) return;
-  char text[240];
-  std::snprintf(
-      text, sizeof(text),
-      ": its stamps wander by %.2f ms (rms) about its time offset, as where auto exposure moves the "
-      "middle of the exposure; they were followed, and its sigma has it; hold the exposure",
-      1e3 * std::sqrt(mean_square));
-  warnings->push_back(camera + text);
 }
 
 // Failures that refuse reject the sensor that they concern, or are reasons against the whole; others are
