@@ -51,10 +51,11 @@ Vector3f LightOfMoving(const Lighting& lighting, const RayHit& hit) {
 
 }  // namespace
 
+// Of one instant.
 struct CameraRenderer::RowPose {
-  double time;  // s, IMU clock
   Eigen::Matrix3f R_map_camera;
   Vector3f origin;
+  MovingObjects::Instant moving;
 };
 
 CameraRenderer::CameraRenderer(const SimulatedCamera& camera, const World& world, const Lighting& lighting,
@@ -109,6 +110,7 @@ double CameraRenderer::MeteredLight(double time) const {
     const double instant = time - before;
     const RigidTransform T = trajectory_.PoseAt(instant) * camera_.calibration.T_imu_sensor;
     const Eigen::Matrix3f R = T.rotation.toRotationMatrix().cast<float>();
+    const MovingObjects::Instant moving = world_.moving().At(instant);
     for (int row = 0; row < kMeterRays; ++row) {
       RayPacket packet;
       const int v = (2 * row + 1) * camera_.intrinsics.height / (2 * kMeterRays);
@@ -128,7 +130,7 @@ double CameraRenderer::MeteredLight(double time) const {
       for (int lane = 0; lane < kMeterRays; ++lane) {
         if (packet.valid[lane] == 0) continue;
         float light[3];
-        Shade(packet, lane, instant, angle, light);
+        Shade(packet, lane, moving, angle, light);
         sum += 0.299 * light[0] + 0.587 * light[1] + 0.114 * light[2];
         ++count;
       }
@@ -160,24 +162,22 @@ std::vector<CameraRenderer::RowPose> CameraRenderer::PosesOf(const Exposure& exp
     const double shift = exposure.length * ((k + 0.5) / kShutterSamples - 0.5);
     const double time_of_pose = row_time + (exposure.length > 0.0 ? shift : 0.0);
     const RigidTransform T = trajectory_.PoseAt(time_of_pose) * camera_.calibration.T_imu_sensor;
-    poses.push_back({time_of_pose, T.rotation.toRotationMatrix().cast<float>(), T.translation.cast<float>()});
+    poses.push_back({T.rotation.toRotationMatrix().cast<float>(), T.translation.cast<float>(),
+                     world_.moving().At(time_of_pose)});
   }
   return poses;
 }
 
-void CameraRenderer::Shade(const RayPacket& packet, int lane, double time, float pixel_angle,
-                           float* light) const {
+void CameraRenderer::Shade(const RayPacket& packet, int lane, const MovingObjects::Instant& moving,
+                           float pixel_angle, float* light) const {
   const Vector3f direction(packet.direction[0][lane], packet.direction[1][lane], packet.direction[2][lane]);
   const float range = packet.range[lane];
   const Vector3f origin(packet.origin[0][lane], packet.origin[1][lane], packet.origin[2][lane]);
-  std::optional<RayHit> moving;
-  if (!world_.moving().IsEmpty()) {
-    moving = world_.moving().Cast(time, origin.cast<double>(), direction.cast<double>(),
-                                  std::min(range, kFarthest));
-  }
+  const std::optional<RayHit> in_front =
+      moving.Cast(origin.cast<double>(), direction.cast<double>(), std::min(range, kFarthest));
   Vector3f color;
-  if (moving) {
-    color = LightOfMoving(lighting_, *moving);
+  if (in_front) {
+    color = LightOfMoving(lighting_, *in_front);
   } else if (range > kFarthest) {
     color = SkyRadiance(lighting_, direction);
   } else {
@@ -200,7 +200,7 @@ void CameraRenderer::TraceRow(const Exposure& exposure, int sample_row, std::vec
   const Vector3f* second = first + columns_;
   for (int begin = 0; begin < samples; begin += RayPacket::kSize) {
     RayPacket packet;
-    double times[RayPacket::kSize];
+    const RowPose* pose_of[RayPacket::kSize];
     float angle = 0.0f;
     bool any = false;
     for (int lane = 0; lane < RayPacket::kSize; ++lane) {
@@ -220,7 +220,7 @@ void CameraRenderer::TraceRow(const Exposure& exposure, int sample_row, std::vec
       const Vector3f direction = (pose.R_map_camera * bearing).normalized();
       for (int c = 0; c < 3; ++c)
         packet.origin[c][lane] = pose.origin[c], packet.direction[c][lane] = direction[c];
-      times[lane] = pose.time;
+      pose_of[lane] = &pose;
       packet.valid[lane] = -1;
       any = true;
     }
@@ -228,7 +228,8 @@ void CameraRenderer::TraceRow(const Exposure& exposure, int sample_row, std::vec
     world_.CastPacket(kFarthest, packet);
     for (int lane = 0; lane < RayPacket::kSize; ++lane) {
       if (packet.valid[lane] != 0)
-        Shade(packet, lane, times[lane], angle, &light[static_cast<std::size_t>(3 * (begin + lane))]);
+        Shade(packet, lane, pose_of[lane]->moving, angle,
+              &light[static_cast<std::size_t>(3 * (begin + lane))]);
     }
   }
 }

@@ -45,7 +45,8 @@ class CameraRenderer {
   double AutomaticLength(double light) const;
   std::vector<RowPose> PosesOf(const Exposure& exposure, int sample_row) const;
   void TraceRow(const Exposure& exposure, int sample_row, std::vector<float>& light) const;
-  void Shade(const RayPacket& packet, int lane, double time, float pixel_angle, float* light) const;
+  void Shade(const RayPacket& packet, int lane, const MovingObjects::Instant& moving, float pixel_angle,
+             float* light) const;
   void Expose(const cv::Mat& light, int row, float gain, bool with_noise, std::uint64_t seed,
               cv::Mat& image) const;
 

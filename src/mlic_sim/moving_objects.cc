@@ -97,11 +97,18 @@ Isometry3d MovingObjects::Object::PoseAt(double time) const {
   return T;
 }
 
-std::optional<RayHit> MovingObjects::Cast(double time, const Vector3d& origin, const Vector3d& direction,
-                                          double max_range) const {
+MovingObjects::Instant MovingObjects::At(double time) const {
+  Instant instant;
+  for (const Object& object : objects_) instant.objects_.push_back({&object, object.PoseAt(time)});
+  return instant;
+}
+
+std::optional<RayHit> MovingObjects::Instant::Cast(const Vector3d& origin, const Vector3d& direction,
+                                                   double max_range) const {
   std::optional<RayHit> nearest;
-  for (const Object& object : objects_) {
-    const Isometry3d T = object.PoseAt(time);
+  for (const Placed& placed : objects_) {
+    const Object& object = *placed.object;
+    const Isometry3d& T = placed.T_map_object;
     // What passes outside the object's sphere needs no closer look.
     const Vector3d to_object = T.translation() - origin;
     const double ahead = to_object.dot(direction);

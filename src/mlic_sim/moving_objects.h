@@ -29,11 +29,11 @@ class MovingObjects {
   // `count` objects, dealt to the lanes in turn; speeds, sizes and phases follow from `random`.
   MovingObjects(const std::vector<Lane>& lanes, int count, const Random& random);
 
-  bool IsEmpty() const { return objects_.empty(); }
+  // All of them where they are at one time. Refers to them.
+  class Instant;
+  Instant At(double time) const;
 
-  // The first surface along the ray (direction: unit) at `time` (s), or nothing within max_range (m).
-  std::optional<RayHit> Cast(double time, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
-                             double max_range) const;
+  bool IsEmpty() const { return objects_.empty(); }
 
  private:
   struct Part {
@@ -52,6 +52,21 @@ class MovingObjects {
   };
 
   std::vector<Object> objects_;
+};
+
+class MovingObjects::Instant {
+ public:
+  // The first surface along the ray (direction: unit), or nothing within max_range (m).
+  std::optional<RayHit> Cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                             double max_range) const;
+
+ private:
+  friend class MovingObjects;
+  struct Placed {
+    const Object* object;
+    Eigen::Isometry3d T_map_object;
+  };
+  std::vector<Placed> objects_;
 };
 
 }  // namespace mlic::sim

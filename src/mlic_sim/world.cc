@@ -98,7 +98,7 @@ std::optional<RayHit> World::CastAt(double time, const Vector3d& origin, const V
   const std::optional<RayHit> still = Cast(origin, direction, max_range);
   if (moving_.IsEmpty()) return still;
   const std::optional<RayHit> moving =
-      moving_.Cast(time, origin, direction, still ? std::min(still->range, max_range) : max_range);
+      moving_.At(time).Cast(origin, direction, still ? std::min(still->range, max_range) : max_range);
   return moving ? moving : still;
 }
 

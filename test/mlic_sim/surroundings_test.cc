@@ -127,7 +127,7 @@ TEST(MovingObjects, AreWhereTheirLanesAre) {
   std::set<int> places;
   for (double t = 0.0; t < 40.0; t += 0.5) {
     for (double x = -40.0; x < 40.0; x += 1.0) {
-      const auto hit = cars.Cast(t, Vector3d(x, 0, 0.6), Vector3d::UnitY(), 100.0);
+      const auto hit = cars.At(t).Cast(Vector3d(x, 0, 0.6), Vector3d::UnitY(), 100.0);
       if (!hit) continue;
       EXPECT_NEAR(hit->range, 10.0 - 0.88, 1e-9);
       EXPECT_NEAR((hit->normal - Vector3d(0, -1, 0)).norm(), 0.0, 1e-9);
@@ -135,8 +135,8 @@ TEST(MovingObjects, AreWhereTheirLanesAre) {
     }
   }
   EXPECT_GT(places.size(), 30u);
-  EXPECT_FALSE(cars.Cast(0.0, Vector3d(0, 0, 0.6), -Vector3d::UnitY(), 100.0));
-  EXPECT_FALSE(cars.Cast(0.0, Vector3d(0, 0, 3.0), Vector3d::UnitY(), 100.0));
+  EXPECT_FALSE(cars.At(0.0).Cast(Vector3d(0, 0, 0.6), -Vector3d::UnitY(), 100.0));
+  EXPECT_FALSE(cars.At(0.0).Cast(Vector3d(0, 0, 3.0), Vector3d::UnitY(), 100.0));
 }
 
 TEST(MovingObjects, HideWhatIsBehindThemAndNotWhatIsInFront) {
