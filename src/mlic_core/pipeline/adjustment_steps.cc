@@ -132,7 +132,8 @@ void MeasureScale(const LinearizedProblem& linearized, const Adjustment& adjustm
   const CalibrationState& state = adjustment.state;
   MeasureCorrelation(adjustment, scale);
   scale->inflation.points = ScatterOfPoints(linearized, scale->correlation);
-  scale->inflation.points += ScatterOfRanges(problem, state, scale->correlation);
+  scale->inflation.points +=
+      ScatterOfRanges(problem, state, scale->correlation, adjustment.rounds.walks_dropped);
   scale->offsets = ApparentOffsets(problem, state, scale->correlation);
   if (adjustment.rounds.landmarks == Landmarks::kNone) return;
   scale->inflation.cameras = MeasureCameraInflation(

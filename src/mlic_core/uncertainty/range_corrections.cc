@@ -20,7 +20,8 @@ constexpr double kMoves = 0.1;      // of a sigma; from: guard, rounds end where
 // Larger errors are not corrected: m, and m for each power of ten; the latter are foliage's, whose depths go
 // with its brightness. from: standard, the accuracy that data sheets of LiDARs claim is 1 to 3 cm
 constexpr double kLargestError = 0.03;
-// What walks may err by where nothing shows it, m for each power of ten. from: standard, as the largest
+// What walks may err by where they differ but cannot be told, m for each power of ten. from: standard, as the
+// largest
 constexpr double kUsualError = 0.01;
 // Of a walk, where intensities are not quite what the receiver sees, as they fall off with the range in part.
 // from: measured, trials, LiDAR, combined effects, open 203: 0.12
@@ -145,6 +146,16 @@ Eigen::MatrixXd DoubtOfWalks(const JointProblem& problem, const CalibrationState
   return doubt;
 }
 
+// What walks that stay uncorrected may err by, as moves of the gradient: a column for each LiDAR.
+Eigen::MatrixXd DoubtOfDroppedWalks(const RangeErrors& found) {
+  const auto lidars = static_cast<Eigen::Index>(found.steps.size());
+  Eigen::MatrixXd doubt(found.coupling.rows(), lidars);
+  for (Eigen::Index l = 0; l < lidars; ++l) {
+    doubt.col(l) = kUsualError * found.coupling.col(RangeErrors::Of(static_cast<std::size_t>(l), kRangeWalk));
+  }
+  return doubt;
+}
+
 // Takes those off the offsets that are larger than LiDARs err by. True if there are any.
 bool DropLargeOffsets(const RangeErrors& found, const CalibrationState& state, std::vector<bool>* offsets) {
   bool any = false;
@@ -224,7 +235,7 @@ std::vector<double> ApparentOffsets(const JointProblem& problem, const Calibrati
 }
 
 Eigen::MatrixXd ScatterOfRanges(const JointProblem& problem, const CalibrationState& state,
-                                double correlation) {
+                                double correlation, bool walks_dropped) {
   const bool walks = AnyWalkCorrected(state);
   std::vector<FreeRanges> free = FreeOfCorrected(state, walks, WhichHaveOffsets(state));
   for (FreeRanges& of_lidar : free) of_lidar[kRangeLevel] = true;
@@ -244,6 +255,10 @@ Eigen::MatrixXd ScatterOfRanges(const JointProblem& problem, const CalibrationSt
       coupling * found->covariance * coupling.transpose() + moved_by * moved_by.transpose() / correlation;
   if (walks) {
     const Eigen::MatrixXd doubt = DoubtOfWalks(problem, state, *found, coupling, correlation);
+    scatter += doubt * doubt.transpose() / correlation;
+  }
+  if (walks_dropped) {
+    const Eigen::MatrixXd doubt = DoubtOfDroppedWalks(*found);
     scatter += doubt * doubt.transpose() / correlation;
   }
   return scatter;

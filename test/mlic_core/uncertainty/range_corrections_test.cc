@@ -142,7 +142,7 @@ TEST_F(WallsAround, ErrorsOfRoughGroundAreNoneOfTheRanges) {
 // It stays in the calibration, so this is as unsure as it would move without.
 TEST_F(WallsAround, ErrorsOfRoughGroundAreDoubt) {
   AddWalls(0.0, 0.0, 0.03);
-  const Eigen::MatrixXd scatter = ScatterOfRanges(problem_, state_, 1.0);
+  const Eigen::MatrixXd scatter = ScatterOfRanges(problem_, state_, 1.0, walks_dropped_);
   const auto found = MeasureRangeErrors(problem_, state_, RangeModel::kWhole, {{false, false, false, true}});
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->steps[0][kRangeLevel], -0.03, 0.003);
@@ -150,12 +150,12 @@ TEST_F(WallsAround, ErrorsOfRoughGroundAreDoubt) {
   ASSERT_GT(moved_by.norm(), 0.0);
   EXPECT_LT((scatter - moved_by * moved_by.transpose()).norm(), 1e-6 * scatter.norm());
   // What noise explains is none.
-  EXPECT_EQ(ScatterOfRanges(problem_, state_, 1e6).norm(), 0.0);
+  EXPECT_EQ(ScatterOfRanges(problem_, state_, 1e6, walks_dropped_).norm(), 0.0);
 }
 
 TEST_F(WallsAround, LevelPlanesWithoutErrorsAddNoDoubt) {
   AddWalls(0.0, 0.0, 0.0);
-  EXPECT_EQ(ScatterOfRanges(problem_, state_, 1.0).norm(), 0.0);
+  EXPECT_EQ(ScatterOfRanges(problem_, state_, 1.0, walks_dropped_).norm(), 0.0);
 }
 
 TEST_F(WallsAround, WalkIsFoundWhereLidarsDiffer) {
@@ -188,18 +188,21 @@ TEST_F(WallsAround, WalksThatGrowTooLargeAreDropped) {
   CorrectRanges(problem_, 1.0, &walks_dropped_, &state_);
   EXPECT_EQ(state_.ranges[0].walk, 0.0);
   EXPECT_EQ(state_.ranges[1].walk, 0.0);
+  EXPECT_GT(ScatterOfRanges(problem_, state_, 1.0, true).norm(),
+            10.0 * ScatterOfRanges(problem_, state_, 1.0, false).norm())
+      << "what is not corrected is doubt";
 }
 
 // They pass for a walk of all LiDARs together in part, by an amount that is not known.
 TEST_F(WallsAround, DarkPatchesThatLieDeeperAreDoubtOfWalks) {
   AddPaintedWalls({0.0, 0.02}, 0.0);
   ASSERT_TRUE(CorrectRanges(problem_, 1.0, &walks_dropped_, &state_));
-  const double before = ScatterOfRanges(problem_, state_, 1.0).norm();
+  const double before = ScatterOfRanges(problem_, state_, 1.0, walks_dropped_).norm();
   for (PlaneObservation& o : problem_.drives[0].planes.observations) {
     const bool dark = o.intensity < 110.0 * kReflectances[0] * o.cos_incidence;
     o.position *= 1.0f + (dark ? 0.02f / o.cos_incidence : 0.0f) / o.position.norm();
   }
-  EXPECT_GT(ScatterOfRanges(problem_, state_, 1.0).norm(), 1.5 * before);
+  EXPECT_GT(ScatterOfRanges(problem_, state_, 1.0, walks_dropped_).norm(), 1.5 * before);
 }
 
 TEST_F(WallsAround, NothingIsAskedOfHeldTrajectories) {
