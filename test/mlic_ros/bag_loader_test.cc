@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
+#include <topic_tools/shape_shifter.h>
 #include <unistd.h>
 
 #include <fstream>
 
+#include "mlic_ros/bag/cloud_decoder.h"
 #include "mlic_ros/bag/rig_draft.h"
 #include "support/test_bags.h"
 
@@ -14,6 +16,16 @@ namespace mlic {
 namespace {
 
 namespace fs = std::filesystem;
+
+// A message of a driver's own type, with nothing in it.
+topic_tools::ShapeShifter EmptyMessage(const std::string& type) {
+  topic_tools::ShapeShifter message;
+  message.morph("00000000000000000000000000000000", type, "# not needed\n", "");
+  std::uint8_t byte = 0;
+  ros::serialization::IStream stream(&byte, 1);
+  message.read(stream);
+  return message;
+}
 
 struct NoProgress : ProgressSink {
   void OnProgress(const std::string&, double) override {}
@@ -192,6 +204,32 @@ TEST_F(BagLoader, MalformedCloudsAreLeftOutAndTold) {
   EXPECT_TRUE(Reported(report_.warnings, "3 scans are malformed"));
   std::vector<std::string> notes;
   EXPECT_EQ(DraftRig(BagSet({recipe_.path}), notes).lidars.at(0).frame_id, "lidar_frame");
+}
+
+TEST_F(BagLoader, RawPacketsAreNamedWithWhatToDo) {
+  recipe_.write_more = [](rosbag::Bag& bag) {
+    for (int i = 0; i < 30; ++i) {
+      bag.write("/velodyne_packets", RosTimeAt(kBagStart + TimeNs{100'000'000} * i),
+                EmptyMessage("velodyne_msgs/VelodyneScan"));
+    }
+  };
+  rig_.lidars[0].topic = "/velodyne_packets";
+  ExpectErrorOf(recipe_, {"/velodyne_packets", "velodyne_msgs/VelodyneScan", "raw packets", "PointCloud2"});
+  std::vector<std::string> notes;
+  EXPECT_EQ(DraftRig(BagSet({recipe_.path}), notes).lidars.size(), 1u);
+  EXPECT_EQ(std::count_if(notes.begin(), notes.end(),
+                          [](const std::string& note) {
+                            return note.find("/velodyne_packets") != std::string::npos &&
+                                   note.find("raw packets") != std::string::npos;
+                          }),
+            1);
+  recipe_.with_lidar = false;
+  WriteTestBag(recipe_);
+  ExpectInputError([&] { DraftRig(BagSet({recipe_.path}), notes); }, {"neither LiDAR nor", "raw packets"});
+  EXPECT_TRUE(IsRawLidarType("ouster_ros/PacketMsg"));
+  EXPECT_TRUE(IsRawLidarType("rslidar_msgs/rslidarScan"));
+  EXPECT_FALSE(IsRawLidarType("sensor_msgs/LaserScan"));
+  EXPECT_FALSE(IsRawLidarType("sensor_msgs/Imu"));
 }
 
 TEST_F(BagLoader, TopicOfMalformedCloudsOnlyIsAnError) {

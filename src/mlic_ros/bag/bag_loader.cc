@@ -42,6 +42,10 @@ void CheckTopic(const BagSet& bags, const std::string& sensor, const std::string
   }
   const std::string& type = found->second.type;
   if (kind.is_type(type)) return;
+  if (kind.is_type == IsLidarType && IsRawLidarType(type)) {
+    throw InputError("bag " + bags.names() + ": topic " + topic + " (" + sensor + ") is of type " + type +
+                     ", a LiDAR's raw packets; " + kRawLidarRemedy);
+  }
   throw InputError("bag " + bags.names() + ": topic " + topic + " (" + sensor + ") is of type " + type +
                    ", expected " + kind.types + "; the topics are: " + bags.ListTopics());
 }

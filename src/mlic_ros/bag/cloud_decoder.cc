@@ -133,6 +133,14 @@ DecodedCloud DecodeLivox(const SerializedMessage& bytes, const std::string& topi
 
 bool IsLidarType(const std::string& type) { return type == "sensor_msgs/PointCloud2" || IsLivox(type); }
 
+bool IsRawLidarType(const std::string& type) {
+  const std::string scan = "Scan";
+  const bool ends_in_scan =
+      type.size() > scan.size() && type.compare(type.size() - scan.size(), std::string::npos, scan) == 0;
+  // The package sensor_msgs has scans of planar LiDARs, which are no packets.
+  return type.rfind("sensor_msgs/", 0) != 0 && (ends_in_scan || type.find("Packet") != std::string::npos);
+}
+
 const std::vector<std::string>& PointTimeFieldNames() {
   static const std::vector<std::string> names{"time", "t", "timestamp", kLivoxTimeField, "time_stamp"};
   return names;

@@ -13,6 +13,12 @@ namespace mlic {
 // sensor_msgs/PointCloud2, livox_ros_driver/CustomMsg or livox_ros_driver2/CustomMsg.
 bool IsLidarType(const std::string& type);
 
+// Whether a type of message is one of drivers, which holds what a LiDAR sends before it is made a cloud, as
+// velodyne_msgs/VelodyneScan and ouster_ros/PacketMsg; and what to do then, for people.
+bool IsRawLidarType(const std::string& type);
+constexpr const char* kRawLidarRemedy =
+    "play the bag through the driver's node that makes clouds of it and record sensor_msgs/PointCloud2";
+
 // The fields that may hold point times, in the order in which they are to be tried.
 const std::vector<std::string>& PointTimeFieldNames();
 

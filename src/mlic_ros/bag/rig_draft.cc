@@ -191,8 +191,14 @@ Rig DraftRig(const BagSet& bags, std::vector<std::string>& notes) {
   rig.imu = DraftImu(bags, notes);
   const StaticTransforms transforms(bags);
   std::set<std::string> names, camera_places;
+  std::string packets;  // of the last such topic, what to do
   for (const TopicEntry& entry : bags.topics()) {
     const auto& [topic, content] = entry;
+    if (IsRawLidarType(content.type)) {
+      packets = "topic " + topic + ": left out, it holds a LiDAR's raw packets (" + content.type + "); " +
+                kRawLidarRemedy;
+      notes.push_back(packets);
+    }
     const bool image = content.type == "sensor_msgs/Image" || content.type == "sensor_msgs/CompressedImage";
     if (!image && !IsLidarType(content.type)) continue;
     const std::string why_not = WhyNoSensor(bags, entry);
@@ -214,8 +220,8 @@ Rig DraftRig(const BagSet& bags, std::vector<std::string>& notes) {
     }
   }
   if (rig.lidars.empty() && rig.cameras.empty()) {
-    throw InputError("bag " + bags.names() +
-                     ": neither LiDAR nor camera topics; the topics are: " + bags.ListTopics());
+    throw InputError("bag " + bags.names() + ": neither LiDAR nor camera topics; the topics are: " +
+                     bags.ListTopics() + (packets.empty() ? "" : "; ") + packets);
   }
   return rig;
 }

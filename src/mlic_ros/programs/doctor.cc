@@ -50,7 +50,10 @@ bool CheckTopic(const BagSet& bags, const std::string& sensor, const std::string
       "recorded",
       "correct the topic in the rig file, or set enabled: false; the bag has " + bags.ListTopics()};
   if (found != bags.topics().end() && is_type(found->second.type)) return true;
-  if (found != bags.topics().end()) finding.measured = topic + " is of type " + found->second.type;
+  if (found != bags.topics().end()) {
+    finding.measured = topic + " is of type " + found->second.type;
+    if (is_type == IsLidarType && IsRawLidarType(found->second.type)) finding.remedy = kRawLidarRemedy;
+  }
   findings->push_back(finding);
   return false;
 }
