@@ -302,12 +302,12 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
       if (!last) sum = linearize(*state);
       continue;
     }
+    const double actual = sum.cost - trial.CostThere();
     *state = std::move(trial.State());
     summary.last_cost = trial.CostThere();
     summary.last_step = trial.Share() * step;
     if (last) break;
-    damping *= 0.1;
-    if (damping < 1e-6) damping = 0.0;
+    damping = DampingAfter(damping, actual / std::max(1e-9, solution.predicted_decrease));
     sum = trial.Equations() ? std::move(*trial.Equations()) : linearize(*state);
   }
   summary.landmarks = WithPointsWhole(given, std::move(problem), origins);

@@ -1,6 +1,7 @@
 #include "mlic_core/solver/normal_equations.h"
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 #include <utility>
 
@@ -125,6 +126,13 @@ Eigen::MatrixXd ReducedEquations::KnotResponse() const {
   Eigen::MatrixXd response = factor.border.topRows(information.rows());
   factor.SolveTransposedRows(&response);
   return response;
+}
+
+double DampingAfter(double damping, double gain) {
+  constexpr double kLeast = 1e-9;  // from: guard, as singular as equations get
+  constexpr double kWell = 0.25;   // from: guard, as usual for trust regions
+  damping *= std::abs(gain - 1.0) < kWell ? 0.01 : 0.1;
+  return damping < kLeast ? 0.0 : damping;
 }
 
 }  // namespace mlic

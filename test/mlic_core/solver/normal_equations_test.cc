@@ -173,6 +173,14 @@ TEST(NormalEquations, HeldControlPointsStayAndLeaveOnlyTheCalibration) {
   EXPECT_LT((solution.delta.tail(9) - delta.head(9)).norm(), 1e-8 * delta.norm());
 }
 
+TEST(NormalEquations, DampingFallsFasterWhereStepsDoAsToldAndEnds) {
+  EXPECT_DOUBLE_EQ(DampingAfter(1e-4, 1.1), 1e-6);
+  EXPECT_DOUBLE_EQ(DampingAfter(1e-4, 0.5), 1e-5);
+  EXPECT_DOUBLE_EQ(DampingAfter(1e-4, 3.0), 1e-5) << "points that settle lower the cost by more";
+  EXPECT_DOUBLE_EQ(DampingAfter(1e-6, 1.0), 1e-8) << "weak directions move with hardly any";
+  EXPECT_EQ(DampingAfter(5e-9, 0.1), 0.0);
+}
+
 TEST(NormalEquations, DampingShortensTheStep) {
   const Equations e(60, 50, 20, 7);
   const std::vector<bool> free(9, true);
