@@ -306,7 +306,7 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
       continue;
     }
     const std::size_t c = id.index;
-    WarnOfWander(sensors[s].name, StampWander(adjustment, c), &result->warnings);
+    WarnOfWander(result->sensors.back(), StampWander(adjustment, c), &result->warnings);
     AddIntrinsics(state.cameras[c], analysis.cameras[c], &result->sensors.back());
     AddAlikeLenses(adjustment, c, &result->sensors.back());
     const std::vector<HeldOutMatches>& held_out = adjustment.map.held_out_errors;

@@ -41,15 +41,16 @@ void WarnOfDrift(const SensorResult& sensor, std::vector<std::string>* warnings)
   warnings->push_back(sensor.name + text);
 }
 
-void WarnOfWander(const std::string& camera, double mean_square, std::vector<std::string>* warnings) {
-  if (mean_square == 0.0) return;
+void WarnOfWander(const SensorResult& camera, double mean_square, std::vector<std::string>* warnings) {
+  constexpr double kMost = 0.5;  // of the variance; from: definition
+  if (mean_square <= kMost * camera.sigma.time_offset * camera.sigma.time_offset) return;
   char text[240];
   std::snprintf(
       text, sizeof(text),
       ": its stamps wander by %.2f ms (rms) about its time offset, as where auto exposure moves the "
       "middle of the exposure; they were followed, and its sigma has it; hold the exposure",
       1e3 * std::sqrt(mean_square));
-  warnings->push_back(camera + text);
+  warnings->push_back(camera.name + text);
 }
 
 }  // namespace mlic

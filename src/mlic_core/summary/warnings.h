@@ -15,7 +15,8 @@ void WarnOfMovement(double moved, std::vector<std::string>* warnings);
 // A clock that drifts: the sensor's time offset is right for this drive alone.
 void WarnOfDrift(const SensorResult& sensor, std::vector<std::string>* warnings);
 
-// Stamps of a camera that wander about its time offset. mean_square: of what they wander by, s^2.
-void WarnOfWander(const std::string& camera, double mean_square, std::vector<std::string>* warnings);
+// Stamps of a camera that wander about its time offset by most of its sigma. mean_square: of what they wander
+// by, s^2, part of the sigma.
+void WarnOfWander(const SensorResult& camera, double mean_square, std::vector<std::string>* warnings);
 
 }  // namespace mlic
