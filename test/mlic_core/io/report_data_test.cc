@@ -5,6 +5,7 @@
 
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/io/report/report.h"
+#include "mlic_core/io/report/report_verdict.h"
 #include "mlic_core/io/result/result_file.h"
 #include "mlic_core/io/text_file.h"
 #include "support/files.h"
@@ -75,6 +76,13 @@ TEST(RigDrawing, IsSeenAlongTheWayThatTheVehicleDrives) {
   EXPECT_TRUE(view.row(0).transpose().isApprox(Eigen::Vector3d(0.0, -1.0, 0.0), 1e-9)) << view;
   EXPECT_TRUE(view.row(2).transpose().isApprox(Eigen::Vector3d(1.0, 0.0, 0.0), 1e-9)) << view;
   EXPECT_NEAR(view.determinant(), 1.0, 1e-9);
+}
+
+TEST(RigDrawing, SigmasOfWhatIsNotObservableAreAtTheirSize) {
+  CalibrationResult result = SampleResult();
+  for (SensorResult& sensor : result.sensors) sensor.translation_observable = {false, false, false};
+  EXPECT_EQ(DrawingOf(result).ellipsoid_scale, 1.0);
+  EXPECT_NE(VerdictBlock(result).find("<b>no</b><span>translation is observable"), std::string::npos);
 }
 
 TEST(RigDrawing, OfPairsStandsAboutTheirRoot) {

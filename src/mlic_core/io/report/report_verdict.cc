@@ -41,10 +41,12 @@ std::string Tiles(const CalibrationResult& result) {
   }
   if (!result.root.empty()) html += Tile(std::to_string(result.pairs.size()), "pairs of sensors");
   if (!result.sensors.empty() || !result.root.empty()) {
-    html +=
-        Tile(FixedNumber(kDegreesPerRadian * sigmas.rotation, 4) + "&deg;", "largest &sigma; of a rotation");
-    html += Tile(FixedNumber(1e3 * sigmas.translation, 1) + " mm",
-                 "largest &sigma; of an observable translation");
+    html += sigmas.rotation > 0.0 ? Tile(FixedNumber(kDegreesPerRadian * sigmas.rotation, 4) + "&deg;",
+                                         "largest &sigma; of a rotation")
+                                  : Tile("no", "rotation is observable");
+    html += sigmas.translation > 0.0 ? Tile(FixedNumber(1e3 * sigmas.translation, 1) + " mm",
+                                            "largest &sigma; of an observable translation")
+                                     : Tile("no", "translation is observable");
     if (sigmas.time_offset > 0.0) {
       html += Tile(FixedNumber(1e3 * sigmas.time_offset, 3) + " ms", "largest &sigma; of a time offset");
     }

@@ -98,15 +98,17 @@ DrawnSensor Draw(const CalibrationResult& result, const TreeFrame& frame, std::s
   return drawn;
 }
 
-// 1, 2 or 5 times a power of ten, such that the largest observable sigma has its share of the extent.
+// 1, 2 or 5 times a power of ten, such that the largest observable sigma has its share of the extent; 1 where
+// none is observable.
 double EllipsoidScale(const RigDrawing& drawing) {
-  double largest = 1e-9;
+  double largest = 0.0;
   for (const DrawnSensor& sensor : drawing.sensors) {
     for (std::size_t k = 0; k < 3; ++k) {
       if (!sensor.translation_observable[k]) continue;
       largest = std::max(largest, sensor.sigma.translation[static_cast<Eigen::Index>(k)]);
     }
   }
+  if (largest == 0.0) return 1.0;
   const double wanted = kEllipsoidShare * drawing.extent / largest;
   const double power = std::pow(10.0, std::floor(std::log10(std::max(1.0, wanted))));
   for (const double factor : {5.0, 2.0}) {
