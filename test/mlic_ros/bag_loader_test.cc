@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
-#include <topic_tools/shape_shifter.h>
 #include <unistd.h>
 
 #include <fstream>
@@ -13,19 +12,41 @@
 #include "support/test_bags.h"
 
 namespace mlic {
+// A message of a driver's own type, with nothing in it.
+struct PacketMessage {};
+}  // namespace mlic
+
+namespace ros::message_traits {
+template <>
+struct MD5Sum<mlic::PacketMessage> {
+  static const char* value() { return "00000000000000000000000000000000"; }
+  static const char* value(const mlic::PacketMessage&) { return value(); }
+};
+template <>
+struct DataType<mlic::PacketMessage> {
+  static const char* value() { return "velodyne_msgs/VelodyneScan"; }
+  static const char* value(const mlic::PacketMessage&) { return value(); }
+};
+template <>
+struct Definition<mlic::PacketMessage> {
+  static const char* value() { return "# not needed to read it\n"; }
+  static const char* value(const mlic::PacketMessage&) { return value(); }
+};
+}  // namespace ros::message_traits
+
+namespace ros::serialization {
+template <>
+struct Serializer<mlic::PacketMessage> {
+  template <typename Stream>
+  static void write(Stream&, const mlic::PacketMessage&) {}
+  static std::uint32_t serializedLength(const mlic::PacketMessage&) { return 0; }
+};
+}  // namespace ros::serialization
+
+namespace mlic {
 namespace {
 
 namespace fs = std::filesystem;
-
-// A message of a driver's own type, with nothing in it.
-topic_tools::ShapeShifter EmptyMessage(const std::string& type) {
-  topic_tools::ShapeShifter message;
-  message.morph("00000000000000000000000000000000", type, "# not needed\n", "");
-  std::uint8_t byte = 0;
-  ros::serialization::IStream stream(&byte, 1);
-  message.read(stream);
-  return message;
-}
 
 struct NoProgress : ProgressSink {
   void OnProgress(const std::string&, double) override {}
@@ -209,8 +230,7 @@ TEST_F(BagLoader, MalformedCloudsAreLeftOutAndTold) {
 TEST_F(BagLoader, RawPacketsAreNamedWithWhatToDo) {
   recipe_.write_more = [](rosbag::Bag& bag) {
     for (int i = 0; i < 30; ++i) {
-      bag.write("/velodyne_packets", RosTimeAt(kBagStart + TimeNs{100'000'000} * i),
-                EmptyMessage("velodyne_msgs/VelodyneScan"));
+      bag.write("/velodyne_packets", RosTimeAt(kBagStart + TimeNs{100'000'000} * i), PacketMessage());
     }
   };
   rig_.lidars[0].topic = "/velodyne_packets";
