@@ -253,12 +253,9 @@ Eigen::MatrixXd ScatterOfRanges(const JointProblem& problem, const CalibrationSt
   }
   Eigen::MatrixXd scatter =
       coupling * found->covariance * coupling.transpose() + moved_by * moved_by.transpose() / correlation;
-  if (walks) {
-    const Eigen::MatrixXd doubt = DoubtOfWalks(problem, state, *found, coupling, correlation);
-    scatter += doubt * doubt.transpose() / correlation;
-  }
-  if (walks_dropped) {
-    const Eigen::MatrixXd doubt = DoubtOfDroppedWalks(*found);
+  if (walks || walks_dropped) {
+    const Eigen::MatrixXd doubt =
+        walks ? DoubtOfWalks(problem, state, *found, coupling, correlation) : DoubtOfDroppedWalks(*found);
     scatter += doubt * doubt.transpose() / correlation;
   }
   return scatter;
