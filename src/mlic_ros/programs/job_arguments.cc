@@ -1,34 +1,14 @@
 #include "mlic_ros/programs/job_arguments.h"
 
 #include <algorithm>
-#include <sstream>
 
 #include "mlic_core/common/error.h"
 #include "mlic_ros/programs/matcher_choice.h"
+#include "mlic_ros/programs/path_list.h"
 
 namespace mlic {
-namespace {
 
 namespace fs = std::filesystem;
-
-// Words that make the name of a file together are one path: names may hold blanks.
-std::vector<std::string> SplitPaths(const std::string& text, const fs::path& directory) {
-  if (fs::exists(directory / text)) return {text};
-  std::vector<std::string> paths, words;
-  std::istringstream stream(text);
-  for (std::string word; stream >> word;) {
-    words.push_back(word);
-    std::string joined = words.front();
-    for (std::size_t i = 1; i < words.size(); ++i) joined += " " + words[i];
-    if (!fs::exists(directory / joined)) continue;
-    paths.push_back(joined);
-    words.clear();
-  }
-  paths.insert(paths.end(), words.begin(), words.end());
-  return paths;
-}
-
-}  // namespace
 
 std::vector<StatusMeaning> CalibrationStatuses() {
   return {{kTrusted, "calibrated and trusted"},
