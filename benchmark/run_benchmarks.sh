@@ -39,6 +39,9 @@ print(f'plumb_bob by autodiff: {median["ReprojectionCeresAutodiff"]:.0f} ns')
 EOF
 cd "$repository"
 echo
+echo 'Search for matches among SIFT descriptors, own and by OpenCV'
+"$build/benchmark/feature_matcher_benchmark"
+echo
 echo 'Own small fits and what Ceres takes for them'
 "$build/benchmark/small_fit_benchmark"
 if [ -x "$build/benchmark/two_view_benchmark" ]; then

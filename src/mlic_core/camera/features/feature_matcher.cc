@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "mlic_core/common/error.h"
+#include "mlic_core/solver/blas.h"
 
 namespace mlic {
 namespace {
@@ -91,22 +92,42 @@ class GuideFilter {
   float least_cosine_ = 0.0f, largest_square_ = 0.0f;
 };
 
-// The two most similar of the other set.
+// For each feature of one set the two most similar of the other.
 struct Nearest {
-  int index = -1;
-  float best = -1.0f;
-  float second = -1.0f;
+  explicit Nearest(int count) : index(count, -1), best(count, -1.0f), second(count, -1.0f) {}
 
-  void See(int candidate, float similarity) {
-    if (similarity > best) {
-      second = best;
-      best = similarity;
-      index = candidate;
-    } else if (similarity > second) {
-      second = similarity;
+  void See(int feature, int candidate, float similarity) {
+    if (similarity > best[feature]) {
+      second[feature] = best[feature];
+      best[feature] = similarity;
+      index[feature] = candidate;
+    } else if (similarity > second[feature]) {
+      second[feature] = similarity;
     }
   }
+
+  std::vector<int> index;  // of the most similar; -1: none
+  std::vector<float> best, second;
 };
+
+// Shows the similarities of all features of one set to feature `b` of the other to both. Nearly all are below
+// what was seen before: they are looked at by kGroup, which compiles to few instructions.
+void SeeColumn(const float* similarity, int b, Nearest* of_a, Nearest* of_b) {
+  constexpr int kGroup = 16;  // from: structural
+  const int count = static_cast<int>(of_a->index.size());
+  const float* second_a = of_a->second.data();
+  for (int first = 0; first < count; first += kGroup) {
+    const int end = std::min(first + kGroup, count);
+    const float second_b = of_b->second[b];
+    int larger = 0;
+    for (int i = first; i < end; ++i) larger |= (similarity[i] > second_b) | (similarity[i] > second_a[i]);
+    if (larger == 0) continue;
+    for (int i = first; i < end; ++i) {
+      of_a->See(i, b, similarity[i]);
+      of_b->See(b, i, similarity[i]);
+    }
+  }
+}
 
 float SquaredDistance(float similarity) { return std::max(0.0f, 2.0f - 2.0f * similarity); }
 
@@ -130,30 +151,27 @@ class ClassicalMatcher : public FeatureMatcher {
     std::unique_ptr<GuideFilter> filter;
     if (guide != nullptr) filter = std::make_unique<GuideFilter>(*guide, count_a, count_b);
 
-    std::vector<Nearest> of_a(count_a), of_b(count_b);
+    Nearest of_a(count_a), of_b(count_b);
     Eigen::MatrixXf similarity;
+    const int size = a.descriptor_size;
     for (int first = 0; first < count_b; first += kBlock) {
       const int columns = std::min(kBlock, count_b - first);
-      similarity.noalias() = descriptors_a.transpose() * descriptors_b.middleCols(first, columns);
+      similarity.resize(count_a, columns);
+      TransposedProduct({descriptors_a.data(), size, count_a, size},
+                        {descriptors_b.col(first).data(), size, columns, size},
+                        {similarity.data(), count_a, columns, count_a});
       if (filter) filter->Apply(first, &similarity);
-      for (int j = 0; j < columns; ++j) {
-        const float* column = similarity.col(j).data();
-        Nearest& nearest = of_b[first + j];
-        for (int i = 0; i < count_a; ++i) {
-          nearest.See(i, column[i]);
-          of_a[i].See(first + j, column[i]);
-        }
-      }
+      for (int j = 0; j < columns; ++j) SeeColumn(similarity.col(j).data(), first + j, &of_a, &of_b);
     }
     const double ratio = guide != nullptr ? options_.largest_guided_ratio : options_.largest_ratio;
     for (int i = 0; i < count_a; ++i) {
-      const Nearest& nearest = of_a[i];
-      if (nearest.index < 0 || of_b[nearest.index].index != i) continue;
-      const float square = SquaredDistance(nearest.best);
-      const float second = std::max(nearest.second, of_b[nearest.index].second);
+      const int j = of_a.index[i];
+      if (j < 0 || of_b.index[j] != i) continue;
+      const float square = SquaredDistance(of_a.best[i]);
+      const float second = std::max(of_a.second[i], of_b.second[j]);
       if (square > options_.largest_distance * options_.largest_distance) continue;
       if (second > -1.0f && square > ratio * ratio * SquaredDistance(second)) continue;
-      matches.push_back({i, nearest.index, nearest.best});
+      matches.push_back({i, j, of_a.best[i]});
     }
     return matches;
   }

@@ -9,6 +9,7 @@
 #include "mlic_core/camera/two_view/two_view.h"
 #include "mlic_core/common/error.h"
 #include "mlic_core/common/parallel.h"
+#include "mlic_core/solver/blas.h"
 
 namespace mlic {
 namespace {
@@ -173,6 +174,7 @@ std::vector<PairMatches> MatchPairs(const std::vector<TrackedCamera>& cameras, c
                        Verify(matches, bearings[a], bearings[b], options.largest_epipolar_error / focal,
                               options.fewest_matches)};
   };
+  const BlasOnOneThread one_thread;
   ParallelFor(all.size(), [&](std::size_t p) {
     counter.StartPart();
     if (p >= pairs.size()) {
