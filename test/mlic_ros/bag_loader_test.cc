@@ -43,7 +43,7 @@ struct Serializer<mlic::PacketMessage> {
 };
 }  // namespace ros::serialization
 
-namespace mlic {
+namespace mlic::bag_loader_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -373,7 +373,7 @@ TEST_F(BagLoader, PiecesOfScansAreJoined) {
   recipe_.with_lidar = false;
   recipe_.write_more = [](rosbag::Bag& bag) {
     for (int i = 0; i < 300; ++i) {
-      LivoxMessage piece = MakeTestLivox(kBagStart + TimeNs{i} * 10'000'000);
+      Livox2Message piece = MakeTestLivox(kBagStart + TimeNs{i} * 10'000'000);
       for (LivoxPoint& point : piece.points) point.offset_time /= 10;
       if (i != 155) bag.write("/points", RosTimeAt(kBagStart + TimeNs{i + 1} * 10'000'000), piece);
     }
@@ -440,4 +440,4 @@ TEST_F(BagLoader, CancellationStopsIt) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::bag_loader_test

@@ -13,7 +13,7 @@
 #include "mlic_ros/bag/bag_loader.h"
 #include "support/test_bags.h"
 
-namespace mlic {
+namespace mlic::camera_loader_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -370,4 +370,4 @@ TEST_F(CameraLoader, MaskIsLookedForBesideTheRigFile) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::camera_loader_test

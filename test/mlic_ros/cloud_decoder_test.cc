@@ -6,7 +6,7 @@
 #include "support/files.h"
 #include "support/test_bags.h"
 
-namespace mlic {
+namespace mlic::cloud_decoder_test {
 namespace {
 
 using sensor_msgs::PointCloud2;
@@ -98,7 +98,7 @@ TEST(CloudDecoder, CountsAreCheckedAgainstTheBytes) {
   const long before = PeakMemory();
   EXPECT_TRUE(Contains(ErrorOf(cloud), "/points: a message of type sensor_msgs/PointCloud2 is cut off"));
   const std::string livox_type = "livox_ros_driver2/CustomMsg";
-  const LivoxMessage livox_message = MakeTestLivox(kBagStart);
+  const Livox2Message livox_message = MakeTestLivox(kBagStart);
   SerializedMessage livox = Serialize(livox_message, livox_type);
   EXPECT_EQ(DecodeCloud(livox, "/points", {"offset_time"}).positions.size(), livox_message.points.size());
   const std::size_t count = livox.bytes.size() - 19 * livox_message.points.size() - 4;
@@ -108,4 +108,4 @@ TEST(CloudDecoder, CountsAreCheckedAgainstTheBytes) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::cloud_decoder_test

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-namespace mlic {
+namespace mlic::display_cameras_test {
 namespace {
 
 int BrightPixels(const cv::Mat& picture, const cv::Rect& place) {
@@ -57,4 +57,4 @@ TEST(LandmarkColours, GoFromWhiteToRed) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::display_cameras_test

@@ -17,7 +17,7 @@
 #include "mlic_ros/bag/camera_messages.h"
 #include "mlic_ros/bag/driver_messages.h"
 
-namespace mlic {
+namespace mlic::drive_bag_writer_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -234,4 +234,4 @@ TEST(DriveBagWriter, WritesAllTopicsAndNothingWithoutFinish) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::drive_bag_writer_test

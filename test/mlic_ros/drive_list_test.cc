@@ -5,7 +5,7 @@
 #include "mlic_core/io/text_file.h"
 #include "support/files.h"
 
-namespace mlic {
+namespace mlic::drive_list_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -54,4 +54,4 @@ TEST_F(DriveList, SaysWhatIsWrongAndInWhichLine) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::drive_list_test

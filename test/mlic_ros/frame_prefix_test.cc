@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace mlic {
+namespace mlic::frame_prefix_test {
 namespace {
 
 TEST(FramePrefix, HasOneSlashBehind) {
@@ -32,4 +32,4 @@ TEST(FramePrefix, StandsBeforeAllFramesOfAPath) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::frame_prefix_test

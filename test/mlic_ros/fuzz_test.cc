@@ -3,7 +3,7 @@
 #include "fuzz/ros_targets.h"
 #include "support/mutations.h"
 
-namespace mlic {
+namespace mlic::fuzz_test {
 namespace {
 
 constexpr int kMutants = 20000;
@@ -27,4 +27,4 @@ TEST(CompressedImage, ClaimsNoMoreThanItsBytesHold) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::fuzz_test

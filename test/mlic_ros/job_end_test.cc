@@ -5,7 +5,7 @@
 #include "support/files.h"
 #include "support/sample_result.h"
 
-namespace mlic {
+namespace mlic::job_end_test {
 namespace {
 
 TEST(EndWithResult, SaysSigmasOfObservableAxesAndWhereThereAreNone) {
@@ -19,4 +19,4 @@ TEST(EndWithResult, SaysSigmasOfObservableAxesAndWhereThereAreNone) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::job_end_test

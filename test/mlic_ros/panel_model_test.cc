@@ -7,7 +7,7 @@
 
 #include "mlic_ros/display/status_text.h"
 
-namespace mlic {
+namespace mlic::panel_model_test {
 namespace {
 
 SensorStatus Found(const std::string& name) {
@@ -187,4 +187,4 @@ TEST(PanelModel, HiddenSensorsHaveNoCheckInTheirBox) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::panel_model_test

@@ -11,7 +11,7 @@
 #include "mlic_core/geometry/so3.h"
 #include "support/files.h"
 
-namespace mlic {
+namespace mlic::part_choice_test {
 namespace {
 
 constexpr double kStart = 1000.0;            // s, of the recording
@@ -112,4 +112,4 @@ TEST_F(PartChoice, CountsScansAsTheyAreJoined) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::part_choice_test

@@ -4,7 +4,7 @@
 
 #include "mlic_core/geometry/so3.h"
 
-namespace mlic {
+namespace mlic::path_turning_test {
 namespace {
 
 // Along x at 1 m/s, from `turns_from` on turning about z.
@@ -70,4 +70,4 @@ TEST(PathTurning, TheLineIsLeftOutAroundTheRig) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::path_turning_test

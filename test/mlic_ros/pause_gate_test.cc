@@ -4,7 +4,7 @@
 
 #include <future>
 
-namespace mlic {
+namespace mlic::pause_gate_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -44,4 +44,4 @@ TEST(PauseGate, ACancelledPauseEnds) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::pause_gate_test

@@ -12,7 +12,7 @@
 
 #include "mlic_core/common/error.h"
 
-namespace mlic {
+namespace mlic::pose_topic_test {
 namespace {
 
 constexpr TimeNs kStart = 1'700'000'000'000'000'000;
@@ -81,4 +81,4 @@ TEST_F(PoseTopic, ErrorsSayWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::pose_topic_test

@@ -4,7 +4,7 @@
 
 #include "mlic_core/sensors/camera_model.h"
 
-namespace mlic {
+namespace mlic::round_projection_test {
 namespace {
 
 MapPoint At(float x, float y, float z) {
@@ -39,4 +39,4 @@ TEST(RoundProjection, ASurfaceDoesNotHideItself) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::round_projection_test

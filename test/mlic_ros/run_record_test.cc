@@ -6,7 +6,7 @@
 #include "mlic_core/io/text_file.h"
 #include "support/files.h"
 
-namespace mlic {
+namespace mlic::run_record_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -66,4 +66,4 @@ TEST_F(RunRecordTest, ARecordingIsKnownByItsContent) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::run_record_test

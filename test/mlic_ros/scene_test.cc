@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace mlic {
+namespace mlic::scene_test {
 namespace {
 
 MapPoint Point(float z, int lidar, int plane) {
@@ -167,4 +167,4 @@ TEST(RoundHistory, FindsTheNearestKeptRoundOfAThinnedOutOne) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::scene_test

@@ -6,7 +6,7 @@
 #include "support/files.h"
 #include "support/test_bags.h"
 
-namespace mlic {
+namespace mlic::static_transforms_test {
 namespace {
 
 // A turn about z by `yaw` after a step along x.
@@ -83,4 +83,4 @@ TEST_F(StaticTransformsTest, LoopsAndNonsenseLinkNothing) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::static_transforms_test

@@ -6,7 +6,7 @@
 
 #include "mlic_ros/display/rig_markers.h"
 
-namespace mlic {
+namespace mlic::status_board_test {
 namespace {
 
 Rig TwoLidars() {
@@ -230,4 +230,4 @@ TEST(RigMarkers, TheOverlaySaysStageThenVerdict) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::status_board_test

@@ -4,7 +4,7 @@
 
 #include "mlic_core/io/result/result_file.h"
 
-namespace mlic {
+namespace mlic::unfinished_result_test {
 namespace {
 
 TEST(UnfinishedResult, IsReadBackAsRefusedWithTheStateAsItWas) {
@@ -31,4 +31,4 @@ TEST(UnfinishedResult, IsReadBackAsRefusedWithTheStateAsItWas) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::unfinished_result_test

@@ -10,7 +10,7 @@
 #include "mlic_sim/image_stage.h"
 #include "mlic_sim/simulation.h"
 
-namespace mlic::sim {
+namespace mlic::sim::camera_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -226,7 +226,7 @@ TEST(SimulateDrive, RendersTheSameImagesOnRequestWhateverTheThreads) {
   }
 }
 
-TEST(RigFromSensorSet, GivesCamerasAFieldOfViewAndNoIntrinsics) {
+TEST(RigWithCameras, GivesCamerasAFieldOfViewAndNoIntrinsics) {
   SensorSet set = CameraSet();
   set.cameras[1].rolling_shutter = true;
   const Rig rig = RigFromSensorSet(set, {});
@@ -242,4 +242,4 @@ TEST(RigFromSensorSet, GivesCamerasAFieldOfViewAndNoIntrinsics) {
 }
 
 }  // namespace
-}  // namespace mlic::sim
+}  // namespace mlic::sim::camera_test

@@ -8,7 +8,7 @@
 #include "mlic_sim/image_stage.h"
 #include "mlic_sim/simulation.h"
 
-namespace mlic::sim {
+namespace mlic::sim::drive_test {
 namespace {
 
 SensorSet TwoLidars() {
@@ -204,4 +204,4 @@ TEST(RigFromSensorSet, GuessHasExactlyTheStatedErrors) {
 }
 
 }  // namespace
-}  // namespace mlic::sim
+}  // namespace mlic::sim::drive_test

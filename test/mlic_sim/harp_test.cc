@@ -9,7 +9,7 @@
 #include "mlic_core/evaluation/harp.h"
 #include "mlic_core/sensors/camera_model.h"
 
-namespace mlic::sim {
+namespace mlic::sim::harp_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -110,4 +110,4 @@ TEST(Harp, KnownDistortionOfAFisheyeIsMeasuredPastNinetyDegrees) {
 }
 
 }  // namespace
-}  // namespace mlic::sim
+}  // namespace mlic::sim::harp_test

@@ -6,7 +6,7 @@
 #include "mlic_core/geometry/so3.h"
 #include "mlic_sim/imu_simulator.h"
 
-namespace mlic::sim {
+namespace mlic::sim::imu_test {
 namespace {
 
 MotionState AtRest(double = 0.0) {
@@ -177,4 +177,4 @@ TEST(ImuSimulator, GravityIsTheOneOfThePlace) {
 }
 
 }  // namespace
-}  // namespace mlic::sim
+}  // namespace mlic::sim::imu_test

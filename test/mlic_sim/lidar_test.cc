@@ -8,7 +8,7 @@
 #include "mlic_sim/hall.h"
 #include "mlic_sim/lidar_scanner.h"
 
-namespace mlic::sim {
+namespace mlic::sim::lidar_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -326,4 +326,4 @@ TEST(Material, NearInfraredIsRelatedToTheVisibleButNotTheSame) {
 }
 
 }  // namespace
-}  // namespace mlic::sim
+}  // namespace mlic::sim::lidar_test

@@ -10,7 +10,7 @@
 #include "mlic_core/common/error.h"
 #include "support/source_directory.h"
 
-namespace mlic::sim {
+namespace mlic::sim::sensor_set_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -188,4 +188,4 @@ TEST(SensorSet, PaperRigLooksOutwardAndDown) {
 }
 
 }  // namespace
-}  // namespace mlic::sim
+}  // namespace mlic::sim::sensor_set_test

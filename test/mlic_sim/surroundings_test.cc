@@ -13,7 +13,7 @@
 #include "mlic_core/geometry/so3.h"
 #include "mlic_sim/world.h"
 
-namespace mlic::sim {
+namespace mlic::sim::surroundings_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -160,4 +160,4 @@ TEST(MovingObjects, HideWhatIsBehindThemAndNotWhatIsInFront) {
 }
 
 }  // namespace
-}  // namespace mlic::sim
+}  // namespace mlic::sim::surroundings_test

@@ -8,7 +8,7 @@
 #include "mlic_core/common/error.h"
 #include "mlic_core/geometry/so3.h"
 
-namespace mlic::sim {
+namespace mlic::sim::trajectory_test {
 namespace {
 
 constexpr Scenario kAll[] = {Scenario::kFigureEight, Scenario::kHandheld, Scenario::kTiltedHandheld,
@@ -153,4 +153,4 @@ TEST(Trajectory, UnknownScenarioIsAnInputError) {
 }
 
 }  // namespace
-}  // namespace mlic::sim
+}  // namespace mlic::sim::trajectory_test

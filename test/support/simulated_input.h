@@ -21,6 +21,12 @@ inline sim::SensorSet ConfiguredSensors(const std::string& file) {
   return sim::LoadSensorSet(SourceDirectory() + "/config/simulation/" + file);
 }
 
+// The same with the first LiDARs only.
+inline sim::SensorSet WithFirstLidars(sim::SensorSet sensors, std::size_t count) {
+  sensors.lidars.resize(count);
+  return sensors;
+}
+
 // The guess, if there is one, errs by the same seed.
 inline SimulatedInput SimulateInput(const sim::SensorSet& sensors, const sim::SimulationOptions& options,
                                     bool with_guess) {

@@ -19,27 +19,39 @@
 #include "mlic_core/common/time.h"
 #include "mlic_ros/bag/livox_message.h"
 
+namespace mlic {
+// As the second driver names it.
+struct Livox2Message : LivoxMessage {};
+}  // namespace mlic
+
 namespace ros::message_traits {
 
 template <>
-struct IsMessage<mlic::LivoxMessage> : TrueType {};
+struct IsMessage<mlic::Livox2Message> : TrueType {};
 template <>
-struct MD5Sum<mlic::LivoxMessage> {
+struct MD5Sum<mlic::Livox2Message> {
   static const char* value() { return "e4d6829bdfe657cb6c21a746c86b21a6"; }
-  static const char* value(const mlic::LivoxMessage&) { return value(); }
+  static const char* value(const mlic::Livox2Message&) { return value(); }
 };
 template <>
-struct DataType<mlic::LivoxMessage> {
+struct DataType<mlic::Livox2Message> {
   static const char* value() { return "livox_ros_driver2/CustomMsg"; }
-  static const char* value(const mlic::LivoxMessage&) { return value(); }
+  static const char* value(const mlic::Livox2Message&) { return value(); }
 };
 template <>
-struct Definition<mlic::LivoxMessage> {
+struct Definition<mlic::Livox2Message> {
   static const char* value() { return "# not needed to read it\n"; }
-  static const char* value(const mlic::LivoxMessage&) { return value(); }
+  static const char* value(const mlic::Livox2Message&) { return value(); }
 };
 
 }  // namespace ros::message_traits
+
+namespace ros::serialization {
+
+template <>
+struct Serializer<mlic::Livox2Message> : Serializer<mlic::LivoxMessage> {};
+
+}  // namespace ros::serialization
 
 namespace mlic {
 
@@ -161,8 +173,8 @@ inline sensor_msgs::PointCloud2 MakeTestCloud(const TestBag& bag, TimeNs start) 
   return cloud;
 }
 
-inline LivoxMessage MakeTestLivox(TimeNs start) {
-  LivoxMessage message{};
+inline Livox2Message MakeTestLivox(TimeNs start) {
+  Livox2Message message{};
   message.header.stamp = RosTimeAt(start);
   message.header.frame_id = "livox_frame";
   message.timebase = static_cast<std::uint64_t>(start);

@@ -13,7 +13,7 @@
 #include "support/synthetic_tracks.h"
 #include "support/true_spline.h"
 
-namespace mlic {
+namespace mlic::map_matches_test {
 namespace {
 
 constexpr double kDegree = M_PI / 180.0;
@@ -219,4 +219,4 @@ TEST(MapMatches, MatchesThatErrTogetherCountForLess) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::map_matches_test

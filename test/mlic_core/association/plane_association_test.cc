@@ -7,7 +7,7 @@
 #include "mlic_core/common/random.h"
 #include "mlic_core/problem/joint_solver.h"
 
-namespace mlic {
+namespace mlic::plane_association_test {
 namespace {
 
 constexpr double kSigma = 0.01;  // m
@@ -99,4 +99,4 @@ TEST(CorrelationFactor, IsNotHiddenByPlanesThatAreSeenOnce) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::plane_association_test

@@ -10,7 +10,7 @@
 #include "support/synthetic_tracks.h"
 #include "support/true_spline.h"
 
-namespace mlic {
+namespace mlic::point_landmarks_test {
 namespace {
 
 constexpr double kDegree = M_PI / 180.0;
@@ -146,4 +146,4 @@ TEST(Landmarks, TheirNoiseDoesNotHangOnTheNoiseAssumed) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::point_landmarks_test

@@ -7,7 +7,7 @@
 
 #include "mlic_core/common/random.h"
 
-namespace mlic {
+namespace mlic::ring_corrections_test {
 namespace {
 
 constexpr int kRings = 32;
@@ -203,4 +203,4 @@ TEST(RingCorrections, MoveAPointAlongItsBeamAndUpwards) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::ring_corrections_test

@@ -8,7 +8,7 @@
 
 #include "mlic_core/common/random.h"
 
-namespace mlic {
+namespace mlic::ring_errors_test {
 namespace {
 
 constexpr int kRings = 64;
@@ -100,4 +100,4 @@ TEST(RingErrors, LowerTheCostOfOtherPointsIfTheyAreReal) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::ring_errors_test

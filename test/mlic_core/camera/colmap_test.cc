@@ -16,7 +16,7 @@
 #include "mlic_core/common/random.h"
 #include "mlic_core/geometry/so3.h"
 
-namespace mlic {
+namespace mlic::colmap_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -241,4 +241,4 @@ TEST(ColmapCamera, ModelsFitEachOther) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::colmap_test

@@ -12,7 +12,7 @@
 #include "mlic_core/camera/tracks/refinement.h"
 #include "support/synthetic_images.h"
 
-namespace mlic {
+namespace mlic::features_test {
 namespace {
 
 using Homography = Eigen::Matrix3d;
@@ -242,4 +242,4 @@ TEST(TrackRefinement, DoubtsPatchesOfTwoSurfaces) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::features_test

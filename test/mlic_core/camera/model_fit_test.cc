@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace mlic {
+namespace mlic::model_fit_test {
 namespace {
 
 double SumOfSquares(const CameraIntrinsics& camera, const std::vector<PixelRay>& rays) {
@@ -78,4 +78,4 @@ TEST(GridRays, CoverTheImageUpToTheAngle) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::model_fit_test

@@ -10,7 +10,7 @@
 #include "mlic_core/geometry/so3.h"
 #include "support/synthetic_images.h"
 
-namespace mlic {
+namespace mlic::patch_surface_test {
 namespace {
 
 // Two wide cameras over a floor, z = 0, that they see obliquely.
@@ -185,4 +185,4 @@ TEST(Patch, AGainThatChangesAcrossATemplateIsNoShift) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::patch_surface_test

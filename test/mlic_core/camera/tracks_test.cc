@@ -12,7 +12,7 @@
 #include "mlic_core/camera/tracks/tracks_from_images.h"
 #include "support/synthetic_images.h"
 
-namespace mlic {
+namespace mlic::tracks_test {
 namespace {
 
 PairMatches Pair(int a, int b, std::vector<FeatureMatch> matches) { return {a, b, std::move(matches)}; }
@@ -259,4 +259,4 @@ TEST(FindTracks, FollowTheTextureAndNotTheVehicle) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::tracks_test

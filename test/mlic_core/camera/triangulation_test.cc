@@ -8,7 +8,7 @@
 #include "mlic_core/common/random.h"
 #include "mlic_core/geometry/so3.h"
 
-namespace mlic {
+namespace mlic::triangulation_test {
 namespace {
 
 Eigen::Vector3d RandomVector(Random* random) {
@@ -139,4 +139,4 @@ TEST(Triangulation, DoesNotDependOnTheFrame) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::triangulation_test

@@ -10,7 +10,7 @@
 #include "mlic_core/common/random.h"
 #include "mlic_core/geometry/so3.h"
 
-namespace mlic {
+namespace mlic::two_view_test {
 namespace {
 
 Eigen::Vector3d RandomVector(Random* random) {
@@ -255,4 +255,4 @@ TEST(EpipolarError, IsTheAngleToTheNearestPair) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::two_view_test

@@ -13,7 +13,7 @@
 #include "support/source_directory.h"
 #include "support/true_spline.h"
 
-namespace mlic {
+namespace mlic::alignment_test {
 namespace {
 
 constexpr double kDegree = M_PI / 180.0;
@@ -82,4 +82,4 @@ TEST(CameraToMap, FindsTheCameraFromOneDegreeAndTwoCentimetresOff) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::alignment_test

@@ -9,7 +9,7 @@
 #include "mlic_core/crossmodal/projection_table.h"
 #include "mlic_core/crossmodal/renderer.h"
 
-namespace mlic {
+namespace mlic::map_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -222,7 +222,7 @@ TEST(IntensityMap, KnowsSurfacesUpToTheirEdges) {
   }
 }
 
-TEST(Renderer, ShowsNoFarPointsBetweenNearOnes) {
+TEST(RenderedMap, ShowsNoFarPointsBetweenNearOnes) {
   // A board at 4 m with points every 4 cm before a wall at 8 m with points every 2 cm.
   Random random(9);
   std::vector<MapReturn> returns;
@@ -274,4 +274,4 @@ TEST(Renderer, ShowsNoFarPointsBetweenNearOnes) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::map_test

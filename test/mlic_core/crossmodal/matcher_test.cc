@@ -12,7 +12,7 @@
 #include "support/pseudo_rendering.h"
 #include "support/source_directory.h"
 
-namespace mlic {
+namespace mlic::matcher_test {
 namespace {
 
 // Photos of the simulator's yard by cameras of half the usual size, and stand-ins for renderings from poses
@@ -196,4 +196,4 @@ TEST(StructureFeatures, PyramidKeepsPlaces) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::matcher_test

@@ -9,7 +9,7 @@
 #include "support/pseudo_rendering.h"
 #include "support/source_directory.h"
 
-namespace mlic {
+namespace mlic::nid_test {
 namespace {
 
 TEST(Nid, IsZeroForTheSameAndOneForUnrelatedValues) {
@@ -70,4 +70,4 @@ TEST(Nid, IsLeastAtTheTruePose) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::nid_test

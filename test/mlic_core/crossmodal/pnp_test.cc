@@ -6,7 +6,7 @@
 #include "mlic_core/crossmodal/three_point.h"
 #include "mlic_core/geometry/so3.h"
 
-namespace mlic {
+namespace mlic::pnp_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -143,4 +143,4 @@ TEST(Pnp, SameInputSameOutput) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::pnp_test

@@ -12,7 +12,7 @@
 #include "support/source_directory.h"
 #include "support/true_spline.h"
 
-namespace mlic {
+namespace mlic::renderer_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -201,4 +201,4 @@ TEST(ViewSelection, ScaledIntrinsicsSeeTheSameBearings) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::renderer_test

@@ -7,14 +7,14 @@
 #include <filesystem>
 
 #include "mlic_core/camera/learned/learned_matcher.h"
-#include "mlic_core/camera/learned_toy_networks.h"
+#include "mlic_core/camera/learned/toy_networks.h"
 #include "mlic_core/geometry/so3.h"
 #include "mlic_sim/image_stage.h"
 #include "support/files.h"
 #include "support/pseudo_rendering.h"
 #include "support/source_directory.h"
 
-namespace mlic {
+namespace mlic::view_matcher_test {
 namespace {
 
 // A photo of the simulator's yard, and a stand-in for its map's rendering from a pose that is turned.
@@ -142,4 +142,4 @@ TEST_F(FeatureViewMatcherTest, NothingIsFoundBeyondTheUncertainty) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::view_matcher_test

@@ -6,7 +6,7 @@
 
 #include "support/sample_result.h"
 
-namespace mlic {
+namespace mlic::calibration_difference_test {
 namespace {
 
 TEST(CalibrationDifference, OfItselfIsNothing) {
@@ -56,4 +56,4 @@ TEST(CalibrationDifference, NamesSensorsThatOnlyOneHas) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::calibration_difference_test

@@ -7,7 +7,7 @@
 #include "mlic_core/initialization/pose_fit.h"
 #include "support/test_motion.h"
 
-namespace mlic {
+namespace mlic::camera_lever_arm_test {
 namespace {
 
 const RigidTransform kTruth{FromRollPitchYaw({-1.5, 0.1, -1.4}), {0.31, -0.12, 0.22}};
@@ -80,4 +80,4 @@ TEST(CameraLeverArm, NeedsMotion) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::camera_lever_arm_test

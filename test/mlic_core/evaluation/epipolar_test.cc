@@ -7,7 +7,7 @@
 #include "mlic_core/geometry/so3.h"
 #include "support/synthetic_images.h"
 
-namespace mlic {
+namespace mlic::epipolar_test {
 namespace {
 
 constexpr TimeNs kEpoch = 1700000000000000000;
@@ -183,4 +183,4 @@ TEST(FreshMatches, AreFoundInImagesThatWereNotUsed) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::epipolar_test

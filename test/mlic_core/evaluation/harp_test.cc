@@ -8,7 +8,7 @@
 #include "mlic_core/common/error.h"
 #include "mlic_core/sensors/camera_model.h"
 
-namespace mlic {
+namespace mlic::harp_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -114,4 +114,4 @@ TEST(Harp, EdgesAreFoundToAFractionOfAPixel) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::harp_test

@@ -4,7 +4,7 @@
 
 #include "mlic_core/evaluation/intrinsics_error.h"
 
-namespace mlic {
+namespace mlic::intrinsics_test {
 namespace {
 
 CalibrationResult OneCamera(CameraModel model, const std::vector<double>& parameters) {
@@ -65,4 +65,4 @@ TEST(IntrinsicsError, ReadoutsAndMissingIntrinsics) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::intrinsics_test

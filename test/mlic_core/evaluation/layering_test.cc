@@ -7,7 +7,7 @@
 #include "mlic_core/common/random.h"
 #include "mlic_core/evaluation/sensor_colours.h"
 
-namespace mlic {
+namespace mlic::layering_test {
 namespace {
 
 // A wall 5 m ahead and the ground, seen by two LiDARs, of which the second has the wall `apart` m too far.
@@ -74,4 +74,4 @@ TEST(Layering, NeedsASurface) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::layering_test

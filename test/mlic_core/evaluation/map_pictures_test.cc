@@ -11,7 +11,7 @@
 #include "mlic_core/sensors/camera_model.h"
 #include "support/synthetic_images.h"
 
-namespace mlic {
+namespace mlic::map_pictures_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -226,4 +226,4 @@ TEST_F(ColouredMapTest, IsDrawnFromAboveWithoutWhatIsHigh) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::map_pictures_test

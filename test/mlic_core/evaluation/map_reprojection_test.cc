@@ -7,7 +7,7 @@
 #include "mlic_core/common/random.h"
 #include "mlic_core/geometry/so3.h"
 
-namespace mlic {
+namespace mlic::map_reprojection_test {
 namespace {
 
 constexpr TimeNs kEpoch = 1700000000000000000;
@@ -118,4 +118,4 @@ TEST(MapReprojection, StandsInColumns) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::map_reprojection_test

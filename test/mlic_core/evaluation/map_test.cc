@@ -9,7 +9,7 @@
 #include "mlic_core/evaluation/turned_entropy.h"
 #include "mlic_core/geometry/so3.h"
 
-namespace mlic {
+namespace mlic::map_test {
 namespace {
 
 // Points of two LiDARs on one wall x = 10, with noise along x; the second one's are `shift` farther.
@@ -182,4 +182,4 @@ TEST(TurnedEntropy, IsLeastAsCalibrated) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::map_test

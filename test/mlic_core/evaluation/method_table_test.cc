@@ -4,7 +4,7 @@
 
 #include "support/sample_result.h"
 
-namespace mlic {
+namespace mlic::method_table_test {
 namespace {
 
 // The joint calibration, right but for 2 mm, and a rival that is 30 mm off along z and lacks a LiDAR.
@@ -45,4 +45,4 @@ TEST(MethodTable, SaysWhatAMethodDoesNotGive) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::method_table_test

@@ -9,7 +9,7 @@
 #include "mlic_core/geometry/so3.h"
 #include "support/simulated_input.h"
 
-namespace mlic {
+namespace mlic::methods_test {
 namespace {
 
 // The front and the left LiDAR of the paper's car, which share a part of their view.
@@ -66,4 +66,4 @@ TEST(HandEyeMethod, AsksForALidar) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::methods_test

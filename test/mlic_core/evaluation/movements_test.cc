@@ -6,7 +6,7 @@
 
 #include "mlic_core/geometry/so3.h"
 
-namespace mlic {
+namespace mlic::movements_test {
 namespace {
 
 constexpr double kLimit = 5.0;  // sigmas
@@ -165,4 +165,4 @@ TEST(Movements, SayWhatIsNotChecked) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::movements_test

@@ -9,7 +9,7 @@
 #include "support/files.h"
 #include "support/sample_result.h"
 
-namespace mlic {
+namespace mlic::repeatability_test {
 namespace {
 
 // The sample with errors of the claimed sigmas times `factor`; pairs follow their sensors.
@@ -119,4 +119,4 @@ TEST(Repeatability, NeedsMoreThanOneCalibration) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::repeatability_test

@@ -8,7 +8,7 @@
 #include "mlic_core/geometry/so3.h"
 #include "support/synthetic_images.h"
 
-namespace mlic {
+namespace mlic::single_frames_test {
 namespace {
 
 constexpr TimeNs kEpoch = 1700000000000000000;
@@ -87,4 +87,4 @@ TEST(Panorama, HasEachCameraWhereItLooks) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::single_frames_test

@@ -7,7 +7,7 @@
 #include "mlic_core/evaluation/trajectory_error.h"
 #include "mlic_core/geometry/so3.h"
 
-namespace mlic {
+namespace mlic::trajectory_test {
 namespace {
 
 // A walk with turns about all axes, or about z alone; 100 Hz.
@@ -116,4 +116,4 @@ TEST(TrajectoryError, TablesHoldTheNumbers) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::trajectory_test

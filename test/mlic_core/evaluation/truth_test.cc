@@ -9,7 +9,7 @@
 #include "mlic_core/sensors/imu_matrices.h"
 #include "support/sample_result.h"
 
-namespace mlic {
+namespace mlic::truth_test {
 namespace {
 
 const PoseError& Named(const std::vector<PoseError>& errors, const std::string& name) {
@@ -141,4 +141,4 @@ TEST(TruthComparison, TableAndCsvHaveALineForEach) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::truth_test

@@ -9,7 +9,7 @@
 #include "mlic_core/problem/layout.h"
 #include "support/jacobian_check.h"
 
-namespace mlic {
+namespace mlic::jacobians_test {
 namespace {
 
 Eigen::Vector3d RandomVector(Random* random) {
@@ -282,4 +282,4 @@ TEST(GaugeResidual, JacobianAgreesWithNumericOneWhereItIsZero) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::jacobians_test

@@ -9,7 +9,7 @@
 #include "mlic_core/geometry/so3.h"
 #include "support/jacobian_check.h"
 
-namespace mlic {
+namespace mlic::reprojection_test {
 namespace {
 
 constexpr double kStamp = 0.43;
@@ -173,4 +173,4 @@ TEST(Reprojection, UnseenPointIsSaidAndNothingWritten) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::reprojection_test

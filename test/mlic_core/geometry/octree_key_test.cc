@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace mlic {
+namespace mlic::octree_key_test {
 namespace {
 
 using Small = Octree<4, 2>;  // 16 root voxels an axis, each of 4 leaves an axis
@@ -47,4 +47,4 @@ TEST(Octree, ChildrenAreTheOccupiedOctantsInOrder) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::octree_key_test

@@ -8,7 +8,7 @@
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/geometry/wahba.h"
 
-namespace mlic {
+namespace mlic::symmetric_matrix_test {
 namespace {
 
 Eigen::MatrixXd Draw(int rows, int columns, Random* random) {
@@ -56,4 +56,4 @@ TEST(Wahba, GivesTheRotationAlsoWhereAReflectionFitsBetter) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::symmetric_matrix_test

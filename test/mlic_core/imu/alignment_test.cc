@@ -8,7 +8,7 @@
 #include "mlic_core/imu/gravity_lever_arm.h"
 #include "support/test_motion.h"
 
-namespace mlic {
+namespace mlic::alignment_test {
 namespace {
 
 using test::AddOutliers;
@@ -297,4 +297,4 @@ TEST(GravityLeverArm, OnAPlaneAccelerationsShowTheHeading) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::alignment_test

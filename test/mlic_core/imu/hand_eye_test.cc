@@ -7,7 +7,7 @@
 
 #include "support/test_motion.h"
 
-namespace mlic {
+namespace mlic::hand_eye_test {
 namespace {
 
 std::vector<RelativeMotion> Motions(const test::Motion& motion, const test::Rig& rig, double noise_rotation,
@@ -134,4 +134,4 @@ TEST(HandEye, TooFewMotionsAreAFailureThatSaysSo) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::hand_eye_test

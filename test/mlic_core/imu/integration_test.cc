@@ -8,7 +8,7 @@
 #include "mlic_core/imu/specific_force_integration.h"
 #include "support/test_motion.h"
 
-namespace mlic {
+namespace mlic::integration_test {
 namespace {
 
 using test::HandHeld;
@@ -152,4 +152,4 @@ TEST(Excitation, TellsTurningAboutOneAxis) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::integration_test

@@ -6,7 +6,7 @@
 
 #include "mlic_core/common/random.h"
 
-namespace mlic {
+namespace mlic::noise_spectrum_test {
 namespace {
 
 constexpr double kRate = 200.0;
@@ -44,4 +44,4 @@ TEST(NoiseSpectrum, AFewSamplesHaveNone) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::noise_spectrum_test

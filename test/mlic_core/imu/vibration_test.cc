@@ -9,7 +9,7 @@
 
 #include "mlic_core/common/random.h"
 
-namespace mlic {
+namespace mlic::vibration_test {
 namespace {
 
 constexpr double kRate = 200.0;
@@ -103,4 +103,4 @@ TEST(Vibration, NothingIsMadeAcrossAGap) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::vibration_test

@@ -9,7 +9,7 @@
 #include "support/drive_messages.h"
 #include "support/files.h"
 
-namespace mlic {
+namespace mlic::camera_builder_test {
 namespace {
 
 constexpr int kWidth = 64, kHeight = 48, kImages = 30;
@@ -128,4 +128,4 @@ TEST(Mask, IsReadAndChecked) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::camera_builder_test

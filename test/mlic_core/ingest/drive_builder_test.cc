@@ -9,7 +9,7 @@
 #include "support/drive_messages.h"
 #include "support/files.h"
 
-namespace mlic {
+namespace mlic::drive_builder_test {
 namespace {
 
 using Problem = ReadScan::Problem;
@@ -179,4 +179,4 @@ TEST(DriveBuilder, ChangeOfScanPeriodIsReported) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::drive_builder_test

@@ -7,7 +7,7 @@
 #include "mlic_core/ingest/scan_reader.h"
 #include "support/files.h"
 
-namespace mlic {
+namespace mlic::lidar_format_test {
 namespace {
 
 constexpr int kColumns = 360;
@@ -84,4 +84,4 @@ TEST(ScanReader, SaysWhatIsWrongWithAScan) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::lidar_format_test

@@ -8,7 +8,7 @@
 #include "support/synthetic_tracks.h"
 #include "support/true_spline.h"
 
-namespace mlic {
+namespace mlic::camera_imu_test {
 namespace {
 
 constexpr double kDegree = M_PI / 180.0;
@@ -358,4 +358,4 @@ TEST(VisualInitialization, RefusesAScaleThatTheMotionDoesNotShow) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::camera_imu_test

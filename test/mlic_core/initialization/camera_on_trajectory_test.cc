@@ -9,7 +9,7 @@
 #include "support/synthetic_tracks.h"
 #include "support/true_spline.h"
 
-namespace mlic {
+namespace mlic::camera_on_trajectory_test {
 namespace {
 
 constexpr double kDegree = M_PI / 180.0;
@@ -370,4 +370,4 @@ TEST(CameraInitialization, PatternSensitivityIsThatOfIndependentObservations) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::camera_on_trajectory_test

@@ -7,7 +7,7 @@
 #include "mlic_core/common/random.h"
 #include "mlic_core/geometry/so3.h"
 
-namespace mlic {
+namespace mlic::guess_check_test {
 namespace {
 
 ExtrinsicGuess GuessAt(const RigidTransform& pose) {
@@ -59,4 +59,4 @@ TEST(GuessCheck, GuessesOfTheirOwnSensorsSeldomLookExchanged) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::guess_check_test

@@ -5,7 +5,7 @@
 #include "mlic_core/geometry/so3.h"
 #include "support/test_motion.h"
 
-namespace mlic {
+namespace mlic::inertial_motion_test {
 namespace {
 
 TEST(InertialMotion, PredictsALidarOnALeverArm) {
@@ -46,4 +46,4 @@ TEST(InertialMotion, PredictsALidarOnALeverArm) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::inertial_motion_test

@@ -6,7 +6,7 @@
 
 #include "mlic_core/common/random.h"
 
-namespace mlic {
+namespace mlic::knot_spacing_test {
 namespace {
 
 // A shaking IMU at the given rate.
@@ -57,4 +57,4 @@ TEST(KnotSpacing, FollowsTheMotionWhateverVibratesAboveIt) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::knot_spacing_test

@@ -6,7 +6,7 @@
 #include "support/synthetic_tracks.h"
 #include "support/true_spline.h"
 
-namespace mlic {
+namespace mlic::lens_search_test {
 namespace {
 
 constexpr double kDegree = M_PI / 180.0;
@@ -109,4 +109,4 @@ TEST(LensSearch, FindsNothingInImagesOfAnotherDrive) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::lens_search_test

@@ -6,7 +6,7 @@
 #include "mlic_core/initialization/guess_check.h"
 #include "support/simulated_input.h"
 
-namespace mlic {
+namespace mlic::lidar_imu_test {
 namespace {
 
 constexpr double kDegree = M_PI / 180.0;
@@ -60,7 +60,7 @@ TEST(Initialization, SaysWhetherTheMotionOrTheLidarIsAtFault) {
   EXPECT_NE(problem().find("the drive lasts less than 5 s"), std::string::npos) << problem();
 }
 
-TEST(GuessCheck, JudgesByTheSigmasOfTheGuess) {
+TEST(GuessedPose, JudgesByTheSigmasOfTheGuess) {
   LidarConfig config;
   config.name = "front";
   EXPECT_TRUE(IsLostFromGuess(config, RigidTransform()));
@@ -80,4 +80,4 @@ TEST(GuessCheck, JudgesByTheSigmasOfTheGuess) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::lidar_imu_test

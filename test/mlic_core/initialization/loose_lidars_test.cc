@@ -7,7 +7,7 @@
 #include "mlic_sim/motions.h"
 #include "mlic_sim/trajectory.h"
 
-namespace mlic {
+namespace mlic::loose_lidars_test {
 namespace {
 
 constexpr double kDegree = M_PI / 180.0;
@@ -71,4 +71,4 @@ TEST_F(LooseLidars, AreNotThoseThatHardlyTurn) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::loose_lidars_test

@@ -5,7 +5,7 @@
 #include "mlic_core/common/random.h"
 #include "mlic_core/geometry/so3.h"
 
-namespace mlic {
+namespace mlic::map_alignment_test {
 namespace {
 
 MapPlane Patch(const Eigen::Vector3d& center, const Eigen::Vector3d& normal) {
@@ -101,4 +101,4 @@ TEST(MapAlignment, HardlyAnyPlanesTellNothing) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::map_alignment_test

@@ -6,7 +6,7 @@
 
 #include "mlic_core/inspection/find_finding.h"
 
-namespace mlic {
+namespace mlic::camera_findings_test {
 namespace {
 
 constexpr TimeNs kBegin = 1'700'000'000'000'000'000;
@@ -96,4 +96,4 @@ TEST(CameraFindings, CompareTheLensWithTheImages) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::camera_findings_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace mlic {
+namespace mlic::cost_test {
 namespace {
 
 // Rows of docs/benchmark.md, "Long recordings".
@@ -40,4 +40,4 @@ TEST(Cost, KeepsALongDriveWithinMemoryAndTime) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::cost_test

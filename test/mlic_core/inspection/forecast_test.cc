@@ -8,7 +8,7 @@
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/inspection/find_finding.h"
 
-namespace mlic {
+namespace mlic::forecast_test {
 namespace {
 
 constexpr double kRate = 200.0;          // Hz
@@ -108,4 +108,4 @@ TEST(Forecast, FailsASensorWithNothingToStandIn) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::forecast_test

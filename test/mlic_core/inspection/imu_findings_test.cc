@@ -9,7 +9,7 @@
 #include "mlic_core/inspection/excitation_findings.h"
 #include "mlic_core/inspection/find_finding.h"
 
-namespace mlic {
+namespace mlic::imu_findings_test {
 namespace {
 
 constexpr TimeNs kBegin = 1'700'000'000'000'000'000;
@@ -120,4 +120,4 @@ TEST(ExcitationFindings, MeasuresRest) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::imu_findings_test

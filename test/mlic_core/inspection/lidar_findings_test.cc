@@ -7,7 +7,7 @@
 
 #include "mlic_core/inspection/find_finding.h"
 
-namespace mlic {
+namespace mlic::lidar_findings_test {
 namespace {
 
 constexpr TimeNs kBegin = 1'700'000'000'000'000'000;
@@ -95,4 +95,4 @@ TEST(DeskewFindings, TellRawFromDeskewedScans) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::lidar_findings_test

@@ -8,7 +8,7 @@
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/inspection/rotation_findings.h"
 
-namespace mlic {
+namespace mlic::pose_information_test {
 namespace {
 
 constexpr double kPeriod = 0.1;                     // s
@@ -87,4 +87,4 @@ TEST(PoseNoise, IsAlongTheAxesOfTheImu) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::pose_information_test

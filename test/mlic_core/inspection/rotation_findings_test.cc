@@ -7,7 +7,7 @@
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/inspection/find_finding.h"
 
-namespace mlic {
+namespace mlic::rotation_findings_test {
 namespace {
 
 // A LiDAR that the gyroscope shows at `truth`, with a guess; shown: how many directions.
@@ -85,4 +85,4 @@ TEST(LiveliestStretch, IsWhereItTurnsAboutTwoAxes) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::rotation_findings_test

@@ -7,7 +7,7 @@
 
 #include "mlic_core/inspection/find_finding.h"
 
-namespace mlic {
+namespace mlic::stamp_findings_test {
 namespace {
 
 constexpr TimeNs kBegin = 1'700'000'000'000'000'000;
@@ -124,4 +124,4 @@ TEST(StampFindings, MeasuresOverlap) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::stamp_findings_test

@@ -7,7 +7,7 @@
 #include "mlic_core/common/random.h"
 #include "mlic_core/geometry/so3.h"
 
-namespace mlic {
+namespace mlic::telling_stretch_test {
 namespace {
 
 constexpr double kRate = 100.0;  // Hz
@@ -55,4 +55,4 @@ TEST(TellingStretch, OfADriveThatShowsNothingIsSomeStretchOfIt) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::telling_stretch_test

@@ -9,7 +9,7 @@
 #include "support/files.h"
 #include "support/sample_result.h"
 
-namespace mlic {
+namespace mlic::camera_export_test {
 namespace {
 
 SensorResult Camera(const std::string& name, CameraModel model, std::vector<double> parameters) {
@@ -145,4 +145,4 @@ TEST(CameraCheckpoint, IntrinsicsSurvive) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::camera_export_test

@@ -9,7 +9,7 @@
 #include "support/files.h"
 #include "support/sample_result.h"
 
-namespace mlic {
+namespace mlic::checkpoint_test {
 namespace {
 
 Dataset SampleDataset(int scans, int points) {
@@ -160,4 +160,4 @@ TEST(Serialize, LargeDatasetComesBackWhole) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::checkpoint_test

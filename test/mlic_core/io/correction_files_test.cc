@@ -8,7 +8,7 @@
 #include "mlic_core/association/ring_corrections.h"
 #include "support/sample_result.h"
 
-namespace mlic {
+namespace mlic::correction_files_test {
 namespace {
 
 // A laser as velodyne_pointcloud computes its points, but for what is zero in its files of most models.
@@ -54,4 +54,4 @@ TEST(CorrectionFiles, MeanWhatTheDriverDoes) {
 TEST(CorrectionFiles, AreOfCorrectedLidarsOnly) { EXPECT_TRUE(CorrectionFiles(SampleResult()).empty()); }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::correction_files_test

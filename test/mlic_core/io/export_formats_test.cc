@@ -13,7 +13,7 @@
 #include "support/files.h"
 #include "support/sample_result.h"
 
-namespace mlic {
+namespace mlic::export_formats_test {
 namespace {
 
 constexpr double kNear = 1e-9;  // m, rad, s, px
@@ -245,4 +245,4 @@ TEST(ExportFormats, SmallNumbersHaveAPoint) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::export_formats_test

@@ -15,7 +15,7 @@
 #include "support/files.h"
 #include "support/sample_result.h"
 
-namespace mlic {
+namespace mlic::export_test {
 namespace {
 
 // The numbers in the attribute `name="..."` at its i-th place in the text.
@@ -329,4 +329,4 @@ TEST(WriteResults, UnwritablePlaceIsOneLine) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::export_test

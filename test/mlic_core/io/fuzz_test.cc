@@ -13,7 +13,7 @@
 #include "support/mutations.h"
 #include "support/sample_result.h"
 
-namespace mlic {
+namespace mlic::fuzz_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -88,4 +88,4 @@ TEST(Fuzz, Checkpoint) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::fuzz_test

@@ -9,7 +9,7 @@
 #include "mlic_core/io/text_file.h"
 #include "support/files.h"
 
-namespace mlic {
+namespace mlic::output_directory_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -218,4 +218,4 @@ TEST(OutputDirectory, ResultsAreKnownAgainUntilOneIsMissing) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::output_directory_test

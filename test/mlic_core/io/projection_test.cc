@@ -5,7 +5,7 @@
 #include "mlic_core/io/text_file.h"
 #include "support/files.h"
 
-namespace mlic {
+namespace mlic::projection_test {
 namespace {
 
 std::string HeaderOf(int points, const std::string& encoding) {
@@ -133,4 +133,4 @@ TEST(Overlays, OfGuessAndResultShareTheirColours) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::projection_test

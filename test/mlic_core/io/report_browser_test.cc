@@ -12,7 +12,7 @@
 #include "support/sample_result.h"
 #include "support/source_directory.h"
 
-namespace mlic {
+namespace mlic::report_browser_test {
 namespace {
 
 using Seen = std::map<std::string, std::string>;
@@ -127,4 +127,4 @@ TEST(ReportInBrowser, WorksAndFits) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::report_browser_test

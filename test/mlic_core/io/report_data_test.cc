@@ -11,7 +11,7 @@
 #include "support/files.h"
 #include "support/sample_result.h"
 
-namespace mlic {
+namespace mlic::report_data_test {
 namespace {
 
 // JSON is YAML: what stands between the script element's tags.
@@ -101,4 +101,4 @@ TEST(RigDrawing, OfPairsStandsAboutTheirRoot) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::report_data_test

@@ -17,7 +17,7 @@
 #include "support/sample_result.h"
 #include "support/source_directory.h"
 
-namespace mlic {
+namespace mlic::report_test {
 namespace {
 
 std::string ReportOf(const CalibrationResult& result) {
@@ -351,4 +351,4 @@ TEST(EmbeddedImage, SaysItsKindAndBeginsWithItsMagic) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::report_test

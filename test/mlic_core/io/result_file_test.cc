@@ -5,7 +5,7 @@
 #include "support/files.h"
 #include "support/sample_result.h"
 
-namespace mlic {
+namespace mlic::result_file_test {
 namespace {
 
 void ExpectSame(const RigidTransform& a, const RigidTransform& b) {
@@ -362,4 +362,4 @@ TEST(ResultFile, SaysWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::result_file_test

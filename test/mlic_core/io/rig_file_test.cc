@@ -5,7 +5,7 @@
 #include "support/files.h"
 #include "support/source_directory.h"
 
-namespace mlic {
+namespace mlic::rig_file_test {
 namespace {
 
 const char* const kFull = R"(imu:
@@ -241,4 +241,4 @@ TEST(ShippedRigs, LoadAndName) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::rig_file_test

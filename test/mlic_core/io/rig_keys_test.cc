@@ -9,7 +9,7 @@
 #include "support/files.h"
 #include "support/source_directory.h"
 
-namespace mlic {
+namespace mlic::rig_keys_test {
 namespace {
 
 using Keys = std::set<std::string>;
@@ -75,4 +75,4 @@ TEST(RigKeys, TableOfTheDocsIsTheParsers) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::rig_keys_test

@@ -11,7 +11,7 @@
 #include "support/files.h"
 #include "support/sample_result.h"
 
-namespace mlic {
+namespace mlic::urdf_merge_test {
 namespace {
 
 // A robot that has the IMU, one LiDAR on a mast, and the camera on that LiDAR, at other places than the
@@ -253,4 +253,4 @@ TEST_F(UrdfMerge, CheckUrdfAcceptsIt) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::urdf_merge_test

@@ -6,7 +6,7 @@
 #include "mlic_core/io/text_file.h"
 #include "support/files.h"
 
-namespace mlic {
+namespace mlic::velodyne_calibration_test {
 namespace {
 
 // As velodyne_pointcloud's VLP-16 and HDL-64 files are written, lasers in no order of elevation.
@@ -71,4 +71,4 @@ TEST_F(VelodyneCalibration, CountOnceAndOnlyInAFileThatHasTheRings) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::velodyne_calibration_test

@@ -14,7 +14,7 @@
 #include "mlic_sim/simulation.h"
 #include "support/source_directory.h"
 
-namespace mlic {
+namespace mlic::odometry_test {
 namespace {
 
 constexpr double kDegree = M_PI / 180.0;
@@ -298,4 +298,4 @@ TEST(LidarOdometry, StopsWhenCancelled) {
 TEST(LidarOdometry, NoScansGiveNoPoses) { EXPECT_TRUE(RunOn(LidarRecording()).empty()); }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::odometry_test

@@ -6,7 +6,7 @@
 
 #include "mlic_core/common/random.h"
 
-namespace mlic {
+namespace mlic::own_body_test {
 namespace {
 
 constexpr float kBodyMark = 7.0f, kGroundMark = 3.0f;
@@ -67,4 +67,4 @@ TEST(OwnBody, NothingIsTakenFromAParkedRig) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::own_body_test

@@ -8,7 +8,7 @@
 
 #include "mlic_core/common/random.h"
 
-namespace mlic {
+namespace mlic::plane_map_test {
 namespace {
 
 constexpr double kNoise = 0.02;  // m
@@ -150,4 +150,4 @@ TEST(PlaneMap, IsNotDrawnByWhatStandsOnIt) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::plane_map_test

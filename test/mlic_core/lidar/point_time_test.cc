@@ -9,7 +9,7 @@
 #include "mlic_core/common/random.h"
 #include "mlic_core/lidar/azimuth_time.h"
 
-namespace mlic {
+namespace mlic::point_time_test {
 namespace {
 
 using Reference = PointTimeFormat::Reference;
@@ -170,4 +170,4 @@ TEST(AzimuthTime, RefusesWhatDoesNotSpin) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::point_time_test

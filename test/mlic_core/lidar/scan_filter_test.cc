@@ -8,7 +8,7 @@
 
 #include "mlic_core/common/random.h"
 
-namespace mlic {
+namespace mlic::scan_filter_test {
 namespace {
 
 LidarPoint MakePoint(float x, float y, float z, float time) {
@@ -89,4 +89,4 @@ TEST(ScanFilter, EmptyScanStaysEmpty) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::scan_filter_test

@@ -3,12 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "mlic_core/geometry/so3.h"
 #include "support/simulated_input.h"
 
-namespace mlic {
+namespace mlic::calibrator_test {
 namespace {
 
 struct SimulatedRun {
@@ -17,10 +18,10 @@ struct SimulatedRun {
   Rig rig;
 };
 
-SimulatedRun CalibrateSimulated(const std::string& sensors_file, sim::Scenario scenario, double duration,
+SimulatedRun CalibrateSimulated(const sim::SensorSet& sensors, sim::Scenario scenario, double duration,
                                 std::uint64_t seed, bool with_noise, bool with_guess) {
-  const SimulatedInput input = SimulateInput(ConfiguredSensors(sensors_file),
-                                             DriveOptions(scenario, duration, seed, with_noise), with_guess);
+  const SimulatedInput input =
+      SimulateInput(sensors, DriveOptions(scenario, duration, seed, with_noise), with_guess);
   CalibrationObserver observer;
   return {Calibrate(input.rig, input.dataset, CancellationToken(), observer),
           sim::TrueCalibrations(input.sensors), input.rig};
@@ -44,7 +45,7 @@ double OffsetError(const SimulatedRun& run, std::size_t l) {
 
 TEST(Calibration, NoiseFreeHandHeldDriveGivesTheTruth) {
   const SimulatedRun run =
-      CalibrateSimulated("handheld.yaml", sim::Scenario::kHandheld, 15.0, 2, false, false);
+      CalibrateSimulated(ConfiguredSensors("handheld.yaml"), sim::Scenario::kHandheld, 15.0, 2, false, false);
   ASSERT_TRUE(run.result.Trusted());
   EXPECT_LT(RotationErrorDeg(run, 0), 1e-3);
   EXPECT_LT(TranslationError(run, 0).norm(), 1e-4);
@@ -53,7 +54,7 @@ TEST(Calibration, NoiseFreeHandHeldDriveGivesTheTruth) {
 
 TEST(Calibration, NoisyHandHeldDriveNeedsNoGuessAndKeepsItsSigmas) {
   const SimulatedRun run =
-      CalibrateSimulated("handheld.yaml", sim::Scenario::kHandheld, 20.0, 1, true, false);
+      CalibrateSimulated(ConfiguredSensors("handheld.yaml"), sim::Scenario::kHandheld, 20.0, 1, true, false);
   ASSERT_TRUE(run.result.Trusted());
   EXPECT_LT(RotationErrorDeg(run, 0), 0.016);
   EXPECT_LT(TranslationError(run, 0).norm(), 2e-3);
@@ -64,8 +65,8 @@ TEST(Calibration, NoisyHandHeldDriveNeedsNoGuessAndKeepsItsSigmas) {
 }
 
 TEST(Calibration, FourLidarsOfACarShareTheirMap) {
-  const SimulatedRun run =
-      CalibrateSimulated("paper_rig_lidars.yaml", sim::Scenario::kFigureEight, 20.0, 1, true, true);
+  const SimulatedRun run = CalibrateSimulated(ConfiguredSensors("paper_rig_lidars.yaml"),
+                                              sim::Scenario::kFigureEight, 15.0, 1, true, true);
   ASSERT_TRUE(run.result.Trusted());
   ASSERT_EQ(run.result.sensors.size(), 4u);
   for (std::size_t l = 0; l < 4; ++l) {
@@ -87,29 +88,30 @@ TEST(Calibration, FourLidarsOfACarShareTheirMap) {
 }
 
 TEST(Calibration, PlanarDriveHoldsTheHeight) {
-  const SimulatedRun run =
-      CalibrateSimulated("paper_rig_lidars.yaml", sim::Scenario::kPlanar, 20.0, 1, true, true);
+  const SimulatedRun run = CalibrateSimulated(WithFirstLidars(ConfiguredSensors("paper_rig_lidars.yaml"), 2),
+                                              sim::Scenario::kPlanar, 20.0, 1, true, true);
   ASSERT_TRUE(run.result.Trusted());
+  ASSERT_EQ(run.result.sensors.size(), 2u);
   for (const SensorResult& sensor : run.result.sensors) {
     EXPECT_FALSE(sensor.translation_observable[2]) << sensor.name;
     EXPECT_TRUE(sensor.translation_observable[0] && sensor.translation_observable[1]) << sensor.name;
     ASSERT_EQ(sensor.unobservable.size(), 1u);
     EXPECT_GT(std::abs(sensor.unobservable[0].direction.z()), 0.99);
-    EXPECT_NEAR(sensor.unobservable[0].sigma, 0.05, 0.002) << "the mean of four guesses of 0.1 m";
+    EXPECT_NEAR(sensor.unobservable[0].sigma, 0.1 / std::sqrt(2.0), 0.002)
+        << "the mean of two guesses of 0.1 m";
   }
   // The map places the LiDARs against each other, the guesses all of them over the IMU.
   double off = 0.0;
-  for (std::size_t l = 0; l < 4; ++l) {
-    off += run.result.sensors[l].unobservable[0].direction.dot(DistanceFromGuess(run, l)) / 4.0;
-    for (std::size_t m = 0; m < l; ++m) {
-      EXPECT_NEAR(TranslationError(run, l).z(), TranslationError(run, m).z(), 3e-3);
-    }
+  for (std::size_t l = 0; l < 2; ++l) {
+    off += run.result.sensors[l].unobservable[0].direction.dot(DistanceFromGuess(run, l)) / 2.0;
   }
+  EXPECT_NEAR(TranslationError(run, 0).z(), TranslationError(run, 1).z(), 3e-3);
   EXPECT_NEAR(off, 0.0, 1e-3);
 }
 
 TEST(Calibration, WhatAPlanarDriveDoesNotShowStandsAtTheGuess) {
-  const SimulatedRun run = CalibrateSimulated("handheld.yaml", sim::Scenario::kPlanar, 15.0, 2, true, true);
+  const SimulatedRun run =
+      CalibrateSimulated(ConfiguredSensors("handheld.yaml"), sim::Scenario::kPlanar, 15.0, 2, true, true);
   ASSERT_EQ(run.result.sensors.size(), 1u);
   const std::vector<UnobservableDirection>& open = run.result.sensors[0].unobservable;
   ASSERT_EQ(open.size(), 1u);
@@ -120,7 +122,8 @@ TEST(Calibration, WhatAPlanarDriveDoesNotShowStandsAtTheGuess) {
 
 TEST(Calibration, PlanarDriveWithoutGuessIsRefused) {
   EXPECT_FALSE(
-      CalibrateSimulated("handheld.yaml", sim::Scenario::kPlanar, 12.0, 1, true, false).result.Trusted());
+      CalibrateSimulated(ConfiguredSensors("handheld.yaml"), sim::Scenario::kPlanar, 12.0, 1, true, false)
+          .result.Trusted());
 }
 
 // Given the wrong way round, the guess is metres off along the axes that the drive shows, and right by no
@@ -138,21 +141,22 @@ TEST(Calibration, GuessTheWrongWayRoundDecidesNothing) {
   EXPECT_TRUE(std::any_of(result.reasons.begin(), result.reasons.end(), [](const std::string& reason) {
     return reason.find("contradicts the given T_imu_sensor") != std::string::npos;
   }));
-  input.rig.lidars[0].guess->T_imu_sensor = truth;
-  EXPECT_TRUE(Calibrate(input.rig, input.dataset, CancellationToken(), observer).Trusted());
 }
 
 TEST(Calibration, DrivesWithoutExcitationAreRefusedThoughThereIsAGuess) {
   for (const auto scenario : {sim::Scenario::kStatic, sim::Scenario::kStraight, sim::Scenario::kCircle}) {
-    const SimulatedRun run = CalibrateSimulated("handheld.yaml", scenario, 8.0, 1, true, true);
+    const SimulatedRun run =
+        CalibrateSimulated(ConfiguredSensors("handheld.yaml"), scenario, 8.0, 1, true, true);
     EXPECT_FALSE(run.result.Trusted());
     EXPECT_FALSE(run.result.reasons.empty());
   }
 }
 
 TEST(Calibration, SameInputGivesSameNumbers) {
-  const SimulatedRun a = CalibrateSimulated("handheld.yaml", sim::Scenario::kHandheld, 8.0, 4, true, false);
-  const SimulatedRun b = CalibrateSimulated("handheld.yaml", sim::Scenario::kHandheld, 8.0, 4, true, false);
+  const SimulatedRun a =
+      CalibrateSimulated(ConfiguredSensors("handheld.yaml"), sim::Scenario::kHandheld, 8.0, 4, true, false);
+  const SimulatedRun b =
+      CalibrateSimulated(ConfiguredSensors("handheld.yaml"), sim::Scenario::kHandheld, 8.0, 4, true, false);
   ASSERT_EQ(a.result.sensors.size(), b.result.sensors.size());
   for (std::size_t l = 0; l < a.result.sensors.size(); ++l) {
     EXPECT_EQ(a.result.sensors[l].calibration.T_imu_sensor.translation,
@@ -162,4 +166,4 @@ TEST(Calibration, SameInputGivesSameNumbers) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::calibrator_test

@@ -16,7 +16,7 @@
 #include "support/interruption.h"
 #include "support/simulated_input.h"
 
-namespace mlic {
+namespace mlic::cameras_test {
 namespace {
 
 constexpr double kDegree = M_PI / 180.0;
@@ -289,4 +289,4 @@ TEST(CameraEndToEnd, ARunThatWasKilledGoesOnToTheSameBytes) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::cameras_test

@@ -4,7 +4,7 @@
 #include "mlic_core/summary/result_assembly.h"
 #include "support/simulated_input.h"
 
-namespace mlic {
+namespace mlic::clock_drift_test {
 namespace {
 
 constexpr double kDuration = 12.0;  // s
@@ -84,4 +84,4 @@ TEST(ClockDrift, FindsWhatLidarsDriftAgainstEachOther) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::clock_drift_test

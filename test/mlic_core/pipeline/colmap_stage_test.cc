@@ -16,7 +16,7 @@
 #include "support/synthetic_tracks.h"
 #include "support/true_spline.h"
 
-namespace mlic {
+namespace mlic::colmap_stage_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -230,4 +230,4 @@ TEST(ColmapFallback, WithoutColmapARigOfOneSuchCameraIsRefused) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::colmap_stage_test

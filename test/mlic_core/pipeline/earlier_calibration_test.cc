@@ -7,7 +7,7 @@
 #include "mlic_core/common/error.h"
 #include "mlic_core/geometry/so3.h"
 
-namespace mlic {
+namespace mlic::earlier_calibration_test {
 namespace {
 
 const Eigen::Vector3d kTranslationSigma(1e-3, 2e-3, 3e-3), kRotationSigma(1e-4, 2e-4, 3e-4);
@@ -194,4 +194,4 @@ TEST_F(EarlierCalibration, ErrorsOfHeldSensorsMoveTheAddedOneAlong) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::earlier_calibration_test

@@ -10,7 +10,7 @@
 #include "mlic_core/summary/checks.h"
 #include "support/simulated_input.h"
 
-namespace mlic {
+namespace mlic::halves_test {
 namespace {
 
 constexpr double kDuration = 15.0;  // s
@@ -68,4 +68,4 @@ TEST(Halves, OfADriveWithALooseLidarDoNot) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::halves_test

@@ -8,7 +8,7 @@
 #include "mlic_core/pipeline/calibrator.h"
 #include "support/simulated_input.h"
 
-namespace mlic {
+namespace mlic::imu_test {
 namespace {
 
 constexpr double kDegree = M_PI / 180.0;
@@ -123,4 +123,4 @@ TEST(LaggingAccelerometer, IsFoundWhereItsFilterIsSlowerThanTheGyroscopes) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::imu_test

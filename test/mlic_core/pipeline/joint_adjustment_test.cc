@@ -6,7 +6,7 @@
 #include "mlic_core/summary/result_assembly.h"
 #include "support/simulated_input.h"
 
-namespace mlic {
+namespace mlic::joint_adjustment_test {
 namespace {
 
 constexpr int kMostRounds = 15;
@@ -67,4 +67,4 @@ TEST_F(JointAdjustment, WhatHasSettledIsTrustedWithoutWarning) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::joint_adjustment_test

@@ -10,7 +10,7 @@
 #include "support/synthetic_tracks.h"
 #include "support/true_spline.h"
 
-namespace mlic {
+namespace mlic::lens_review_test {
 namespace {
 
 constexpr double kDegree = M_PI / 180.0;
@@ -102,4 +102,4 @@ TEST_F(LensReview, DoesNotTouchAFixedLens) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::lens_review_test

@@ -10,7 +10,7 @@
 #include "mlic_core/summary/pair_assembly.h"
 #include "support/simulated_input.h"
 
-namespace mlic {
+namespace mlic::pair_cameras_test {
 namespace {
 
 // What an offset is wrong by moves the pose that photos show by the root's motion in that time.
@@ -95,4 +95,4 @@ TEST(PairCameras, AParkedCarGivesTheCameraThatSeesWhatItsLidarSeesAndNamesTheOth
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::pair_cameras_test

@@ -7,7 +7,7 @@
 #include "mlic_core/pipeline/calibrator.h"
 #include "support/simulated_input.h"
 
-namespace mlic {
+namespace mlic::pairs_test {
 namespace {
 
 // The front and the left LiDAR of the paper's car.
@@ -69,4 +69,4 @@ TEST(Pairs, AParkedCarWhoseLidarsShareNoViewStaysRefused) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::pairs_test

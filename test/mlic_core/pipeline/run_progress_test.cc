@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace mlic {
+namespace mlic::run_progress_test {
 namespace {
 
 RunProgress ThreeStages() { return RunProgress({{"loading", 1.0}, {"odometry", 3.0}, {"adjustment", 6.0}}); }
@@ -90,4 +90,4 @@ TEST(RunPlan, HasTheStagesOfTheRig) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::run_progress_test

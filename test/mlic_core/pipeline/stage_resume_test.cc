@@ -12,7 +12,7 @@
 #include "support/interruption.h"
 #include "support/simulated_input.h"
 
-namespace mlic {
+namespace mlic::stage_resume_test {
 namespace {
 
 const SimulatedInput& TwoLidars() {
@@ -145,4 +145,4 @@ TEST(SerializeStages, CutAndContradictingBytesAreNoStage) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::stage_resume_test

@@ -10,7 +10,7 @@
 #include "mlic_sim/simulation.h"
 #include "support/source_directory.h"
 
-namespace mlic {
+namespace mlic::still_pair_test {
 namespace {
 
 constexpr double kDegree = M_PI / 180.0;
@@ -98,4 +98,4 @@ TEST(PairRegistration, RefusesAPhotoOfAnotherPlace) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::still_pair_test

@@ -3,7 +3,7 @@
 #include "mlic_core/problem/joint_solver.h"
 #include "support/test_motion.h"
 
-namespace mlic {
+namespace mlic::accelerometer_lag_test {
 namespace {
 
 constexpr double kRate = 200.0;     // Hz
@@ -59,4 +59,4 @@ TEST(AccelerometerLag, MayBeLongAgainstTheKnots) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::accelerometer_lag_test

@@ -8,7 +8,7 @@
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/problem/joint_solver.h"
 
-namespace mlic {
+namespace mlic::bias_course_test {
 namespace {
 
 constexpr double kRate = 100.0, kDuration = 12.0;
@@ -83,4 +83,4 @@ TEST(BiasCourse, IsFoundByTheSolve) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::bias_course_test

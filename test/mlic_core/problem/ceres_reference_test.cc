@@ -14,7 +14,7 @@
 #include "support/synthetic_tracks.h"
 #include "support/true_spline.h"
 
-namespace mlic {
+namespace mlic::ceres_reference_test {
 namespace {
 
 constexpr double kDegree = M_PI / 180.0;
@@ -210,4 +210,4 @@ TEST(CeresReference, FindsTheSameMinimumOfImuAndCameras) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::ceres_reference_test

@@ -11,7 +11,7 @@
 #include "mlic_core/problem/plane_terms.h"
 #include "support/test_motion.h"
 
-namespace mlic {
+namespace mlic::clock_drift_test {
 namespace {
 
 constexpr double kDuration = 6.0;       // s
@@ -227,4 +227,4 @@ TEST(SensorCalibration, TurnsClocksThereAndBack) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::clock_drift_test

@@ -8,7 +8,7 @@
 
 #include "mlic_core/common/error.h"
 
-namespace mlic {
+namespace mlic::joint_solver_test {
 namespace {
 
 constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
@@ -166,4 +166,4 @@ TEST(CalibrationState, IsFiniteLooksAtEveryPart) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::joint_solver_test

@@ -9,7 +9,7 @@
 #include "support/synthetic_tracks.h"
 #include "support/true_spline.h"
 
-namespace mlic {
+namespace mlic::long_steps_test {
 namespace {
 
 constexpr double kDegree = M_PI / 180.0;
@@ -102,4 +102,4 @@ TEST_F(FarStart, SharesOfAStepLeadOnWhereTheWholeGoesTooFar) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::long_steps_test

@@ -11,7 +11,7 @@
 #include "mlic_core/problem/joint_solver.h"
 #include "mlic_core/problem/layout.h"
 
-namespace mlic {
+namespace mlic::noise_information_test {
 namespace {
 
 constexpr double kRate = 200.0;     // Hz
@@ -125,4 +125,4 @@ TEST_F(Turntable, WithoutMotionTheNoiseHardlyShowsTheLag) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::noise_information_test

@@ -8,7 +8,7 @@
 #include "mlic_core/problem/layout.h"
 #include "mlic_core/problem/state.h"
 
-namespace mlic {
+namespace mlic::priors_test {
 namespace {
 
 CalibrationState WithFocalLengths(double horizontal, double vertical) {
@@ -75,4 +75,4 @@ TEST(CalibrationPrior, DrawsACentreThatIsNotToldToItsUsualPlace) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::priors_test

@@ -6,7 +6,7 @@
 
 #include "mlic_core/common/random.h"
 
-namespace mlic {
+namespace mlic::time_windows_test {
 namespace {
 
 CalibrationState TwoLidarsAndACamera() {
@@ -80,4 +80,4 @@ TEST(TimeWindows, KeepPointsOnTheMapWholeWithTheirLidarPoint) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::time_windows_test

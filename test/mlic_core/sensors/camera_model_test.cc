@@ -10,7 +10,7 @@
 #include "mlic_core/common/random.h"
 #include "mlic_core/sensors/double_sphere_twin.h"
 
-namespace mlic {
+namespace mlic::camera_model_test {
 namespace {
 
 CameraIntrinsics Make(CameraModel model, int width, int height, std::vector<double> parameters) {
@@ -350,4 +350,4 @@ TEST(DoubleSphereTwin, ProjectsAlikeAndIsTheOthersTwin) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::camera_model_test

@@ -4,7 +4,7 @@
 
 #include "mlic_core/geometry/so3.h"
 
-namespace mlic {
+namespace mlic::imu_matrices_test {
 namespace {
 
 Eigen::Matrix3d Triangle() {
@@ -24,4 +24,4 @@ TEST(ImuMatrices, ArePutTogetherAgainFromTheirParts) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::imu_matrices_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace mlic {
+namespace mlic::lens_reach_test {
 namespace {
 
 TEST(LensReach, IsWholeWhereTheModelHoldsForAllOfTheImage) {
@@ -33,4 +33,4 @@ TEST(LensReach, EndsAtTheCircleOfAFisheye) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::lens_reach_test

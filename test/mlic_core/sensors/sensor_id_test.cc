@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace mlic {
+namespace mlic::sensor_id_test {
 namespace {
 
 TEST(SensorOrder, LidarsComeFirstAndPlacesLeadBack) {
@@ -24,4 +24,4 @@ TEST(SensorOrder, OfCamerasAloneBeginsWithThem) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::sensor_id_test

@@ -10,7 +10,7 @@
 #include "mlic_core/problem/linear_terms.h"
 #include "mlic_core/solver/envelope_cholesky.h"
 
-namespace mlic {
+namespace mlic::normal_equations_test {
 namespace {
 
 Eigen::MatrixXd RandomMatrix(int rows, int columns, Random* random) {
@@ -188,4 +188,4 @@ TEST(NormalEquations, DampingShortensTheStep) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::normal_equations_test

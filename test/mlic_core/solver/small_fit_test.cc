@@ -9,7 +9,7 @@
 #include "mlic_core/geometry/rigid_transform.h"
 #include "mlic_core/geometry/so3.h"
 
-namespace mlic {
+namespace mlic::small_fit_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -154,4 +154,4 @@ TEST(SmallFit, SameInputSameBytes) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::small_fit_test

@@ -7,7 +7,7 @@
 #include "mlic_core/common/random.h"
 #include "mlic_core/geometry/so3.h"
 
-namespace mlic {
+namespace mlic::ground_test {
 namespace {
 
 constexpr double kDegree = M_PI / 180.0;
@@ -108,4 +108,4 @@ TEST(PoseOverGround, IsNoneWhereTheMapHasNoGroundBelow) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::ground_test

@@ -13,7 +13,7 @@
 #include "mlic_core/problem/layout.h"
 #include "mlic_core/sensors/camera_model.h"
 
-namespace mlic {
+namespace mlic::sigmas_in_use_test {
 namespace {
 
 constexpr int kDraws = 4000;  // sigmas are good to 1.1 percent
@@ -264,4 +264,4 @@ TEST(SigmasInUse, PairsAreGivenWithWhatPoseAndIntrinsicsHaveInCommon) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::sigmas_in_use_test

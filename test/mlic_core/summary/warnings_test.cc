@@ -4,7 +4,7 @@
 
 #include "mlic_core/sensors/rig.h"
 
-namespace mlic {
+namespace mlic::warnings_test {
 namespace {
 
 SensorResult Camera(double offset_sigma) {
@@ -45,4 +45,4 @@ TEST(Warnings, AreGivenOfClocksThatDriftByMoreThanThreeSigmas) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::warnings_test

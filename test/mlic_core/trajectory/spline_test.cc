@@ -4,7 +4,7 @@
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/trajectory/split_spline.h"
 
-namespace mlic {
+namespace mlic::spline_test {
 namespace {
 
 So3Spline RandomRotationSpline(std::uint64_t seed, double step) {
@@ -94,4 +94,4 @@ TEST(PositionSpline, ReproducesCubicMotionAndItsDerivatives) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::spline_test

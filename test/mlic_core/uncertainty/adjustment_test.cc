@@ -8,7 +8,7 @@
 
 #include "mlic_core/problem/layout.h"
 
-namespace mlic {
+namespace mlic::adjustment_test {
 namespace {
 
 constexpr double kDuration = 40.0;  // s
@@ -99,4 +99,4 @@ TEST_F(OneCamera, AStepThatWasRefusedIsStillToGo) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::adjustment_test

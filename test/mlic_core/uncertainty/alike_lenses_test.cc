@@ -6,7 +6,7 @@
 
 #include "mlic_core/sensors/camera_model.h"
 
-namespace mlic {
+namespace mlic::alike_lenses_test {
 namespace {
 
 CameraIntrinsics Rational(const std::vector<double>& radial) {
@@ -46,4 +46,4 @@ TEST(AlikeLenses, AreNoneOfOtherModels) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::alike_lenses_test

@@ -6,7 +6,7 @@
 
 #include "mlic_core/common/random.h"
 
-namespace mlic {
+namespace mlic::bias_wander_test {
 namespace {
 
 constexpr double kRate = 100.0;
@@ -60,4 +60,4 @@ TEST(BiasWander, ShortDrivesHaveNone) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::bias_wander_test

@@ -16,7 +16,7 @@
 #include "mlic_core/uncertainty/observability.h"
 #include "support/camera_with_imu.h"
 
-namespace mlic {
+namespace mlic::camera_covariance_test {
 namespace {
 
 // Intrinsics' errors in their sigmas, as claimed and with the inflation, after rounds of landmarks and solve.
@@ -163,4 +163,4 @@ TEST(CameraInflation, HasTheDoubtOfAPatternOverTheImage) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::camera_covariance_test

@@ -7,7 +7,7 @@
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/problem/layout.h"
 
-namespace mlic {
+namespace mlic::imu_alignment_test {
 namespace {
 
 constexpr double kDegree = M_PI / 180.0;
@@ -86,4 +86,4 @@ TEST_F(OneLidar, AnAxisThatSensorsRestOnStaysFreeWhereItIsOff) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::imu_alignment_test

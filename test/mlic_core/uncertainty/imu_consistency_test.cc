@@ -8,7 +8,7 @@
 #include "mlic_core/problem/imu_terms.h"
 #include "support/true_spline.h"
 
-namespace mlic {
+namespace mlic::imu_consistency_test {
 namespace {
 
 constexpr double kDuration = 20.0;
@@ -73,4 +73,4 @@ TEST(ImuDisagreement, FindsTheSecondsInWhichTheTrajectoryWasLost) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::imu_consistency_test

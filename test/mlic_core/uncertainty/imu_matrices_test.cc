@@ -7,7 +7,7 @@
 #include "mlic_core/common/random.h"
 #include "mlic_core/problem/layout.h"
 
-namespace mlic {
+namespace mlic::imu_matrices_test {
 namespace {
 
 // One LiDAR; a probe that shows every second entry of the IMU's triangles to `shown`, the others not at all.
@@ -105,4 +105,4 @@ TEST_F(ProbedImu, ThatWasNotProbedHasNone) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::imu_matrices_test

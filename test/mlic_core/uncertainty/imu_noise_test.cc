@@ -8,7 +8,7 @@
 #include "mlic_sim/imu_simulator.h"
 #include "support/true_spline.h"
 
-namespace mlic {
+namespace mlic::imu_noise_test {
 namespace {
 
 constexpr double kDuration = 40.0;
@@ -155,4 +155,4 @@ TEST(ImuMeanExcess, SlowErrorsStandOut) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::imu_noise_test

@@ -4,7 +4,7 @@
 
 #include "mlic_core/problem/layout.h"
 
-namespace mlic {
+namespace mlic::observability_test {
 namespace {
 
 using Axes = std::array<bool, 3>;
@@ -51,4 +51,4 @@ TEST(Observability, WithoutAGuessTheHiddenDirectionSpoilsAll) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::observability_test

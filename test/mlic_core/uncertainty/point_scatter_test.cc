@@ -10,7 +10,7 @@
 #include "mlic_core/problem/layout.h"
 #include "support/lidars_at_rest.h"
 
-namespace mlic {
+namespace mlic::point_scatter_test {
 namespace {
 
 constexpr int kSeconds = 40;
@@ -101,4 +101,4 @@ TEST_F(TwoLidars, MeanElevationOfTheRingsStaysUnknown) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::point_scatter_test

@@ -11,7 +11,7 @@
 #include "mlic_core/uncertainty/range_errors.h"
 #include "support/lidars_at_rest.h"
 
-namespace mlic {
+namespace mlic::range_corrections_test {
 namespace {
 
 constexpr int kSeconds = 10;
@@ -223,4 +223,4 @@ TEST_F(WallsAround, NothingIsAskedOfHeldTrajectories) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::range_corrections_test

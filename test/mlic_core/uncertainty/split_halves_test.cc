@@ -12,7 +12,7 @@
 #include "mlic_core/uncertainty/observability.h"
 #include "support/camera_with_imu.h"
 
-namespace mlic {
+namespace mlic::split_halves_test {
 namespace {
 
 // Values of tables of the distributions.
@@ -174,4 +174,4 @@ TEST(CompareHalves, OfACameraThatComesLooseLateOrEarlyDiffer) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::split_halves_test

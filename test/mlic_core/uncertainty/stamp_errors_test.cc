@@ -8,7 +8,7 @@
 #include "support/simulated_input.h"
 #include "support/true_spline.h"
 
-namespace mlic {
+namespace mlic::stamp_errors_test {
 namespace {
 
 constexpr double kDuration = 14.0;  // s
@@ -95,4 +95,4 @@ TEST_F(StampErrorsOfADrive, TellDriftsAndJumpsFromJitter) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::stamp_errors_test

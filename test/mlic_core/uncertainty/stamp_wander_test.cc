@@ -6,7 +6,7 @@
 
 #include "mlic_core/common/random.h"
 
-namespace mlic {
+namespace mlic::stamp_wander_test {
 namespace {
 
 constexpr double kNoise = 1e-4;  // s, of the time error of one image
@@ -54,4 +54,4 @@ TEST(StampWander, NeedsImages) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::stamp_wander_test

@@ -1,5 +1,3 @@
-#include "mlic_core/camera/learned/learned_matcher.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -10,7 +8,8 @@
 #include <opencv2/core.hpp>
 #include <string>
 
-#include "mlic_core/camera/learned_toy_networks.h"
+#include "mlic_core/camera/learned/learned_matcher.h"
+#include "mlic_core/camera/learned/toy_networks.h"
 #include "mlic_core/camera/tracks/tracks_from_images.h"
 #include "mlic_core/common/parallel.h"
 #include "support/synthetic_images.h"
@@ -20,7 +19,7 @@ void openblas_set_num_threads(int threads);
 int openblas_get_num_threads();
 }
 
-namespace mlic {
+namespace mlic::matcher_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -323,4 +322,4 @@ INSTANTIATE_TEST_SUITE_P(Backends, LearnedMatcherTest,
                          BackendName);
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::matcher_test

@@ -8,10 +8,10 @@
 #include <string>
 
 #include "mlic_core/camera/learned/learned_matcher.h"
-#include "mlic_core/camera/learned_toy_networks.h"
+#include "mlic_core/camera/learned/toy_networks.h"
 #include "mlic_core/common/error.h"
 
-namespace mlic {
+namespace mlic::messages_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -163,4 +163,4 @@ TEST_F(LearnedMessages, WrongSignatureOfTorchScript) {
 }
 
 }  // namespace
-}  // namespace mlic
+}  // namespace mlic::messages_test

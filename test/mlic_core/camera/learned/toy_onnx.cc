@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "mlic_core/camera/learned_toy_networks.h"
+#include "mlic_core/camera/learned/toy_networks.h"
 
 namespace mlic {
 namespace {

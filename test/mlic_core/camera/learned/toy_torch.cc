@@ -1,6 +1,6 @@
 #include <torch/script.h>
 
-#include "mlic_core/camera/learned_toy_networks.h"
+#include "mlic_core/camera/learned/toy_networks.h"
 
 namespace mlic {
 namespace {
