@@ -273,7 +273,7 @@ class Programs(unittest.TestCase):
         self.expect_error(self.run_program("compare", truth, truth), "compare", "claim no sigmas")
         self.assertIn("worst", self.run_program("compare", found, truth).stdout.splitlines()[-1])
         os.remove(self.path("out/calibration.yaml"))
-        other = self.begin("--duration", "14")
+        other = self.begin("--duration", "10")
         lines = self.lines_until(other, lambda line: "[LiDAR odometry]" in line)
         other.kill()
         other.communicate(timeout=60)

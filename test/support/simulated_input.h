@@ -27,6 +27,12 @@ inline sim::SensorSet WithFirstLidars(sim::SensorSet sensors, std::size_t count)
   return sensors;
 }
 
+// The same with half the points of spinning LiDARs, which are soon calibrated.
+inline sim::SensorSet WithHalfThePoints(sim::SensorSet sensors) {
+  for (sim::SimulatedLidar& lidar : sensors.lidars) lidar.model.azimuth_steps /= 2;
+  return sensors;
+}
+
 // The guess, if there is one, errs by the same seed.
 inline SimulatedInput SimulateInput(const sim::SensorSet& sensors, const sim::SimulationOptions& options,
                                     bool with_guess) {

@@ -40,7 +40,8 @@ void FillBorderRows(const LandmarkCoupling& landmark, const Eigen::Matrix3d& roo
 void SubtractFromCorner(const std::vector<LandmarkCoupling>& landmarks,
                         const std::vector<Eigen::Matrix3d>& roots, Eigen::MatrixXd* corner) {
   constexpr std::size_t kParts = 16;  // from: structural, parts of a sum
-  const Eigen::Index border = corner->rows();
+  const BlasOnOneThread guard;
+  const int border = static_cast<int>(corner->rows());
   std::vector<Eigen::MatrixXd> sums(kParts, Eigen::MatrixXd::Zero(border, border));
   ParallelFor(kParts, [&](std::size_t part) {
     const std::size_t begin = landmarks.size() * part / kParts, end = landmarks.size() * (part + 1) / kParts;
@@ -48,9 +49,10 @@ void SubtractFromCorner(const std::vector<LandmarkCoupling>& landmarks,
     for (std::size_t i = begin; i < end; ++i) {
       FillBorderRows(landmarks[i], roots[i], rows.middleCols<3>(3 * (i - begin)));
     }
-    sums[part].noalias() = rows * rows.transpose();
+    const BlasView<const double> all{rows.data(), border, static_cast<int>(rows.cols()), border};
+    SubtractTransposedProduct(all, all, {sums[part].data(), border, border, border});
   });
-  for (const Eigen::MatrixXd& sum : sums) *corner -= sum;
+  for (const Eigen::MatrixXd& sum : sums) *corner += sum;
 }
 
 // The couplings of one tile of control points to the landmarks that are seen there, by the landmarks' inverse

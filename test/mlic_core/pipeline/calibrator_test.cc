@@ -110,8 +110,8 @@ TEST(Calibration, PlanarDriveHoldsTheHeight) {
 }
 
 TEST(Calibration, WhatAPlanarDriveDoesNotShowStandsAtTheGuess) {
-  const SimulatedRun run =
-      CalibrateSimulated(ConfiguredSensors("handheld.yaml"), sim::Scenario::kPlanar, 15.0, 2, true, true);
+  const SimulatedRun run = CalibrateSimulated(WithHalfThePoints(ConfiguredSensors("handheld.yaml")),
+                                              sim::Scenario::kPlanar, 15.0, 2, true, true);
   ASSERT_EQ(run.result.sensors.size(), 1u);
   const std::vector<UnobservableDirection>& open = run.result.sensors[0].unobservable;
   ASSERT_EQ(open.size(), 1u);
@@ -121,15 +121,15 @@ TEST(Calibration, WhatAPlanarDriveDoesNotShowStandsAtTheGuess) {
 }
 
 TEST(Calibration, PlanarDriveWithoutGuessIsRefused) {
-  EXPECT_FALSE(
-      CalibrateSimulated(ConfiguredSensors("handheld.yaml"), sim::Scenario::kPlanar, 12.0, 1, true, false)
-          .result.Trusted());
+  EXPECT_FALSE(CalibrateSimulated(WithHalfThePoints(ConfiguredSensors("handheld.yaml")),
+                                  sim::Scenario::kPlanar, 12.0, 1, true, false)
+                   .result.Trusted());
 }
 
 // Given the wrong way round, the guess is metres off along the axes that the drive shows, and right by no
 // more than chance along the one that it does not.
 TEST(Calibration, GuessTheWrongWayRoundDecidesNothing) {
-  sim::SensorSet sensors = ConfiguredSensors("handheld.yaml");
+  sim::SensorSet sensors = WithHalfThePoints(ConfiguredSensors("handheld.yaml"));
   sensors.lidars[0].calibration.T_imu_sensor = {
       Eigen::Quaterniond(Eigen::AngleAxisd(0.03, Eigen::Vector3d(0.6, 0.0, 0.8))), {0.9, -0.3, 0.4}};
   SimulatedInput input = SimulateInput(sensors, DriveOptions(sim::Scenario::kPlanar, 15.0, 3), true);
@@ -145,18 +145,18 @@ TEST(Calibration, GuessTheWrongWayRoundDecidesNothing) {
 
 TEST(Calibration, DrivesWithoutExcitationAreRefusedThoughThereIsAGuess) {
   for (const auto scenario : {sim::Scenario::kStatic, sim::Scenario::kStraight, sim::Scenario::kCircle}) {
-    const SimulatedRun run =
-        CalibrateSimulated(ConfiguredSensors("handheld.yaml"), scenario, 8.0, 1, true, true);
+    const SimulatedRun run = CalibrateSimulated(WithHalfThePoints(ConfiguredSensors("handheld.yaml")),
+                                                scenario, 8.0, 1, true, true);
     EXPECT_FALSE(run.result.Trusted());
     EXPECT_FALSE(run.result.reasons.empty());
   }
 }
 
 TEST(Calibration, SameInputGivesSameNumbers) {
-  const SimulatedRun a =
-      CalibrateSimulated(ConfiguredSensors("handheld.yaml"), sim::Scenario::kHandheld, 8.0, 4, true, false);
-  const SimulatedRun b =
-      CalibrateSimulated(ConfiguredSensors("handheld.yaml"), sim::Scenario::kHandheld, 8.0, 4, true, false);
+  const SimulatedRun a = CalibrateSimulated(WithHalfThePoints(ConfiguredSensors("handheld.yaml")),
+                                            sim::Scenario::kHandheld, 8.0, 4, true, false);
+  const SimulatedRun b = CalibrateSimulated(WithHalfThePoints(ConfiguredSensors("handheld.yaml")),
+                                            sim::Scenario::kHandheld, 8.0, 4, true, false);
   ASSERT_EQ(a.result.sensors.size(), b.result.sensors.size());
   for (std::size_t l = 0; l < a.result.sensors.size(); ++l) {
     EXPECT_EQ(a.result.sensors[l].calibration.T_imu_sensor.translation,

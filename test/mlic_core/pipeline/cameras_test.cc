@@ -39,9 +39,10 @@ class KeptImages : public ImageSource {
   mutable std::vector<std::once_flag> made_;
 };
 
-// The hand-held pair of cameras with a LiDAR; images of half the size at 10 Hz, so that they are soon made.
+// The hand-held pair of cameras with a LiDAR; images of half the size at 10 Hz, so that they are soon
+// made.
 sim::SensorSet SmallStereo() {
-  sim::SensorSet sensors = ConfiguredSensors("handheld_stereo.yaml");
+  sim::SensorSet sensors = WithHalfThePoints(ConfiguredSensors("handheld_stereo.yaml"));
   for (sim::SimulatedCamera& camera : sensors.cameras) {
     CameraIntrinsics& intrinsics = camera.intrinsics;
     intrinsics.width /= 2;
@@ -61,7 +62,7 @@ struct Input : SimulatedInput {
 
 const Input& Drive() {
   static const Input input = [] {
-    Input made{SimulateInput(SmallStereo(), DriveOptions(sim::Scenario::kHandheld, 12.0, 3), false), {}};
+    Input made{SimulateInput(SmallStereo(), DriveOptions(sim::Scenario::kHandheld, 10.0, 3), false), {}};
     for (CameraRecording& camera : made.dataset.drives[0].cameras) {
       camera.images = std::make_shared<KeptImages>(camera.images);
     }

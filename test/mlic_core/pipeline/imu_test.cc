@@ -22,7 +22,7 @@ CalibrationResult CalibrateHandheld(const sim::SensorSet& sensors, double durati
 
 // The accelerometer 3 deg off the gyroscope, in a place of less gravity.
 sim::SensorSet TurnedHandheld() {
-  sim::SensorSet sensors = ConfiguredSensors("handheld.yaml");
+  sim::SensorSet sensors = WithHalfThePoints(ConfiguredSensors("handheld.yaml"));
   sensors.imu.calibration.accelerometer_matrix = ExpMatrix(3.0 * kDegree * Eigen::Vector3d(0.6, -0.48, 0.64));
   sensors.imu.gravity = 9.79;
   return sensors;
@@ -65,7 +65,7 @@ TEST(TurnedAccelerometer, IsFoundWithinSigmasInNoise) {
 
 // Biases that change by some mrad/s as the IMU warms up: held constant, they would contradict the trajectory.
 TEST(ColdImu, IsFollowedAsItWarmsUp) {
-  sim::SensorSet sensors = ConfiguredSensors("handheld.yaml");
+  sim::SensorSet sensors = WithHalfThePoints(ConfiguredSensors("handheld.yaml"));
   sensors.imu.warm_up = {{0.005, -0.0035, 0.0025}, {-0.03, 0.02, 0.024}, 30.0};
   const CalibrationResult result = CalibrateHandheld(sensors, 24.0, true);
   ASSERT_TRUE(result.Trusted());
@@ -87,7 +87,7 @@ TEST(ColdImu, IsFollowedAsItWarmsUp) {
 
 // Scale and shear of 0.3 percent, which nothing says but the data.
 TEST(ScaledImu, IsFoundWhereTheRigFileAsksForBiasesAlone) {
-  sim::SensorSet sensors = ConfiguredSensors("handheld.yaml");
+  sim::SensorSet sensors = WithHalfThePoints(ConfiguredSensors("handheld.yaml"));
   ImuCalibration& imu = sensors.imu.calibration;
   imu.gyroscope_matrix << 1.003, 0.0, 0.0, -0.002, 0.996, 0.0, 0.004, -0.003, 1.002;
   imu.accelerometer_matrix << 0.997, 0.004, -0.001, 0.003, 1.002, 0.002, -0.003, 0.001, 1.004;
@@ -107,7 +107,7 @@ TEST(ScaledImu, IsFoundWhereTheRigFileAsksForBiasesAlone) {
 
 // Butterworth low-passes of second order delay slow signals by sqrt(2) / (2 pi cut-off).
 TEST(LaggingAccelerometer, IsFoundWhereItsFilterIsSlowerThanTheGyroscopes) {
-  sim::SensorSet sensors = ConfiguredSensors("handheld.yaml");
+  sim::SensorSet sensors = WithHalfThePoints(ConfiguredSensors("handheld.yaml"));
   sensors.imu.gyroscope_low_pass = 0.2;
   sensors.imu.accelerometer_low_pass = 0.1;
   const auto delay = [&](double cut_off) {
