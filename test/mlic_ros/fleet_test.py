@@ -53,7 +53,8 @@ class Fleet(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
+        self.folder = pathlib.Path(folder.name) / "with a blank"
+        self.folder.mkdir()
         shutil.copy(PROGRAMS / "fleet", self.folder)
         self.program("calibrate", CALIBRATE)
         (self.folder / "rig.yaml").write_text(RIG)
@@ -117,7 +118,10 @@ class Fleet(unittest.TestCase):
         self.assertIn("fleet: 3 of 3 drives", done.stderr)
         self.assertIn("2 of 3 drives are trusted", done.stdout)
         self.assertIn("--threads 3", (self.folder / "out" / "logs" / "it's.txt").read_text())
-        self.assertIn("#SBATCH --cpus-per-task=3\n", (self.folder / "out" / "slurm.sh").read_text())
+        script = (self.folder / "out" / "slurm.sh").read_text()
+        self.assertIn("#SBATCH --cpus-per-task=3\n", script)
+        for line in script.splitlines():  # sbatch takes blanks there for the end of a word
+            self.assertRegex(line, "^(?!#SBATCH)|^#SBATCH \\S+$")
 
     def test_slurm_that_ends_a_drive_or_takes_none(self):
         self.program("sbatch", "#!/bin/sh\necho 4711\n")

@@ -57,16 +57,13 @@ void WaitFor(pid_t process, const std::function<void()>& look) {
 
 fs::path StatusFile(const DriveRun& run) { return run.log.string() + ".status"; }
 
-std::string ArrayJob(const fs::path& directory, int threads, const std::vector<DriveRun>& runs) {
+std::string ArrayJob(int threads, const std::vector<DriveRun>& runs) {
   std::string script =
       "#!/bin/bash\n"
       "#SBATCH --job-name=mlic_fleet\n"
-      "#SBATCH --array=0-" +
-      std::to_string(runs.size() - 1) +
-      "\n"
       "#SBATCH --mem=16G\n"  // what the largest rig needs
-      "#SBATCH --output=" +
-      (directory / "logs" / "slurm_%a.txt").string() + "\n";
+      "#SBATCH --array=0-" +
+      std::to_string(runs.size() - 1) + "\n";
   if (threads > 0) script += "#SBATCH --cpus-per-task=" + std::to_string(threads) + "\n";
   script +=
       "run() {  # LOG COMMAND ...\n"
@@ -130,9 +127,11 @@ void RunHere(std::size_t at_once, const CancellationToken& cancellation,
 void RunOnSlurm(const fs::path& directory, int threads, const CancellationToken& cancellation,
                 const std::function<void(std::size_t)>& on_end, std::vector<DriveRun>* runs) {
   const fs::path script = directory / "slurm.sh", answer = directory / "slurm_job.txt";
-  WriteFileAtomically(script, ArrayJob(directory, threads, *runs));
+  WriteFileAtomically(script, ArrayJob(threads, *runs));
   for (const DriveRun& run : *runs) fs::remove(StatusFile(run));
-  const pid_t process = Start({"sbatch", "--parsable", "--wait", script.string()}, answer);
+  const pid_t process = Start({"sbatch", "--parsable", "--wait", "--output",
+                               (directory / "logs" / "slurm_%a.txt").string(), script.string()},
+                              answer);
   bool interrupted = false;
   WaitFor(process, [&] {
     for (std::size_t i = 0; i < runs->size(); ++i) {
