@@ -66,7 +66,7 @@ class Doctor(unittest.TestCase):
                 message.header.stamp += genpy.Duration(0, 100000000)
             if topic == IMU and 5.0 < seconds < 7.0:
                 message.angular_velocity.z = 0.125
-            if topic == CAMERA and seconds > 10.0:
+            if topic == CAMERA and seconds > 8.0:
                 frozen.append(message.data)
                 message.data = frozen[0]
             return message
