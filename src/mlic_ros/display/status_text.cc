@@ -1,8 +1,8 @@
 #include "mlic_ros/display/status_text.h"
 
-#include <algorithm>
 #include <cmath>
-#include <cstdio>
+
+#include "mlic_core/common/duration_text.h"
 
 namespace mlic {
 
@@ -52,20 +52,6 @@ std::string ShownRoundLine(const Status& status) {
   if (!line.empty()) line += ", ";
   return line + "round " + std::to_string(status.shown_round) + " of " + std::to_string(status.rounds) +
          " is shown";
-}
-
-std::string DurationText(double seconds) {
-  char text[40];
-  const long whole = std::lround(std::max(0.0, seconds));
-  const long minutes = (whole + 30) / 60;
-  if (whole < 90) {
-    std::snprintf(text, sizeof(text), "%ld s", whole);
-  } else if (minutes < 60) {
-    std::snprintf(text, sizeof(text), "%ld min", minutes);
-  } else {
-    std::snprintf(text, sizeof(text), "%ld h %02ld min", minutes / 60, minutes % 60);
-  }
-  return text;
 }
 
 std::string ProgressLine(const Status& status) {

@@ -21,8 +21,6 @@ std::array<float, 3> VerdictColour(const Status& status);
 std::string StageLine(const Status& status);
 // "round 3 of 9 is shown"; empty where it is the latest state.
 std::string ShownRoundLine(const Status& status);
-// "40 s", "7 min", "2 h 05 min".
-std::string DurationText(double seconds);
 // "35 %, about 7 min left"
 std::string ProgressLine(const Status& status);
 

@@ -11,6 +11,7 @@
 #include <thread>
 #include <vector>
 
+#include "mlic_core/common/duration_text.h"
 #include "mlic_core/common/error.h"
 #include "mlic_core/common/printable.h"
 #include "mlic_core/evaluation/repeatability.h"
@@ -33,8 +34,8 @@ namespace fs = std::filesystem;
 struct FleetOptions {
   fs::path list, rig, output;
   int at_once = 1;  // from: structural
-  int threads =
-      0;  // of each drive; 0: an equal part of this machine's, or what Slurm gives; from: structural
+  // Of each drive; 0: an equal part of this machine's, or what Slurm gives. from: structural
+  int threads = 0;
   bool slurm = false;
   std::vector<std::string> of_calibrate;
 };
@@ -68,11 +69,6 @@ void TakeEnd(const DriveRun& run, FleetDrive* drive) {
   }
 }
 
-std::string TimeText(double seconds) {
-  const bool short_time = seconds < 90.0;
-  return FixedNumber(short_time ? seconds : seconds / 60.0, 0) + (short_time ? " s" : " min");
-}
-
 // Says on the terminal how far the fleet is.
 class Progress {
  public:
@@ -82,7 +78,7 @@ class Progress {
     const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - begin_;
     const double left = passed.count() * static_cast<double>(drives_ - ended_) / static_cast<double>(ended_);
     std::fprintf(stderr, "fleet: %zu of %zu drives%s: %s: %s\n", ended_, drives_,
-                 ended_ == drives_ ? "" : (", about " + TimeText(left) + " left").c_str(),
+                 ended_ == drives_ ? "" : (", about " + DurationText(left) + " left").c_str(),
                  drive.drive.name.c_str(), drive.line.c_str());
   }
 

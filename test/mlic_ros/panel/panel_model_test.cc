@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "mlic_core/common/duration_text.h"
 #include "mlic_ros/display/status_text.h"
 
 namespace mlic::panel_model_test {
