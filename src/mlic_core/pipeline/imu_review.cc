@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <optional>
+#include <utility>
 
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/problem/imu_terms.h"
@@ -68,17 +69,23 @@ bool ReviewBiases(const AdjustmentContext& context, Adjustment* adjustment) {
   adjustment->rounds.biases_judged = true;
   bool any = false;
   for (std::size_t d = 0; d < context.dataset.drives.size(); ++d) {
-    DriveTerms& terms = adjustment->problem.drives[d];
-    BiasCourse& bias = adjustment->state.drives[d].bias;
-    if (!bias.IsConstant()) continue;
-    const std::optional<BiasWander> wander =
-        FindBiasWander(EvaluateImuResiduals(context.dataset, adjustment->state, d), terms.imu_sigma);
-    if (!wander) continue;
-    any = true;
-    terms.bias_steps = wander->steps;
-    bias.start = wander->start;
-    bias.spacing = wander->spacing;
-    bias.knots.resize(wander->intervals + 1, bias.knots[0]);
+    JointProblem& problem = adjustment->problem;
+    DriveState& drive = adjustment->state.drives[d];
+    if (!drive.bias.IsConstant()) continue;
+    const std::optional<BiasCourse> course =
+        CourseOf(drive.bias, drive.trajectory.Start(), drive.trajectory.End());
+    if (!course) continue;
+    const BiasCourse constant = std::exchange(drive.bias, *course);
+    problem.drives[d].bias_steps = kUnknownSteps;
+    const BiasEvidence evidence =
+        EvidenceOfWander(problem, adjustment->state, EquationsOfCalibration(problem, adjustment->state), d,
+                         VarianceScale(*adjustment, context.dataset));
+    if (evidence.IsShown()) {
+      any = true;
+      problem.drives[d].bias_steps = evidence.steps;
+    } else {
+      drive.bias = constant;
+    }
   }
   if (!any) return false;
   adjustment->rounds.noise_measured = false;

@@ -109,7 +109,7 @@ class HeldMatrices {
   Eigen::VectorXd RowsWithout(const Eigen::VectorXd& given) const { return SelectRows(given, kept_); }
   // Of a symmetric matrix of the parameters.
   Eigen::MatrixXd Without(const Eigen::MatrixXd& matrix) const { return Submatrix(matrix, kept_); }
-  MatrixProbe Look(const NormalSolution& solution, const Priors& priors) const {
+  CalibrationEquations Look(const NormalSolution& solution, const Priors& priors) const {
     if (!probed_) return {};
     return {solution.information, solution.gradient, priors.gradient};
   }
@@ -312,6 +312,20 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
   }
   summary.landmarks = WithPointsWhole(given, std::move(problem), origins);
   return summary;
+}
+
+CalibrationEquations EquationsOfCalibration(const JointProblem& given, const CalibrationState& state) {
+  std::vector<std::vector<std::size_t>> origins;
+  const JointProblem problem = WithShortCouplings(given, state, &origins);
+  const Layout layout(state, problem.estimate_imu_matrices);
+  std::vector<LandmarkCoupling> couplings;
+  const Accumulator sum = Linearize({problem, state, layout}, &couplings);
+  const Priors priors = PriorsAt(problem, state, layout);
+  const NormalSolution solution =
+      SolveNormalEquations(sum, couplings, priors.information, priors.gradient,
+                           FreeCalibration(problem, layout), 0.0, problem.fix_trajectory);
+  if (!solution.solved) return {};
+  return {solution.information, solution.gradient, priors.gradient};
 }
 
 void PlaceLandmarks(std::vector<LandmarkGeometry> landmarks, JointProblem* problem) {

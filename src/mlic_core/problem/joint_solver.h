@@ -11,9 +11,9 @@
 
 namespace mlic {
 
-// Where scale and shear of the IMU, which the solve held, would go: the equations of the calibration (Layout)
-// with them. Empty: they were not probed.
-struct MatrixProbe {
+// The equations of the calibration (Layout), trajectory and landmarks left free: where it would go, also what
+// is held of it. Empty: there are none.
+struct CalibrationEquations {
   Eigen::MatrixXd information;     // as SolveSummary's
   Eigen::VectorXd gradient;        // of the data
   Eigen::VectorXd prior_gradient;  // of all else
@@ -31,7 +31,8 @@ struct SolveSummary {
   // Of the calibration (Layout): what was not taken of the last undamped step, as it would have raised the
   // cost; empty: nothing. The minimum lies about that far off, whatever damped steps have moved.
   Eigen::VectorXd refused_step;
-  MatrixProbe imu_matrices;                 // of the last undamped step
+  // Of the last undamped step, with scale and shear of the IMU where the solve probed them, else empty.
+  CalibrationEquations imu_matrices;
   std::vector<LandmarkGeometry> landmarks;  // of each drive, as the solve moved them
 };
 
@@ -45,6 +46,9 @@ struct SolveSummary {
 SolveSummary SolveJointProblem(const JointProblem& problem, int iterations,
                                const CancellationToken& cancellation, CalibrationState* state,
                                bool probe_matrices = false);
+
+// At a state, which stays. Empty where they have no solution.
+CalibrationEquations EquationsOfCalibration(const JointProblem& problem, const CalibrationState& state);
 
 // Puts the problem's landmarks to where a solve of it has moved them.
 void PlaceLandmarks(std::vector<LandmarkGeometry> landmarks, JointProblem* problem);

@@ -1,11 +1,15 @@
 #include "mlic_core/uncertainty/bias_wander.h"
 
-#include <Eigen/Core>
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "mlic_core/uncertainty/stretch_means.h"
+#include "mlic_core/problem/inverse_in_limits.h"
+#include "mlic_core/problem/layout.h"
+#include "mlic_core/problem/priors.h"
+#include "mlic_core/solver/submatrix.h"
+#include "mlic_core/uncertainty/intrinsics_observability.h"
 
 namespace mlic {
 namespace {
@@ -17,34 +21,118 @@ constexpr double kLongest = 10.0, kShortest = 2.5;
 constexpr double kFewest = 4.0;     // intervals; from: guard, fewer do not tell wandering from a mean
 constexpr double kMost = 20.0;      // intervals; from: guard, unknowns
 constexpr double kRounding = 1e-9;  // of an interval; from: guard
-constexpr double kLeastStep = 0.1;  // of a mean's noise; from: guard, keeps the equations regular
 
-// Of one sensor: its components from `first` on.
-double Step(const StretchMeans& means, int first) {
-  double squares = 0.0;
-  for (std::size_t s = 1; s < means.Count(); ++s) {
-    squares += (means.Of(s) - means.Of(s - 1)).segment<3>(first).squaredNorm();
+// Information and gradient of the steps between a drive's knots from the data alone, all else followed: six
+// of the first step, six of the next.
+struct StepEquations {
+  Eigen::MatrixXd information;
+  Eigen::VectorXd gradient;
+};
+
+StepEquations EquationsOfSteps(const JointProblem& problem, const CalibrationState& state,
+                               const CalibrationEquations& equations, std::size_t drive) {
+  const Layout layout(state, problem.estimate_imu_matrices);
+  Eigen::MatrixXd prior;
+  Eigen::VectorXd prior_gradient;
+  CalibrationPrior(problem, state, layout, &prior, &prior_gradient);
+  // A step moves its knot and all behind it.
+  const int knots = static_cast<int>(state.drives[drive].bias.knots.size());
+  Eigen::MatrixXd by_steps = Eigen::MatrixXd::Identity(layout.calibration, layout.calibration);
+  std::vector<bool> is_step(static_cast<std::size_t>(layout.calibration), false);
+  for (int knot = 0; knot < knots; ++knot) {
+    for (int a = 0; a < Layout::kOfBias; ++a) {
+      const int of_knot = layout.Bias(drive, knot) + a;
+      is_step[static_cast<std::size_t>(of_knot)] = knot > 0;
+      for (int earlier = 0; earlier < knot; ++earlier)
+        by_steps(of_knot, layout.Bias(drive, earlier) + a) = 1.0;
+    }
   }
-  const double of_noise = means.Noise().segment<3>(first).sum() / 3.0;
-  const double variance = squares / (3.0 * (static_cast<double>(means.Count()) - 1.0)) - 2.0 * of_noise;
-  return std::sqrt(std::max(variance, kLeastStep * kLeastStep * of_noise));
+  const std::vector<bool> moves = FreeCalibration(problem, layout);
+  std::vector<int> steps, others;
+  for (int i = 0; i < layout.calibration; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (moves[at]) (is_step[at] ? steps : others).push_back(i);
+  }
+  const Eigen::MatrixXd data = by_steps.transpose() * equations.information * by_steps;
+  const Eigen::MatrixXd known = data + by_steps.transpose() * prior * by_steps;
+  const Eigen::VectorXd gradient = by_steps.transpose() * equations.gradient;
+  const Eigen::VectorXd of_others =
+      SelectRows(gradient + by_steps.transpose() * equations.prior_gradient, others);
+  const Eigen::MatrixXd cross = Submatrix(data, steps, others);
+  const Eigen::MatrixXd followed =
+      cross * InverseInLimits(Submatrix(known, others), SelectRows(CalibrationLimits(state, layout), others));
+  return {Submatrix(data, steps) - followed * cross.transpose(),
+          SelectRows(gradient, steps) - followed * of_others};
+}
+
+// Twice the logarithm of the likelihood of steps with these sigmas against none.
+double Gain(const StepEquations& equations, const BiasSteps& sigma) {
+  const Eigen::Index count = equations.gradient.size();
+  Eigen::VectorXd sigmas(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    sigmas[i] = i % Layout::kOfBias < 3 ? sigma.gyroscope : sigma.accelerometer;
+  }
+  Eigen::MatrixXd excess = sigmas.asDiagonal() * equations.information * sigmas.asDiagonal();
+  excess = Eigen::MatrixXd(0.5 * (excess + excess.transpose()));
+  excess.diagonal().array() += 1.0;
+  const Eigen::LLT<Eigen::MatrixXd> factor(excess);
+  if (factor.info() != Eigen::Success) return 0.0;
+  const Eigen::VectorXd whitened = factor.matrixL().solve(sigmas.cwiseProduct(equations.gradient));
+  return whitened.squaredNorm() - 2.0 * Eigen::MatrixXd(factor.matrixL()).diagonal().array().log().sum();
+}
+
+// Of sigmas from the finest on, the one with the largest gain.
+template <typename OfSigma>
+double BestSigma(double finest, double coarsest, const OfSigma& gain) {
+  constexpr double kFactor = 1.2;  // from: guard, the likelihood is flat there
+  double best = finest, most = gain(finest);
+  for (double sigma = finest * kFactor; sigma < coarsest; sigma *= kFactor) {
+    const double found = gain(sigma);
+    if (found > most) {
+      most = found;
+      best = sigma;
+    }
+  }
+  return best;
 }
 
 }  // namespace
 
-std::optional<BiasWander> FindBiasWander(const ImuResiduals& residuals, const ImuSigmaCourse& sigma) {
-  if (residuals.times.empty()) return std::nullopt;
-  BiasWander wander;
-  wander.start = residuals.times.front();
-  const double duration = residuals.times.back() - wander.start;
-  const double longest = std::clamp(duration / kFewest, kShortest, std::max(kLongest, duration / kMost));
+std::optional<BiasCourse> CourseOf(const BiasCourse& constant, double start, double end) {
+  const double duration = end - start;
   if (duration < kFewest * kShortest) return std::nullopt;
-  wander.intervals = static_cast<std::size_t>(std::ceil(duration / longest - kRounding));
-  wander.spacing = duration / static_cast<double>(wander.intervals);
-  const StretchMeans means(residuals, sigma, wander.spacing);
-  if (means.Excess(0) <= 1.0 && means.Excess(3) <= 1.0) return std::nullopt;
-  wander.steps = {Step(means, 0), Step(means, 3)};
-  return wander;
+  const double longest = std::clamp(duration / kFewest, kShortest, std::max(kLongest, duration / kMost));
+  const double intervals = std::ceil(duration / longest - kRounding);
+  BiasCourse course = constant;
+  course.start = start;
+  course.spacing = duration / intervals;
+  course.knots.assign(static_cast<std::size_t>(intervals) + 1, constant.Mean());
+  return course;
+}
+
+BiasEvidence EvidenceOfWander(const JointProblem& problem, const CalibrationState& state,
+                              const CalibrationEquations& equations, std::size_t drive, double scale) {
+  BiasEvidence evidence;
+  if (equations.information.size() == 0) return evidence;
+  StepEquations steps = EquationsOfSteps(problem, state, equations, drive);
+  steps.information /= scale;
+  steps.gradient /= scale;
+  // from: guard, from a tenth of what the best gyroscopes and accelerometers wander by to far beyond the
+  // worst
+  constexpr double kFinestGyroscope = 1e-6, kCoarsestGyroscope = 0.02;         // rad/s
+  constexpr double kFinestAccelerometer = 1e-5, kCoarsestAccelerometer = 1.0;  // m/s^2
+  constexpr int kSweeps = 3;  // from: guard, the two hardly depend on each other
+  evidence.steps = {kFinestGyroscope, kFinestAccelerometer};
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    evidence.steps.gyroscope = BestSigma(kFinestGyroscope, kCoarsestGyroscope, [&](double sigma) {
+      return Gain(steps, {sigma, evidence.steps.accelerometer});
+    });
+    evidence.steps.accelerometer = BestSigma(kFinestAccelerometer, kCoarsestAccelerometer, [&](double sigma) {
+      return Gain(steps, {evidence.steps.gyroscope, sigma});
+    });
+  }
+  evidence.gain = Gain(steps, evidence.steps);
+  return evidence;
 }
 
 }  // namespace mlic

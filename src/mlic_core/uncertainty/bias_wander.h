@@ -1,23 +1,34 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
 
-#include "mlic_core/problem/imu_terms.h"
+#include "mlic_core/problem/joint_solver.h"
 #include "mlic_core/sensors/bias_course.h"
-#include "mlic_core/sensors/measurements.h"
 
 namespace mlic {
 
-// How the biases of a drive's IMU wander, as a BiasCourse has it.
-struct BiasWander {
-  double start = 0.0, spacing = 0.0;  // s
-  std::size_t intervals = 0;          // of the course, one less than knots
-  BiasSteps steps;                    // from one mean to the next, what noise leaves of means taken out
+// Of the steps of a course that nothing is known of beforehand.
+constexpr BiasSteps kUnknownSteps{1e3, 1e3};  // rad/s, m/s^2; from: guard, far beyond any
+
+// Constant biases as a course that may wander, over a drive from start to end (s): its knots are all alike.
+// None for drives shorter than 10 s.
+std::optional<BiasCourse> CourseOf(const BiasCourse& constant, double start, double end);
+
+// What a drive says of how the biases of its IMU wander.
+struct BiasEvidence {
+  BiasSteps steps;    // as the data have them; some smaller than they show
+  double gain = 0.0;  // twice the logarithm of the likelihood's ratio to constant biases
+
+  bool IsShown() const { return gain > 9.0; }  // three sigmas
 };
 
-// From residuals with constant biases: none where their means over the course's intervals are no larger than
-// white noise of the sigmas leaves of them, and where the drive is shorter than 10 s. Warming up, consumer
-// gyroscopes wander by some mrad/s within a minute. docs/method.md, section 10.
-std::optional<BiasWander> FindBiasWander(const ImuResiduals& residuals, const ImuSigmaCourse& sigma);
+// The steps between a drive's knots as draws from normal distributions about none, one for gyroscope and one
+// for accelerometer, whose sigmas are the unknowns: the likelihood's maximum over these, all else of the
+// calibration left free (empirical Bayes; docs/method.md, section 10). state: the drive's course is CourseOf
+// constant biases, its steps kUnknownSteps in the problem. equations: there. scale: of the variances. Warming
+// up, consumer gyroscopes wander by some mrad/s within a minute.
+BiasEvidence EvidenceOfWander(const JointProblem& problem, const CalibrationState& state,
+                              const CalibrationEquations& equations, std::size_t drive, double scale);
 
 }  // namespace mlic

@@ -33,7 +33,7 @@ struct MarginalEquations {
 };
 
 MarginalEquations MarginalOfMatrices(JointProblem problem, const CalibrationState& state,
-                                     const MatrixProbe& probe, double scale) {
+                                     const CalibrationEquations& probe, double scale) {
   problem.estimate_imu_matrices = true;
   const Layout layout(state, true);
   Eigen::MatrixXd prior;
@@ -58,7 +58,7 @@ MarginalEquations MarginalOfMatrices(JointProblem problem, const CalibrationStat
 }  // namespace
 
 MatrixEvidence EvidenceOfMatrices(const JointProblem& problem, const CalibrationState& state,
-                                  const MatrixProbe& probe, double scale) {
+                                  const CalibrationEquations& probe, double scale) {
   MatrixEvidence evidence;
   if (probe.information.size() == 0) return evidence;
   const MarginalEquations marginal = MarginalOfMatrices(problem, state, probe, scale);
@@ -79,7 +79,7 @@ MatrixEvidence EvidenceOfMatrices(const JointProblem& problem, const Calibration
 }
 
 Eigen::MatrixXd ScatterOfMatrices(const JointProblem& problem, const CalibrationState& state,
-                                  const MatrixProbe& probe, double scale) {
+                                  const CalibrationEquations& probe, double scale) {
   constexpr double kDoubtful = 4.0;  // of the gain; from: derivation, two sigmas
   const int size = Layout(state, problem.estimate_imu_matrices).calibration;
   const MatrixEvidence evidence = EvidenceOfMatrices(problem, state, probe, scale);

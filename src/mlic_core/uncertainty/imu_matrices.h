@@ -17,12 +17,12 @@ struct MatrixEvidence {
 // unknown: the likelihood's maximum over it, all else of the calibration left free (empirical Bayes;
 // docs/method.md, section 10). scale: of the variances. None where no matrices were probed.
 MatrixEvidence EvidenceOfMatrices(const JointProblem& problem, const CalibrationState& state,
-                                  const MatrixProbe& probe, double scale);
+                                  const CalibrationEquations& probe, double scale);
 
 // What the doubt of scale and shear that are held adds to the solve's equations, as Inflation::points has it:
 // where the data speak for such errors by more than two sigmas, without showing them, those of the evidence's
 // size. Zero else, and where no matrices were probed.
 Eigen::MatrixXd ScatterOfMatrices(const JointProblem& problem, const CalibrationState& state,
-                                  const MatrixProbe& probe, double scale);
+                                  const CalibrationEquations& probe, double scale);
 
 }  // namespace mlic

@@ -5,58 +5,102 @@
 #include <cmath>
 
 #include "mlic_core/common/random.h"
+#include "mlic_core/problem/layout.h"
 
 namespace mlic::bias_wander_test {
 namespace {
 
-constexpr double kRate = 100.0;
-const ImuSigma kSigma{Eigen::Vector3d::Constant(4e-3), Eigen::Vector3d::Constant(0.03)};
+constexpr double kShown = 1e-4;  // rad/s and m/s^2, to which the data show the bias at each knot
 
-// White residuals, with `gyroscope` (rad/s) added to the first axis in the course of the drive.
-ImuResiduals Residuals(double duration, double gyroscope, std::uint64_t seed) {
-  Random random(seed);
-  ImuResiduals residuals;
-  for (int k = 0; k < duration * kRate; ++k) {
-    const double time = k / kRate;
-    residuals.times.push_back(time);
-    residuals.values.emplace_back();
-    for (int a = 0; a < 6; ++a) {
-      residuals.values.back()[a] =
-          (a < 3 ? kSigma.gyroscope[a] : kSigma.accelerometer[a - 3]) * random.Normal();
+// One LiDAR, whose rotation nothing but its prior holds, and one drive whose knots the data show one by one.
+class WarmingImu : public testing::Test {
+ protected:
+  WarmingImu() {
+    state_.lidars.resize(1);
+    state_.drives.resize(1);
+    const UniformKnots knots = UniformKnots::Covering(0.0, 20.0, 5.0);
+    state_.drives[0].trajectory = {
+        So3Spline(knots, std::vector<Eigen::Quaterniond>(knots.count, Eigen::Quaterniond::Identity())),
+        PositionSpline(knots, std::vector<Eigen::Vector3d>(knots.count, Eigen::Vector3d::Zero()))};
+    state_.drives[0].bias = *CourseOf(state_.drives[0].bias, 0.0, 20.0);
+    problem_.lidars.resize(1);
+    problem_.drives.resize(1);
+    problem_.drives[0].bias_steps = kUnknownSteps;
+  }
+  // Of biases that wander by steps of these sigmas.
+  BiasEvidence Evidence(double gyroscope, double accelerometer, std::uint64_t seed,
+                        double scale = 1.0) const {
+    Random random(seed);
+    const Layout layout(state_, false);
+    CalibrationEquations equations;
+    equations.information = Eigen::MatrixXd::Zero(layout.calibration, layout.calibration);
+    equations.information.diagonal().setConstant(1e8);
+    equations.gradient = equations.prior_gradient = Eigen::VectorXd::Zero(layout.calibration);
+    const double information = 1.0 / (kShown * kShown);
+    BiasCourse::Bias bias = BiasCourse::Bias::Constant(0.003);
+    for (std::size_t knot = 0; knot < state_.drives[0].bias.knots.size(); ++knot) {
+      for (int a = 0; a < Layout::kOfBias; ++a) {
+        const int at = layout.Bias(0, static_cast<int>(knot)) + a;
+        equations.information(at, at) = information;
+        equations.gradient[at] = -information * (bias[a] + std::sqrt(scale) * kShown * random.Normal());
+        bias[a] += (a < 3 ? gyroscope : accelerometer) * random.Normal();
+      }
     }
-    residuals.values.back()[0] += gyroscope * (time / duration - 0.5);
+    return EvidenceOfWander(problem_, state_, equations, 0, scale);
   }
-  return residuals;
-}
 
-TEST(BiasWander, WhiteNoiseIsNone) {
-  int found = 0;
+  JointProblem problem_;
+  CalibrationState state_;
+};
+
+TEST_F(WarmingImu, ConstantBiasesDoNotWander) {
   for (std::uint64_t seed = 1; seed <= 50; ++seed) {
-    found += FindBiasWander(Residuals(60.0, 0.0, seed), {kSigma}).has_value() ? 1 : 0;
+    EXPECT_FALSE(Evidence(0.0, 0.0, seed).IsShown()) << "seed " << seed;
+    EXPECT_FALSE(Evidence(0.0, 0.0, seed, 9.0).IsShown()) << "seed " << seed;
   }
-  EXPECT_LE(found, 1);
 }
 
-TEST(BiasWander, StepsAreThoseOfTheMeans) {
-  const std::optional<BiasWander> wander = FindBiasWander(Residuals(60.0, 0.006, 1), {kSigma});
-  ASSERT_TRUE(wander.has_value());
-  EXPECT_EQ(wander->intervals, 6U);
-  EXPECT_NEAR(wander->spacing, 10.0, 0.01);
-  EXPECT_NEAR(wander->steps.gyroscope, 0.001 / std::sqrt(3.0), 0.1e-3);  // of one axis of three
-  // The accelerometer's do not move: a mean's noise is 1 mm/s^2.
-  EXPECT_LT(wander->steps.accelerometer, 1.5e-3);
-  EXPECT_GT(wander->steps.accelerometer, 0.0);
+TEST_F(WarmingImu, StepsHaveTheirSize) {
+  double squares = 0.0;
+  constexpr int kDraws = 40;
+  for (std::uint64_t seed = 1; seed <= kDraws; ++seed) {
+    const BiasEvidence evidence = Evidence(4e-4, 0.0, seed);
+    EXPECT_TRUE(evidence.IsShown()) << "seed " << seed;
+    EXPECT_LT(evidence.steps.accelerometer, 2e-4);  // two sigmas of what the data show
+    squares += evidence.steps.gyroscope * evidence.steps.gyroscope;
+  }
+  EXPECT_NEAR(std::sqrt(squares / kDraws), 4e-4, 0.4e-4);
+  EXPECT_NEAR(Evidence(0.0, 0.01, 1).steps.accelerometer, 0.01, 3e-3);
 }
 
-TEST(BiasWander, LongDrivesHaveAFewKnots) {
-  const std::optional<BiasWander> wander = FindBiasWander(Residuals(600.0, 0.006, 1), {kSigma});
-  ASSERT_TRUE(wander.has_value());
-  EXPECT_EQ(wander->intervals, 20U);
+// A drift by five sigmas of what the data show of each knot, from the first to the last.
+TEST_F(WarmingImu, AnEvenDriftIsShown) {
+  const Layout layout(state_, false);
+  CalibrationEquations equations;
+  equations.information =
+      Eigen::MatrixXd::Identity(layout.calibration, layout.calibration) / (kShown * kShown);
+  equations.gradient = equations.prior_gradient = Eigen::VectorXd::Zero(layout.calibration);
+  const int last = static_cast<int>(state_.drives[0].bias.knots.size()) - 1;
+  for (int knot = 0; knot <= last; ++knot) {
+    for (int a = 0; a < 3; ++a) equations.gradient[layout.Bias(0, knot) + a] = -5.0 * knot / (last * kShown);
+  }
+  EXPECT_TRUE(EvidenceOfWander(problem_, state_, equations, 0, 1.0).IsShown());
+  EXPECT_FALSE(EvidenceOfWander(problem_, state_, equations, 0, 25.0).IsShown());
 }
 
-TEST(BiasWander, ShortDrivesHaveNone) {
-  EXPECT_FALSE(FindBiasWander(Residuals(9.0, 0.02, 1), {kSigma}).has_value());
-  EXPECT_FALSE(FindBiasWander({}, {kSigma}).has_value());
+TEST_F(WarmingImu, WithoutEquationsHasNoEvidence) {
+  EXPECT_EQ(EvidenceOfWander(problem_, state_, {}, 0, 1.0).gain, 0.0);
+}
+
+TEST(CourseOfBiases, HasAFewKnotsAllAlike) {
+  const BiasCourse constant({0.001, 0.0, 0.002}, {0.1, 0.0, 0.0});
+  EXPECT_FALSE(CourseOf(constant, 0.0, 9.0).has_value());
+  const BiasCourse minute = *CourseOf(constant, 3.0, 63.0);
+  EXPECT_EQ(minute.knots.size(), 7u);
+  EXPECT_NEAR(minute.spacing, 10.0, 1e-12);
+  EXPECT_EQ(minute.start, 3.0);
+  EXPECT_EQ(CourseOf(constant, 0.0, 600.0)->knots.size(), 21u);
+  for (const BiasCourse::Bias& knot : minute.knots) EXPECT_EQ(knot, constant.knots[0]);
 }
 
 }  // namespace

@@ -27,10 +27,10 @@ class ProbedImu : public testing::Test {
   MatrixEvidence Evidence(double size, double shown, std::uint64_t seed, bool imitated = false) const {
     return EvidenceOfMatrices(problem_, state_, Probe(size, shown, seed, imitated), 1.0);
   }
-  MatrixProbe Probe(double size, double shown, std::uint64_t seed, bool imitated = false) const {
+  CalibrationEquations Probe(double size, double shown, std::uint64_t seed, bool imitated = false) const {
     Random random(seed);
     const Layout layout(state_, true);
-    MatrixProbe probe;
+    CalibrationEquations probe;
     probe.information = Eigen::MatrixXd::Zero(layout.calibration, layout.calibration);
     probe.information.diagonal().setConstant(1e8);
     probe.gradient = probe.prior_gradient = Eigen::VectorXd::Zero(layout.calibration);
@@ -81,7 +81,7 @@ TEST_F(ProbedImu, WithErrorsThatASensorImitatesHasNone) {
 TEST_F(ProbedImu, ThatMayErrAddsItsDoubt) {
   int doubts = 0, shown = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    MatrixProbe probe = Probe(1.2e-3, 1e-3, seed);
+    CalibrationEquations probe = Probe(1.2e-3, 1e-3, seed);
     const Layout layout(state_, true);
     const double coupling = 0.3 * probe.information(layout.matrices, layout.matrices);
     probe.information(0, layout.matrices) = probe.information(layout.matrices, 0) = coupling;
