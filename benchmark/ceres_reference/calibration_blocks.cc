@@ -41,7 +41,7 @@ std::vector<CalibrationBlock> CalibrationBlocks(EvaluationPoint* at, const Layou
     blocks.push_back({state.accelerometer_matrix.data(), 9, 3, layout.alignment, PlusAlignment});
   } else {
     blocks.push_back({state.accelerometer_matrix.data(), 9, 9, layout.alignment, PlusAccelerometer});
-    blocks.push_back({state.gyroscope_matrix.data(), 9, 6, layout.matrices + 6, PlusLowerTriangle});
+    blocks.push_back({state.gyroscope_matrix.data(), 9, 6, layout.matrices + 6, PlusGyroscope});
   }
   for (std::size_t d = 0; d < state.drives.size(); ++d) {
     double* bias = state.drives[d].bias.knots[0].data();  // constant

@@ -46,6 +46,7 @@ bool ImuCost::Evaluate(double const* const*, double* residuals, double** jacobia
   ImuResidual::Jacobian J;
   const Eigen::Matrix<double, 6, 1> r = ImuResidual::Evaluate(trajectory, bases, imu, at_.state.Gravity(),
                                                               sample_, jacobians != nullptr ? &J : nullptr);
+  if (jacobians != nullptr) ImuResidual::TurnOne(at_.state.accelerometer_axes, &J);
   const ceres::HuberLoss loss(kImuHuber);
   Eigen::Matrix<double, ImuResidual::kColumns, 7> rows;
   double remainder = 0.0;

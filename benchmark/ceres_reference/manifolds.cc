@@ -13,6 +13,19 @@ namespace mlic::ceres_reference {
 using ConstQuaternion = Eigen::Map<const Eigen::Quaterniond>;
 using ConstVector = Eigen::Map<const Eigen::Vector3d>;
 
+namespace {
+
+// The identity plus a lower triangle, row by row.
+Eigen::Matrix3d Deformation(const double* step) {
+  Eigen::Matrix3d triangle = Eigen::Matrix3d::Identity();
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c <= r; ++c) triangle(r, c) += *step++;
+  }
+  return triangle;
+}
+
+}  // namespace
+
 void PlusRight(const double* x, const double* step, double* moved) {
   Eigen::Map<Eigen::Quaterniond> out(moved);
   out = (ConstQuaternion(x) * ExpQuaternion(ConstVector(step))).normalized();
@@ -29,19 +42,15 @@ void PlusAlignment(const double* x, const double* step, double* moved) {
 }
 
 void PlusAccelerometer(const double* x, const double* step, double* moved) {
-  const Eigen::Matrix3d identity = Eigen::Matrix3d::Identity();
-  Eigen::Matrix3d deformed;
-  PlusLowerTriangle(identity.data(), step + 3, deformed.data());
-  Eigen::Map<Eigen::Matrix3d> out(moved);
   PlusAlignment(x, step, moved);
-  out = (out * deformed).eval();
+  Eigen::Map<Eigen::Matrix3d> out(moved);
+  out = (out * Deformation(step + 3)).eval();
 }
 
-void PlusLowerTriangle(const double* x, const double* step, double* moved) {
-  std::copy_n(x, 9, moved);
-  for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c <= r; ++c) moved[3 * c + r] += *step++;
-  }
+void PlusGyroscope(const double* x, const double* step, double* moved) {
+  const Eigen::Map<const Eigen::Matrix3d> matrix(x);
+  Eigen::Map<Eigen::Matrix3d> out(moved);
+  out = (Deformation(step) * matrix).eval();
 }
 
 void PlusPlane(const double* x, const double* step, double* moved) {

@@ -11,11 +11,11 @@ using PlusFunction = void (*)(const double* x, const double* step, double* moved
 void PlusRight(const double* x, const double* step, double* moved);
 // Left perturbation, as extrinsic rotations take it: Exp(step) * x.
 void PlusLeft(const double* x, const double* step, double* moved);
-// A 3 x 3 matrix, column by column: Exp(step) M (3), Exp(step) M (I + lower triangle row by row) (9), M plus
-// a lower triangle row by row (6).
+// A 3 x 3 matrix, column by column: Exp(step) M (3), Exp(step) M (I + lower triangle row by row) (9),
+// (I + lower triangle row by row) M (6).
 void PlusAlignment(const double* x, const double* step, double* moved);
 void PlusAccelerometer(const double* x, const double* step, double* moved);
-void PlusLowerTriangle(const double* x, const double* step, double* moved);
+void PlusGyroscope(const double* x, const double* step, double* moved);
 // A plane (normal, offset, centre) by MovePlane, a point (position, anchor) by MovePoint.
 void PlusPlane(const double* x, const double* step, double* moved);
 void PlusPoint(const double* x, const double* step, double* moved);

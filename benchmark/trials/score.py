@@ -124,16 +124,15 @@ def accelerometer_axes(matrix):
 
 
 def in_axes_of(imu, true):
-    """Turns the poses of a truth into the axes that a result's IMU has: about the directions about which the
-    accelerometer's rotation was held these are the accelerometer's, else the gyroscope's (docs/outputs.md)."""
-    if imu.get('axes') != 'gyroscope':
+    """Turns the poses of a truth into the axes that a result's IMU has (docs/outputs.md): about the directions
+    `of_accelerometer` these are the accelerometer's, else the gyroscope's."""
+    if 'axes' not in imu:
         return
-    axes = imu.get('alignment', {}).get('held', [])
+    axes = imu.get('alignment', {}).get('of_accelerometer', [])
     to_gyroscope = gyroscope_axes(rows_of(true['imu']['gyroscope_matrix']))
     found = accelerometer_axes(rows_of(imu['accelerometer_matrix']))
     of_truth = accelerometer_axes(times(rows_of(true['imu']['accelerometer_matrix']), transposed(to_gyroscope)))
-    # What the result does not have of the accelerometer's rotation: all of it about the held axes, its errors about
-    # others.
+    # What the result does not have of the accelerometer's rotation.
     missing = twist(sum(times(transposed(found), of_truth), []), axes)
     turn = product(missing, twist(sum(to_gyroscope, []), [[1, 0, 0], [0, 1, 0], [0, 0, 1]]))
     back = [-turn[0], -turn[1], -turn[2], turn[3]]

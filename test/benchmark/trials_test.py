@@ -56,12 +56,12 @@ class Axes(unittest.TestCase):
         turned = families.rotation([0, 0, 1], math.radians(3))
         true = {'imu': {'accelerometer_matrix': turned, 'gyroscope_matrix': IDENTITY},
                 'sensors': {'front': {'T_imu_sensor': {'translation': [1.0, 0.0, 0.0], 'rotation': [0.0, 0.0, 0.0, 1.0]}}}}
-        imu = {'axes': 'gyroscope', 'alignment': {'held': [[1.0, 0.0, 0.0]]},
+        imu = {'axes': 'gyroscope', 'alignment': {'of_accelerometer': [[1.0, 0.0, 0.0]]},
                'accelerometer_matrix': IDENTITY}
         score.in_axes_of(imu, true)
         pose = true['sensors']['front']['T_imu_sensor']
         self.assertAlmostEqual(pose['translation'][1], 0.0)
-        imu['alignment']['held'] = [[0.0, 0.0, 1.0]]
+        imu['alignment']['of_accelerometer'] = [[0.0, 0.0, 1.0]]
         score.in_axes_of(imu, true)
         self.assertAlmostEqual(pose['translation'][1], math.sin(math.radians(3)))
         self.assertAlmostEqual(score.rotation_vector(pose['rotation'], [0.0, 0.0, 0.0, 1.0])[2], 3.0)

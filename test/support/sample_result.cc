@@ -193,8 +193,11 @@ CalibrationResult SampleResult() {
   result.imu.accelerometer_bias = NormalVector(random, 0.05);
   result.imu.gyroscope_matrix(1, 0) = 0.0021;
   result.imu.accelerometer_matrix(1, 0) = -0.0034;
-  result.alignment =
-      ImuAlignment{ImuAxes::kGyroscope, {true, true, false}, {{0.0, 0.0, 1.0}}, {1e-3, 2e-3, 1.7e-2}};
+  result.alignment = ImuAlignment{ImuAxes::kGyroscope,
+                                  {true, false, false},
+                                  {{0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}},
+                                  {{0.0, 0.0, 1.0}},
+                                  {1e-3, 2e-3, 1.7e-2}};
   result.gravity = {0.0, 0.0, -9.80665};
   result.sensors = {SampleSensor("front_lidar", {0.012, 1.693, 0.0}, {1.728, 1.556, 0.157}),
                     SampleSensor("left_lidar", {-0.423, 0.967, 0.1}, {3.133, -0.110, 3.138}),

@@ -132,18 +132,19 @@ double PoseError::RotationDegrees() const { return kDegreesPerRadian * rotation.
 
 CalibrationResult InAxesOf(const CalibrationResult& result, const CalibrationResult& truth) {
   CalibrationResult turned = truth;
-  if (!result.alignment || result.alignment->axes != ImuAxes::kGyroscope) return turned;
-  // The result's axes are the gyroscope's: first the truth's sensors are expressed in these.
+  if (!result.alignment) return turned;
+  // The result's axes are mostly the gyroscope's: first the truth's sensors are expressed in these.
   const Eigen::Matrix3d to_gyroscope = SplitGyroscopeMatrix(truth.imu.gyroscope_matrix).rotation;
-  // What the result does not have of the accelerometer's rotation to them: all of it about the held axes, its
-  // errors about others.
+  // What the result does not have of the accelerometer's rotation to them.
   const Eigen::Matrix3d found = SplitAccelerometerMatrix(result.imu.accelerometer_matrix).rotation;
   const Eigen::Matrix3d of_truth =
       SplitAccelerometerMatrix(truth.imu.accelerometer_matrix * to_gyroscope.transpose()).rotation;
   const Eigen::Quaterniond alignment(Eigen::Matrix3d(found.transpose() * of_truth));
-  // The part about the held axes (swing-twist decomposition).
+  // The part about the axes that are the accelerometer's (swing-twist decomposition).
   Eigen::Vector3d along = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& axis : result.alignment->held) along += axis * axis.dot(alignment.vec());
+  for (const Eigen::Vector3d& axis : result.alignment->of_accelerometer) {
+    along += axis * axis.dot(alignment.vec());
+  }
   Eigen::Quaterniond twist;
   twist.w() = alignment.w();
   twist.vec() = along;

@@ -38,10 +38,10 @@ const SensorResult* FindSensor(const CalibrationResult& result, const std::strin
 // The result's own pairs, or all pairs of its sensors (without sigmas) when it lists none.
 std::vector<PairResult> PairsOf(const CalibrationResult& result);
 
-// The truth in the axes that the result's IMU has: where its accelerometer's rotation to the gyroscope was
-// estimated the gyroscope's, and about the axes where it was held those of the accelerometer. The true
-// rotation between the two is the truth's accelerometer_matrix. Poses turn with the axes; pairs, offsets and
-// what is not a pose stay. As given where the result's axes are not known, or are the accelerometer's alone.
+// The truth in the axes that the result's IMU has: the gyroscope's, and about ImuAlignment::of_accelerometer
+// those of the accelerometer. The true rotation between the two is the truth's accelerometer_matrix. Poses
+// turn with the axes; pairs, offsets and what is not a pose stay. As given where the result's axes are not
+// known.
 CalibrationResult InAxesOf(const CalibrationResult& result, const CalibrationResult& truth);
 
 // Against the truth in the result's axes (InAxesOf). Sensors are matched by name; those the truth does not

@@ -29,9 +29,10 @@ struct ImuBases {
 //   r_w = M_w w(t) + b_w - w_m,   r_a = M_a f(t - lag) + b_a - a_m,   f = R^T (p'' - g)
 // Columns: 4 rotation control points (12; of r_w those of ImuBases::rates, of r_a those of
 // ImuBases::rotation), 4 position control points (12), gyroscope bias (3), accelerometer bias (3), gravity's
-// magnitude (1), lag of the accelerometer (1), rotation of the accelerometer (M_a <- Exp(delta) M_a, 3), its
-// scale and shear (M_a <- M_a (I + delta), delta a lower triangle row by row, 6), the lower triangle of the
-// gyroscope's matrix row by row (6).
+// magnitude (1), lag of the accelerometer (1), rotation of the accelerometer to the gyroscope (of r_a
+// M_a <- Exp(delta) M_a, of r_w M_w <- M_w Exp(-delta): TurnOne, 3), scale and shear of the accelerometer
+// (M_a <- M_a (I + delta), delta a lower triangle row by row, 6) and of the gyroscope (M_w <- (I + delta)
+// M_w, 6).
 //
 // The column of the lag has the jerk's mean about t - lag in place of the jerk. That of a cubic spline is a
 // step function. Its steps are noise and what the spline cannot follow; no control point follows them, and
@@ -45,6 +46,14 @@ struct ImuResidual {
   static constexpr int kMatrices = 35;                  // from: structural, places of columns
   static constexpr int kColumns = 47;                   // from: structural, places of columns
   using Jacobian = Eigen::Matrix<double, kColumns, 6>;  // one column for each residual component
+
+  // Leaves of the rotation's columns those of the gyroscope about the directions of a projector, about which
+  // the IMU's axes are the accelerometer's, and those of the accelerometer about others.
+  static void TurnOne(const Eigen::Matrix3d& accelerometer_axes, Jacobian* jacobian) {
+    auto rows = jacobian->middleRows<3>(kAlignment);
+    rows.leftCols<3>() = Eigen::Matrix3d(accelerometer_axes * rows.leftCols<3>());
+    rows.rightCols<3>() -= Eigen::Matrix3d(accelerometer_axes * rows.rightCols<3>());
+  }
 
   // gravity: map frame, m/s^2. Rows 0-2 of the result: rad/s, 3-5: m/s^2. jacobian may be null.
   static Eigen::Matrix<double, 6, 1> Evaluate(const SplitSpline& trajectory, const ImuBases& bases,
@@ -110,9 +119,11 @@ struct ImuResidual {
       jacobian->block<3, 3>(3 * j, 0) = (imu.gyroscope_matrix * J.angular_velocity[j]).transpose();
     }
     jacobian->block<3, 3>(kBias, 0).setIdentity();
+    jacobian->block<3, 3>(kAlignment, 0) = (imu.gyroscope_matrix * Hat(value.angular_velocity)).transpose();
+    const Eigen::Vector3d rates = imu.gyroscope_matrix * value.angular_velocity;
     int lower = kMatrices + 6;
     for (int r = 0; r < 3; ++r) {
-      for (int c = 0; c <= r; ++c) (*jacobian)(lower++, r) = value.angular_velocity[c];
+      for (int c = 0; c <= r; ++c) (*jacobian)(lower++, r) = rates[c];
     }
   }
 };

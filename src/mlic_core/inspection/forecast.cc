@@ -206,7 +206,8 @@ Information InverseOf(const Information& information) {
   return SolveSymmetric(known, Information::Identity());
 }
 
-// What holds alpha where the calibration will hold it: see ReviewAlignment in uncertainty/imu_alignment.h.
+// What holds alpha, as if it were known, where the calibration gives rotations to the accelerometer's axes or
+// does not see it: see ReviewAlignment in uncertainty/imu_alignment.h.
 Eigen::Matrix3d HeldAlignment(const Information& covariance, double prior_sigma) {
   constexpr double kWellBelow = 1.0 / 3.0;  // of the prior; from: definition, as there
   constexpr double kMuchLost = 2.0;         // of the sensor's sigma; from: definition, as there

@@ -1,5 +1,6 @@
 #include "mlic_core/pipeline/imu_review.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <optional>
@@ -22,19 +23,30 @@ void MeasureImuSigmas(const Dataset& dataset, Adjustment* adjustment) {
   }
 }
 
-bool ReviewAxes(const AdjustmentContext& context, bool many, Adjustment* adjustment) {
+bool ReviewAxes(const AdjustmentContext& context, Adjustment* adjustment) {
   constexpr double kSame = 0.1;  // of projectors; from: guard, rounding and what a round moves
-  const AlignmentReview review =
-      ReviewAlignment(adjustment->problem, adjustment->state, ScaledInformation(*adjustment, context.dataset),
-                      context.rig.imu.alignment_sigma, !many || adjustment->rounds.alignment_tried);
+  const double prior_sigma = context.rig.imu.alignment_sigma;
+  if (prior_sigma == 0.0) return false;
+  AlignmentReview review = ReviewAlignment(adjustment->problem, adjustment->state,
+                                           ScaledInformation(*adjustment, context.dataset), prior_sigma);
+  // The poses of sensors that are given are to the axes as they are.
+  const auto given = [](const auto& sensor) { return sensor.fixed; };
+  if (std::any_of(context.rig.lidars.begin(), context.rig.lidars.end(), given) ||
+      std::any_of(context.rig.cameras.begin(), context.rig.cameras.end(), given)) {
+    review.accelerometer_axes.setZero();
+  }
   adjustment->alignment_covariance = review.covariance;
-  adjustment->rounds.alignment_tried |= review.taken_back && many;
-  Eigen::Matrix3d& held = adjustment->problem.imu.alignment_held;
-  if ((review.held - held).norm() < kSame) return false;
-  held = review.held;
-  const RotationAndTriangle accelerometer = SplitAccelerometerMatrix(adjustment->state.accelerometer_matrix);
-  adjustment->state.accelerometer_matrix =
-      ExpMatrix((Eigen::Matrix3d::Identity() - held) * Log(accelerometer.rotation)) * accelerometer.triangle;
+  ImuFreedom& imu = adjustment->problem.imu;
+  const auto same = [](const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) { return (a - b).norm() < kSame; };
+  const bool same_axes = same(review.accelerometer_axes, adjustment->state.accelerometer_axes);
+  if (imu.estimate_alignment && same(review.shown, imu.alignment_shown) && same_axes) return false;
+  imu.estimate_alignment = true;
+  imu.alignment_shown = review.shown;
+  imu.alignment_sigma = prior_sigma;
+  if (!same_axes) {
+    SetAccelerometerAxes(review.accelerometer_axes, &adjustment->state);
+    adjustment->rounds.noise_measured = false;
+  }
   return true;
 }
 

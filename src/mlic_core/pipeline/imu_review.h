@@ -7,9 +7,9 @@ namespace mlic {
 // The noise of the IMU that the last solve's residuals show.
 void MeasureImuSigmas(const Dataset& dataset, Adjustment* adjustment);
 
-// Decides which axes of the accelerometer's rotation to the gyroscope move in the next round; held ones are
-// the identity's. many: the map has settled. True if they are others than in this one.
-bool ReviewAxes(const AdjustmentContext& context, bool many, Adjustment* adjustment);
+// Decides about which axes the accelerometer's rotation to the gyroscope is shown, and whose the IMU's axes
+// are (ReviewAlignment). True if they are others than in this round.
+bool ReviewAxes(const AdjustmentContext& context, Adjustment* adjustment);
 
 // Decides whether scale and shear of the IMU are estimated (docs/method.md, section 10). A first look, with
 // sigmas that are too small, leaves most drives as they are. True if they are from now on; then the state has

@@ -45,7 +45,6 @@ constexpr double kLeastMatchNoise = 4.0;
 void BeginRounds(Landmarks landmarks, Adjustment* adjustment) {
   adjustment->rounds.landmarks = landmarks;
   adjustment->rounds.done = 0;
-  adjustment->rounds.alignment_tried = false;
   adjustment->rounds.noise_measured = false;
   adjustment->rounds.clocks_freed = false;
   adjustment->rounds.matrices_judged = false;
@@ -317,7 +316,7 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
       adjustment.cameras.sigmas =
           SigmasAgainstLidar(Analyze(adjustment, context.dataset), adjustment.state, adjustment.base_lidar);
     }
-    const bool axes_moved = options.find_imu_axes && ReviewAxes(context, many, &adjustment);
+    const bool axes_moved = options.find_imu_axes && ReviewAxes(context, &adjustment);
     context.monitor.line(DescribeRound(adjustment, change));
     ShowAdjustment(context, NameOf(options.landmarks), round, adjustment, change);
     context.monitor.progress(std::min(0.95, (round + 1.0) / (least_rounds + 2)));

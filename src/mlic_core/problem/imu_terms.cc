@@ -108,6 +108,7 @@ void AddImu(const LinearizationPoint& at, std::size_t d, std::size_t chunk, Accu
     const ImuCalibration imu = at.state.Imu(d, samples[k].time);
     const ImuBases bases(trajectory, samples[k].time, imu.accelerometer_lag);
     Eigen::Matrix<double, 6, 1> r = ImuResidual::Evaluate(trajectory, bases, imu, gravity, samples[k], &J);
+    ImuResidual::TurnOne(at.state.accelerometer_axes, &J);
     const Eigen::Matrix<double, 6, 1> sigma = ImuSigmaAt(at.problem.drives[d], samples[k].time);
     for (int i = 0; i < 6; ++i) {
       double weight;

@@ -30,9 +30,11 @@ constexpr double kMatrixSigma = 0.02;
 
 // What of the IMU moves beside its biases.
 struct ImuFreedom {
-  // Projector on the axes (columns, in the IMU frame) about which the accelerometer's rotation to the
-  // gyroscope stands where it is.
-  Eigen::Matrix3d alignment_held = Eigen::Matrix3d::Identity();
+  // Whether the accelerometer's rotation to the gyroscope moves, the projector on the axes about which the
+  // data show it, and the sigma of its prior about others, rad.
+  bool estimate_alignment = false;
+  Eigen::Matrix3d alignment_shown = Eigen::Matrix3d::Zero();
+  double alignment_sigma = ImuConfig().alignment_sigma;
   double gravity_sigma = 0.0;  // m/s^2, of the prior about kStandardGravity; 0: gravity is held
   double lag_sigma = 0.0;      // s, of the prior about no lag of the accelerometer; 0: the lag is held
   // Of the prior about no scale error and no shear, where they are estimated.

@@ -232,7 +232,7 @@ std::vector<bool> FreeCalibration(const JointProblem& problem, const Layout& lay
   }
   if (problem.imu.gravity_sigma == 0.0) free_calibration[layout.gravity] = false;
   if (problem.imu.lag_sigma == 0.0) free_calibration[layout.lag] = false;
-  if (problem.imu.alignment_held.isIdentity(0.0)) {
+  if (!problem.imu.estimate_alignment) {
     std::fill_n(free_calibration.begin() + layout.alignment, 3, false);
   }
   if (problem.fix_trajectory) {

@@ -106,17 +106,20 @@ void Layout::Update(const Eigen::VectorXd& delta, CalibrationState* state) const
   }
   state->gravity += delta[knots + gravity];
   state->accelerometer_lag += delta[knots + lag];
-  state->accelerometer_matrix = ExpMatrix(delta.segment<3>(knots + alignment)) * state->accelerometer_matrix;
+  const Eigen::Vector3d turn = delta.segment<3>(knots + alignment);
+  const Eigen::Vector3d of_gyroscope = state->accelerometer_axes * turn;
+  state->accelerometer_matrix = ExpMatrix(turn - of_gyroscope) * state->accelerometer_matrix;
+  state->gyroscope_matrix *= ExpMatrix(-of_gyroscope);
   if (matrices < 0) return;
-  Eigen::Matrix3d deformed = Eigen::Matrix3d::Identity();
-  int of_accelerometer = knots + matrices, of_gyroscope = of_accelerometer + 6;
-  for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c <= r; ++c) {
-      deformed(r, c) += delta[of_accelerometer++];
-      state->gyroscope_matrix(r, c) += delta[of_gyroscope++];
+  const auto deformed = [&](int first) {
+    Eigen::Matrix3d triangle = Eigen::Matrix3d::Identity();
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c <= r; ++c) triangle(r, c) += delta[first++];
     }
-  }
-  state->accelerometer_matrix *= deformed;
+    return triangle;
+  };
+  state->accelerometer_matrix *= deformed(knots + matrices);
+  state->gyroscope_matrix = Eigen::Matrix3d(deformed(knots + matrices + 6) * state->gyroscope_matrix);
 }
 
 }  // namespace mlic

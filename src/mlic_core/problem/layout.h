@@ -10,7 +10,8 @@ namespace mlic {
 // (which keeps the matrix banded), then the calibration: for each LiDAR, then for each camera, rotation
 // (left perturbation, 3), translation (3) and time offset (1); for each camera readout (1, rolling shutters
 // only) and intrinsics (as many as its model has); for each sensor whose clock's drift is estimated that (1);
-// gravity's magnitude (1); the accelerometer's lag (1) and rotation (left perturbation of its matrix, 3);
+// gravity's magnitude (1); the accelerometer's lag (1) and rotation to the gyroscope (3: left perturbation of
+// its matrix, and about CalibrationState::accelerometer_axes the opposite right one of the gyroscope's);
 // scale and shear of the IMU (12, if estimated: ImuResidual); for each drive, for each knot of the biases'
 // course, gyroscope and accelerometer bias (6).
 struct Layout {

@@ -61,17 +61,22 @@ void AddUsualCentre(const CameraTerms& terms, const CameraIntrinsics& intrinsics
   }
 }
 
-// Axes of the accelerometer's rotation that are held stand where they are; the others are known to what
-// soldered parts can be off by.
+// About axes that the data show, the accelerometer's rotation is known to what soldered parts can be off by.
 void AddImu(const ImuFreedom& imu, const CalibrationState& state, const Layout& layout,
             Eigen::MatrixXd* information, Eigen::VectorXd* gradient) {
   constexpr double kHeld = 1e-5;                  // rad; from: guard, far below what is not shown
   constexpr double kLoose = 10.0 * M_PI / 180.0;  // rad; from: guard, far above any misalignment
-  const Eigen::Matrix3d free = Eigen::Matrix3d::Identity() - imu.alignment_held;
-  information->block<3, 3>(layout.alignment, layout.alignment) =
-      imu.alignment_held / (kHeld * kHeld) + free / (kLoose * kLoose);
   const RotationAndTriangle accelerometer = SplitAccelerometerMatrix(state.accelerometer_matrix);
-  gradient->segment<3>(layout.alignment) = free * Log(accelerometer.rotation) / (kLoose * kLoose);
+  const RotationAndTriangle gyroscope = SplitGyroscopeMatrix(state.gyroscope_matrix);
+  Eigen::Matrix3d alignment = Eigen::Matrix3d::Identity() / (kHeld * kHeld);
+  if (imu.estimate_alignment) {
+    const Eigen::Matrix3d others = Eigen::Matrix3d::Identity() - imu.alignment_shown;
+    alignment =
+        imu.alignment_shown / (kLoose * kLoose) + others / (imu.alignment_sigma * imu.alignment_sigma);
+    gradient->segment<3>(layout.alignment) =
+        alignment * Log(Eigen::Matrix3d(accelerometer.rotation * gyroscope.rotation.transpose()));
+  }
+  information->block<3, 3>(layout.alignment, layout.alignment) = alignment;
   constexpr double kHeldGravity = 1e-5;  // m/s^2; from: guard, far below any difference on the ground
   const double sigma = imu.gravity_sigma > 0.0 ? imu.gravity_sigma : kHeldGravity;
   (*information)(layout.gravity, layout.gravity) = 1.0 / (sigma * sigma);
@@ -85,7 +90,7 @@ void AddImu(const ImuFreedom& imu, const CalibrationState& state, const Layout& 
   if (layout.matrices < 0) return;
   const double matrix_weight = 1.0 / (imu.matrix_sigma * imu.matrix_sigma);
   int at = layout.matrices;
-  for (const Eigen::Matrix3d& triangle : {accelerometer.triangle, state.gyroscope_matrix}) {
+  for (const Eigen::Matrix3d& triangle : {accelerometer.triangle, gyroscope.triangle}) {
     for (int r = 0; r < 3; ++r) {
       for (int c = 0; c <= r; ++c, ++at) {
         (*information)(at, at) = matrix_weight;

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "mlic_core/sensors/imu_matrices.h"
 
 namespace mlic {
 namespace {
@@ -30,6 +33,31 @@ bool IsFinite(const DriveState& drive) {
 }
 
 }  // namespace
+
+void SetAccelerometerAxes(const Eigen::Matrix3d& directions, CalibrationState* state) {
+  const Eigen::Matrix3d of_accelerometer = SplitAccelerometerMatrix(state->accelerometer_matrix).rotation;
+  const Eigen::Matrix3d of_gyroscope = SplitGyroscopeMatrix(state->gyroscope_matrix).rotation;
+  // From the gyroscope's axes to the new ones: what of the rotation to the accelerometer's is about the
+  // directions (swing-twist decomposition).
+  Eigen::Quaterniond twist(Eigen::Matrix3d(of_accelerometer * of_gyroscope.transpose()));
+  twist.vec() = directions * twist.vec();
+  twist.normalize();
+  const Eigen::Quaterniond turn = (twist * Eigen::Quaterniond(of_gyroscope)).normalized();
+  const auto turn_sensor = [&](SensorCalibration* sensor) {
+    RigidTransform& T = sensor->T_imu_sensor;
+    T = {(turn * T.rotation).normalized(), turn * T.translation};
+  };
+  for (SensorCalibration& lidar : state->lidars) turn_sensor(&lidar);
+  for (CameraCalibration& camera : state->cameras) turn_sensor(&camera.sensor);
+  for (DriveState& drive : state->drives) {
+    std::vector<Eigen::Quaterniond> rotations = drive.trajectory.rotation.control_points();
+    for (Eigen::Quaterniond& rotation : rotations) rotation = (rotation * turn.conjugate()).normalized();
+    drive.trajectory.rotation = So3Spline(drive.trajectory.rotation.knots(), std::move(rotations));
+  }
+  state->gyroscope_matrix *= turn.conjugate().toRotationMatrix();
+  state->accelerometer_matrix *= turn.conjugate().toRotationMatrix();
+  state->accelerometer_axes = directions;
+}
 
 bool IsFinite(const CalibrationState& state) {
   const auto finite = [](const auto& part) { return IsFinite(part); };

@@ -46,6 +46,9 @@ struct CalibrationState {
   std::vector<CameraCalibration> cameras;
   Eigen::Matrix3d gyroscope_matrix = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d accelerometer_matrix = Eigen::Matrix3d::Identity();
+  // Projector on the directions about which the IMU's axes are the accelerometer's; about others they are the
+  // gyroscope's. Only through SetAccelerometerAxes.
+  Eigen::Matrix3d accelerometer_axes = Eigen::Matrix3d::Zero();
   double gravity = kStandardGravity;  // m/s^2, its magnitude
   double accelerometer_lag = 0.0;     // s, ImuCalibration
   std::vector<DriveState> drives;
@@ -66,6 +69,10 @@ struct CalibrationState {
     return {bias.head<3>(), bias.tail<3>(), gyroscope_matrix, accelerometer_matrix, accelerometer_lag};
   }
 };
+
+// Turns the IMU's axes to those of the accelerometer about the directions of a projector, and of the
+// gyroscope about others: poses of sensors, trajectories and matrices of the IMU are in the new ones.
+void SetAccelerometerAxes(const Eigen::Matrix3d& directions, CalibrationState* state);
 
 // Every number of it is one: no pose, offset, intrinsic, bias or control point is infinite or not a number.
 bool IsFinite(const CalibrationState& state);

@@ -247,12 +247,12 @@ enum class Verdict {
 enum class ImuAxes { kCommon, kGyroscope };
 
 // How well the accelerometer's axes are known against the gyroscope's (a small left rotation of
-// accelerometer_matrix, rad), and about which axes of the IMU that rotation was estimated. held: unit vectors
-// about which it was not; there the IMU's axes are the accelerometer's.
+// accelerometer_matrix, rad), and about which axes of the IMU the data show it. held: unit vectors about
+// which they do not. of_accelerometer: about which the IMU's axes are the accelerometer's.
 struct ImuAlignment {
   ImuAxes axes = ImuAxes::kCommon;
   std::array<bool, 3> estimated{false, false, false};
-  std::vector<Eigen::Vector3d> held;
+  std::vector<Eigen::Vector3d> held, of_accelerometer;
   Eigen::Vector3d sigma = Eigen::Vector3d::Zero();
 };
 

@@ -15,7 +15,7 @@ struct RotationAndTriangle {
 RotationAndTriangle SplitAccelerometerMatrix(const Eigen::Matrix3d& matrix);
 
 // M_w = triangle * rotation: how the gyroscope's axes are turned against those that a matrix refers to.
-// MLIC's own results have no such rotation, as the gyroscope defines the IMU's axes. The matrix must have
+// MLIC's own results have one about axes of the IMU that are the accelerometer's alone. The matrix must have
 // full rank.
 RotationAndTriangle SplitGyroscopeMatrix(const Eigen::Matrix3d& matrix);
 

@@ -25,6 +25,16 @@ void JudgeSlowErrors(std::size_t drive, const ImuMeanExcess& excess, Calibration
   }
 }
 
+// Unit vectors that span what a projector leaves.
+std::vector<Eigen::Vector3d> DirectionsOf(const Eigen::Matrix3d& projector) {
+  std::vector<Eigen::Vector3d> directions;
+  const SymmetricEigen<3> eigen(projector);
+  for (int i = 0; i < 3; ++i) {
+    if (eigen.eigenvalues()[i] > 0.5) directions.push_back(eigen.eigenvectors().col(i));
+  }
+  return directions;
+}
+
 }  // namespace
 
 double LargestSlowError(const Adjustment& adjustment) {
@@ -65,14 +75,13 @@ void JudgeImuAgreement(const Dataset& dataset, const Adjustment& adjustment, Cal
 
 ImuAlignment AlignmentOf(const Adjustment& adjustment) {
   ImuAlignment alignment;
+  const Eigen::Matrix3d& shown = adjustment.problem.imu.alignment_shown;
   for (int a = 0; a < 3; ++a) {
-    alignment.estimated[a] = adjustment.problem.imu.alignment_held(a, a) < 0.5;
+    alignment.estimated[a] = shown(a, a) > 0.5;
     if (alignment.estimated[a]) alignment.axes = ImuAxes::kGyroscope;
   }
-  const SymmetricEigen<3> held(adjustment.problem.imu.alignment_held);
-  for (int i = 0; i < 3; ++i) {
-    if (held.eigenvalues()[i] > 0.5) alignment.held.push_back(held.eigenvectors().col(i));
-  }
+  alignment.held = DirectionsOf(Eigen::Matrix3d::Identity() - shown);
+  alignment.of_accelerometer = DirectionsOf(adjustment.state.accelerometer_axes);
   alignment.sigma = adjustment.alignment_covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
   return alignment;
 }

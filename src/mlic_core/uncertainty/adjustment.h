@@ -52,7 +52,6 @@ struct JointRounds {
   Landmarks landmarks = Landmarks::kNone;  // with which `done` counts
   int done = 0;
   std::size_t points_per_scan = 0;  // that take part in the map
-  bool alignment_tried = false;     // AlignmentReview::taken_back of an earlier round
   bool clocks_freed = false;        // the sensors' clocks may drift
   bool matrices_judged = false;     // whether the IMU has errors of scale and shear
   bool biases_judged = false;       // whether the IMU's biases wander

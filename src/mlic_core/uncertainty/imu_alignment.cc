@@ -3,64 +3,68 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mlic_core/geometry/so3.h"
 #include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/problem/layout.h"
-#include "mlic_core/sensors/imu_matrices.h"
 #include "mlic_core/uncertainty/observability.h"
 
 namespace mlic {
 namespace {
 
-constexpr double kWellBelow =
-    1.0 / 3.0;                     // of the prior; from: derivation, holding then is ten times the variance
-constexpr double kMuchLost = 2.0;  // of a sensor's sigma; from: definition
-constexpr double kNoticed = 4.0;   // sigmas; from: derivation, by chance in 1 of 5000 drives' three axes
+// Covariances of the sensors' rotations to the axes of both of the IMU's sensors, in the mean over the
+// sensors.
+struct RotationCovariances {
+  Eigen::Matrix3d to_gyroscope = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d to_accelerometer = Eigen::Matrix3d::Zero();
+};
 
-// By how much the sigma of the rotation of some sensor about the axis grows where the alignment about it is
-// free.
-double LossOfSensors(const Eigen::MatrixXd& covariance, const std::vector<bool>& fixed, int alignment,
-                     const Eigen::Vector3d& axis, double variance) {
-  double loss = 1.0;
-  for (std::size_t s = 0; s < fixed.size(); ++s) {
-    if (fixed[s]) continue;
-    const int at = Layout::Sensor(s);
-    const double own = axis.dot(covariance.block<3, 3>(at, at) * axis);
-    const double shared = axis.dot(covariance.block<3, 3>(at, alignment) * axis);
-    const double held = std::max(own - shared * shared / variance, 1e-6 * own);
-    loss = std::max(loss, std::sqrt(own / held));
+// axes: CalibrationState::accelerometer_axes, to which the covariance is.
+RotationCovariances CovariancesOfRotations(const FreeAlignment& of, int alignment,
+                                           const Eigen::Matrix3d& axes) {
+  RotationCovariances mean;
+  for (std::size_t s = 0; s < of.fixed.size(); ++s) {
+    if (of.fixed[s]) continue;
+    const auto rotation = of.covariance.block<3, 3>(Layout::Sensor(s), Layout::Sensor(s));
+    const auto common = of.covariance.block<3, 3>(Layout::Sensor(s), alignment);
+    // Of a rotation turned by `share` of what the accelerometer is.
+    const auto turned = [&](const Eigen::Matrix3d& share) {
+      const Eigen::Matrix3d cross = common * share;
+      return Eigen::Matrix3d(rotation + cross + cross.transpose() +
+                             share * of.covariance.block<3, 3>(alignment, alignment) * share);
+    };
+    const auto count = static_cast<double>(of.fixed.size());
+    mean.to_gyroscope += turned(-axes) / count;
+    mean.to_accelerometer += turned(Eigen::Matrix3d::Identity() - axes) / count;
   }
-  return loss;
+  return mean;
 }
 
 }  // namespace
 
 AlignmentReview ReviewAlignment(const JointProblem& problem, const CalibrationState& state,
-                                const Eigen::MatrixXd& information, double prior_sigma, bool tried) {
+                                const Eigen::MatrixXd& information, double prior_sigma) {
+  constexpr double kWellBelow = 1.0 / 3.0;  // of the prior; from: derivation, its information is a tenth
+  constexpr double kLess = 0.5 * 0.5;       // of the variance; from: definition
   AlignmentReview review;
-  review.covariance *= prior_sigma * prior_sigma;
   const Layout layout(state, problem.estimate_imu_matrices);
   if (information.rows() != layout.calibration) return review;
-  const FreeAlignment free = CovarianceWithFreeAlignment(problem, state, information);
   const int at = layout.alignment;
-  const SymmetricEigen<3> eigen(Eigen::Matrix3d(free.covariance.block<3, 3>(at, at)));
-  const Eigen::Vector3d found = Log(SplitAccelerometerMatrix(state.accelerometer_matrix).rotation);
-  review.held.setZero();
-  review.covariance.setZero();
+  const FreeAlignment of_data = CovarianceWithAlignment(problem, state, information, Eigen::Matrix3d::Zero());
+  const SymmetricEigen<3> eigen(Eigen::Matrix3d(of_data.covariance.block<3, 3>(at, at)));
   for (int i = 0; i < 3; ++i) {
     const Eigen::Vector3d axis = eigen.eigenvectors().col(i);
-    const double variance = std::max(eigen.eigenvalues()[i], 1e-18);
-    const bool was_free = axis.dot(problem.imu.alignment_held * axis) < 0.5;
-    bool is_free = std::sqrt(variance) < kWellBelow * prior_sigma;
-    if (is_free && LossOfSensors(free.covariance, free.fixed, at, axis, variance) > kMuchLost) {
-      is_free = was_free ? std::abs(axis.dot(found)) > kNoticed * std::sqrt(variance) : !tried;
-      review.taken_back |= was_free && !is_free;
-    }
-    const Eigen::Matrix3d projector = axis * axis.transpose();
-    if (!is_free) review.held += projector;
-    review.covariance += (is_free ? variance : prior_sigma * prior_sigma) * projector;
+    const double sigma = std::sqrt(std::max(0.0, eigen.eigenvalues()[i]));
+    if (sigma < kWellBelow * prior_sigma) review.shown += axis * axis.transpose();
   }
-  if (review.held.trace() > 2.5) review.held.setIdentity();
+  const Eigen::Matrix3d others = Eigen::Matrix3d::Identity() - review.shown;
+  const FreeAlignment with_prior =
+      CovarianceWithAlignment(problem, state, information, others / (prior_sigma * prior_sigma));
+  review.covariance = with_prior.covariance.block<3, 3>(at, at);
+  const RotationCovariances rotations = CovariancesOfRotations(with_prior, at, state.accelerometer_axes);
+  const SymmetricEigen<3> gain(Eigen::Matrix3d(kLess * rotations.to_gyroscope - rotations.to_accelerometer));
+  for (int i = 0; i < 3; ++i) {
+    const Eigen::Vector3d axis = gain.eigenvectors().col(i);
+    if (gain.eigenvalues()[i] > 0.0) review.accelerometer_axes += axis * axis.transpose();
+  }
   return review;
 }
 

@@ -197,15 +197,15 @@ Eigen::MatrixXd VarianceOfInflation(const Eigen::MatrixXd& covariance, const Inf
   return of_cameras + covariance * inflation.points / scale * covariance;
 }
 
-FreeAlignment CovarianceWithFreeAlignment(const JointProblem& problem, const CalibrationState& state,
-                                          const Eigen::MatrixXd& information) {
+FreeAlignment CovarianceWithAlignment(const JointProblem& problem, const CalibrationState& state,
+                                      const Eigen::MatrixXd& information, const Eigen::Matrix3d& prior) {
   const Layout layout(state, problem.estimate_imu_matrices);
   const SensorInformation given = MakeInformation(problem, state, layout, information);
   FreeAlignment free;
   for (const SensorGuess& sensor : given.sensors) free.fixed.push_back(sensor.fixed);
   Eigen::MatrixXd data = given.data;
   const int at = layout.alignment;
-  data.block<3, 3>(at, at) = information.block<3, 3>(at, at);
+  data.block<3, 3>(at, at) = information.block<3, 3>(at, at) + prior;
   free.covariance = InverseInLimits(WithFixedSensors(given, std::move(data)), given.limits);
   return free;
 }

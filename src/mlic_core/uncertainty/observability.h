@@ -67,13 +67,13 @@ ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const Cali
                                          double scale = 1.0);
 
 // Covariance of all parameters (Layout) from the data alone, without the guesses, where the accelerometer's
-// rotation to the gyroscope is free and has no prior.
+// rotation to the gyroscope has this prior (information, 1/rad^2).
 struct FreeAlignment {
   Eigen::MatrixXd covariance;
   std::vector<bool> fixed;  // of each sensor (SensorOrder): it is given, or takes no part
 };
-FreeAlignment CovarianceWithFreeAlignment(const JointProblem& problem, const CalibrationState& state,
-                                          const Eigen::MatrixXd& information);
+FreeAlignment CovarianceWithAlignment(const JointProblem& problem, const CalibrationState& state,
+                                      const Eigen::MatrixXd& information, const Eigen::Matrix3d& prior);
 
 // Of the poses and offsets of the sensors at two places, out of ObservabilityAnalysis::covariance or
 // data_covariance.

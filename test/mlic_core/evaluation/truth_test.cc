@@ -74,7 +74,7 @@ TEST(TruthComparison, TakesTheAxesThatTheResultHas) {
     EXPECT_LT(error.RotationDegrees(), 1e-6);
     EXPECT_LT(error.translation.norm(), 1e-12);
   }
-  result.alignment->held.clear();
+  result.alignment->of_accelerometer.clear();
   for (const PoseError& error : CompareWithTruth(result, turned).sensors) {
     EXPECT_NEAR(error.RotationDegrees(), 0.05 * 180.0 / M_PI, 1e-6);
   }
@@ -83,7 +83,7 @@ TEST(TruthComparison, TakesTheAxesThatTheResultHas) {
 // A truth whose gyroscope is turned is compared in the gyroscope's axes.
 TEST(TruthComparison, TakesTheGyroscopesAxesWhereItIsTurned) {
   CalibrationResult result = SampleResult();
-  result.alignment->held.clear();
+  result.alignment->of_accelerometer.clear();
   CalibrationResult truth = result;
   const Eigen::Quaterniond turn = ExpQuaternion({0.004, -0.002, 0.003});
   truth.imu.gyroscope_matrix *= turn.toRotationMatrix();

@@ -38,6 +38,8 @@ CalibrationState RandomState(std::uint64_t seed) {
   state.lidars.push_back(lidar);
   state.gyroscope_matrix += 0.01 * Eigen::Matrix3d::Random();
   state.accelerometer_matrix = ExpMatrix(0.05 * RandomVector(&random));
+  const Eigen::Vector3d axis = RandomVector(&random).normalized();
+  state.accelerometer_axes = axis * axis.transpose();
   state.gravity = 9.79;
   state.accelerometer_lag = 0.004;
   return state;
@@ -179,6 +181,7 @@ void ExpectImuJacobian(CalibrationState state, double time) {
   };
   ImuResidual::Jacobian J;
   evaluate(state, &J);
+  ImuResidual::TurnOne(state.accelerometer_axes, &J);
   // The rates' control points are those at the sample's time, the specific force's those of the lag before.
   for (const bool of_force : {false, true}) {
     std::vector<int> columns = KnotColumns(layout, state, of_force ? time - state.accelerometer_lag : time);

@@ -71,8 +71,8 @@ TEST(ResultFile, RoundTripKeepsEverything) {
   ASSERT_TRUE(copy.alignment.has_value());
   EXPECT_EQ(copy.alignment->axes, result.alignment->axes);
   EXPECT_EQ(copy.alignment->estimated, result.alignment->estimated);
-  ASSERT_EQ(copy.alignment->held.size(), 1u);
-  EXPECT_EQ(copy.alignment->held[0], result.alignment->held[0]);
+  EXPECT_EQ(copy.alignment->held, result.alignment->held);
+  EXPECT_EQ(copy.alignment->of_accelerometer, result.alignment->of_accelerometer);
   EXPECT_LT((copy.alignment->sigma - result.alignment->sigma).norm(), 1e-12);
   ASSERT_EQ(copy.sensors.size(), result.sensors.size());
   for (std::size_t i = 0; i < copy.sensors.size(); ++i) {

@@ -108,7 +108,8 @@ TEST(CeresReference, FindsTheSameMinimumOfImuAndLidars) {
                                  std::vector<PlaneNoise>(sensors.lidars.size()), association);
   for (const LidarConfig& lidar : input.rig.lidars) c.problem.lidars.push_back({lidar.guess, false});
   c.problem.estimate_imu_matrices = true;
-  c.problem.imu.alignment_held.setZero();
+  c.problem.imu.estimate_alignment = true;
+  c.problem.imu.alignment_shown.setIdentity();
   Random random(7);
   for (SensorCalibration& lidar : c.start.lidars) Disturb(&random, &lidar);
   c.dataset = std::move(input.dataset);
@@ -198,7 +199,10 @@ TEST(CeresReference, FindsTheSameMinimumOfImuAndCameras) {
   c.dataset.drives[0].imu = NoisyImu(c.start.drives[0].trajectory, kDuration, &random);
   c.problem.lidars.resize(1);
   c.problem.cameras.resize(2);
-  c.problem.imu = {Eigen::Matrix3d::Zero(), 0.03, 0.01};
+  c.problem.imu.estimate_alignment = true;
+  c.problem.imu.alignment_shown.setIdentity();
+  c.problem.imu.gravity_sigma = 0.03;
+  c.problem.imu.lag_sigma = 0.01;
   c.problem.cameras[0].fixed.square_pixels = true;
   c.problem.cameras[1].fixed.intrinsics = {false, false, false, false, false, false, true, true};
   Disturb(&random, &c.start.lidars[0]);

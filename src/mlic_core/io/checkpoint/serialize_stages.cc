@@ -84,7 +84,8 @@ auto Members(CameraCalibration& camera) {
 }
 auto Members(CalibrationState& state) {
   return std::tie(state.lidars, state.rings, state.ranges, state.cameras, state.gyroscope_matrix,
-                  state.accelerometer_matrix, state.gravity, state.accelerometer_lag, state.drives);
+                  state.accelerometer_matrix, state.accelerometer_axes, state.gravity,
+                  state.accelerometer_lag, state.drives);
 }
 
 auto Members(AngularRateAlignment& alignment) {
@@ -135,12 +136,12 @@ auto Members(Adjustment& adjustment) {
       adjustment.cameras.stamp_courses, adjustment.cameras.twins, adjustment.cameras.sigmas,
       adjustment.map.cameras_before, adjustment.map.noise, adjustment.map.held_out,
       adjustment.rounds.landmarks, adjustment.rounds.done, adjustment.rounds.points_per_scan,
-      adjustment.rounds.alignment_tried, adjustment.rounds.noise_measured, adjustment.rounds.clocks_freed,
-      adjustment.rounds.matrices_judged, adjustment.rounds.biases_judged, adjustment.rounds.ranges_measured,
-      adjustment.rounds.walks_dropped, adjustment.rounds.history, adjustment.alignment_covariance,
-      adjustment.noise_information, adjustment.problem.imu.alignment_held,
-      adjustment.problem.imu.gravity_sigma, adjustment.problem.imu.matrix_sigma,
-      adjustment.problem.estimate_imu_matrices, adjustment.lines);
+      adjustment.rounds.noise_measured, adjustment.rounds.clocks_freed, adjustment.rounds.matrices_judged,
+      adjustment.rounds.biases_judged, adjustment.rounds.ranges_measured, adjustment.rounds.walks_dropped,
+      adjustment.rounds.history, adjustment.alignment_covariance, adjustment.noise_information,
+      adjustment.problem.imu.estimate_alignment, adjustment.problem.imu.alignment_shown,
+      adjustment.problem.imu.alignment_sigma, adjustment.problem.imu.gravity_sigma,
+      adjustment.problem.imu.matrix_sigma, adjustment.problem.estimate_imu_matrices, adjustment.lines);
 }
 
 template <>

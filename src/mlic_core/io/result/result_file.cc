@@ -53,13 +53,19 @@ std::string SigmaText(const PoseSigma& sigma) {
 }
 
 // Whose axes the IMU's are, and how the accelerometer's stand to the gyroscope's.
+std::string AxesText(const std::vector<Eigen::Vector3d>& axes) {
+  std::string text;
+  for (const Eigen::Vector3d& axis : axes) text += (text.empty() ? "" : ", ") + Fixed(axis);
+  return "[" + text + "]";
+}
+
 std::string AlignmentText(const std::optional<ImuAlignment>& alignment) {
   if (!alignment) return "";
-  std::string text = "  axes: " + ImuAxesNames()[static_cast<std::size_t>(alignment->axes)] + "\n";
-  std::string held;
-  for (const Eigen::Vector3d& axis : alignment->held) held += (held.empty() ? "" : ", ") + Fixed(axis);
-  return text + "  alignment: {estimated: " + Flags(alignment->estimated) + ", held: [" + held +
-         "], sigma_deg: " + Short(kDegreesPerRadian * alignment->sigma) + "}\n";
+  return "  axes: " + ImuAxesNames()[static_cast<std::size_t>(alignment->axes)] +
+         "\n  alignment: {estimated: " + Flags(alignment->estimated) +
+         ", held: " + AxesText(alignment->held) +
+         ", of_accelerometer: " + AxesText(alignment->of_accelerometer) +
+         ", sigma_deg: " + Short(kDegreesPerRadian * alignment->sigma) + "}\n";
 }
 
 std::string UnobservableText(const std::vector<UnobservableDirection>& directions) {

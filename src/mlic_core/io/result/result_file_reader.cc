@@ -172,11 +172,15 @@ void ReadImu(const YamlReader& imu, CalibrationResult* result) {
   if (imu.Has("alignment")) {
     const YamlReader given = imu.Get("alignment");
     alignment.estimated = ReadFlags(given.Get("estimated", "give three of true and false"));
-    if (given.Has("held")) {
-      for (const YamlReader& axis : given.Get("held").Elements()) {
-        alignment.held.push_back(axis.Vector3("of a unit vector"));
-      }
-    }
+    const auto axes = [&](const char* key) {
+      std::vector<Eigen::Vector3d> read;
+      if (!given.Has(key)) return read;
+      for (const YamlReader& axis : given.Get(key).Elements())
+        read.push_back(axis.Vector3("of a unit vector"));
+      return read;
+    };
+    alignment.held = axes("held");
+    alignment.of_accelerometer = axes("of_accelerometer");
     alignment.sigma = given.Get("sigma_deg", "give three numbers").Vector3("x, y, z") / kDegreesPerRadian;
   }
   result->alignment = alignment;
