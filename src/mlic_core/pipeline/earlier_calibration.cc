@@ -171,11 +171,17 @@ PoseSigma LargestOfPairs(const CalibrationResult& result, const std::string& hel
   return largest;
 }
 
+Rig InAxesOfEarlier(const Rig& rig, const CalibrationResult& earlier) {
+  Rig start = rig;
+  if (earlier.alignment) start.imu.accelerometer_axes = earlier.alignment->of_accelerometer;
+  return start;
+}
+
 }  // namespace
 
 Rig WithPrior(const Rig& rig, const CalibrationResult& earlier, std::vector<std::string>* notes) {
   CheckUsable(earlier);
-  Rig start = rig;
+  Rig start = InAxesOfEarlier(rig, earlier);
   std::vector<std::string> lacking;
   std::vector<ExtrinsicGuess*> guesses;
   bool any = false;
@@ -206,7 +212,7 @@ Rig WithAddedSensors(const Rig& rig, const CalibrationResult& earlier, const std
   for (const std::string& name : added) {
     if (!Has(rig, name)) throw InputError("--add " + name + ": the rig file has no such sensor");
   }
-  Rig start = rig;
+  Rig start = InAxesOfEarlier(rig, earlier);
   std::vector<std::string> lacking;
   bool any = false;
   ForEachKnown(earlier, &start, &lacking, [&](const SensorResult& sensor, auto* config) {

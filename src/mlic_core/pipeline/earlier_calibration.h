@@ -13,9 +13,9 @@ namespace mlic {
 // the file does not say how the errors hang together, and the solve takes guesses for independent, so that
 // errors which all share (the height of a rig over its IMU) would average out; n times a sensor's own
 // covariance is a bound of the whole's, whatever hangs together (covariance intersection). Fixed sensors are
-// held where the calibration has them, with its sigmas (HeldSensors). notes: a line for
-// each sensor that is only here or only there. InputError where the two do not fit, or the calibration was
-// refused.
+// held where the calibration has them, with its sigmas (HeldSensors). The IMU's axes are those of the earlier
+// calibration. notes: a line for each sensor that is only here or only there. InputError where the two do not
+// fit, or the calibration was refused.
 Rig WithPrior(const Rig& rig, const CalibrationResult& earlier, std::vector<std::string>* notes);
 
 // The rig, all sensors but `added` fixed where an earlier calibration has them, for CalibrationOptions::

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/problem/imu_terms.h"
@@ -30,10 +31,15 @@ bool ReviewAxes(const AdjustmentContext& context, Adjustment* adjustment) {
   AlignmentReview review = ReviewAlignment(adjustment->problem, adjustment->state,
                                            ScaledInformation(*adjustment, context.dataset), prior_sigma);
   // The poses of sensors that are given are to the axes as they are.
-  const auto given = [](const auto& sensor) { return sensor.fixed; };
-  if (std::any_of(context.rig.lidars.begin(), context.rig.lidars.end(), given) ||
-      std::any_of(context.rig.cameras.begin(), context.rig.cameras.end(), given)) {
+  const auto is_given = [](const auto& sensor) { return sensor.fixed; };
+  const bool any_given = std::any_of(context.rig.lidars.begin(), context.rig.lidars.end(), is_given) ||
+                         std::any_of(context.rig.cameras.begin(), context.rig.cameras.end(), is_given);
+  if (any_given || context.rig.imu.accelerometer_axes) {
     review.accelerometer_axes.setZero();
+    for (const Eigen::Vector3d& axis :
+         context.rig.imu.accelerometer_axes.value_or(std::vector<Eigen::Vector3d>())) {
+      review.accelerometer_axes += axis * axis.transpose();
+    }
   }
   adjustment->alignment_covariance = review.covariance;
   ImuFreedom& imu = adjustment->problem.imu;

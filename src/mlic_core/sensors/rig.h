@@ -44,6 +44,9 @@ struct ImuConfig {
   // rad, of the accelerometer's axes to the gyroscope's. from: standard, data sheets of consumer IMUs, 1 deg
   double alignment_sigma = 1.0 * M_PI / 180.0;
   std::optional<double> gravity;  // m/s^2, held; otherwise estimated near kStandardGravity
+  // Unit vectors about which the axes that guesses are to are the accelerometer's, and the gyroscope's about
+  // others. None: not known, the calibration's are chosen by what its drive shows.
+  std::optional<std::vector<Eigen::Vector3d>> accelerometer_axes;
 };
 
 struct LidarConfig {

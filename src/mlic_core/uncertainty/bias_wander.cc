@@ -117,10 +117,9 @@ BiasEvidence EvidenceOfWander(const JointProblem& problem, const CalibrationStat
   StepEquations steps = EquationsOfSteps(problem, state, equations, drive);
   steps.information /= scale;
   steps.gradient /= scale;
-  // from: guard, from a tenth of what the best gyroscopes and accelerometers wander by to far beyond the
-  // worst
-  constexpr double kFinestGyroscope = 1e-6, kCoarsestGyroscope = 0.02;         // rad/s
-  constexpr double kFinestAccelerometer = 1e-5, kCoarsestAccelerometer = 1.0;  // m/s^2
+  // From a tenth of what the best gyroscopes and accelerometers wander by to far beyond the worst.
+  constexpr double kFinestGyroscope = 1e-6, kCoarsestGyroscope = 0.02;         // rad/s; from: guard
+  constexpr double kFinestAccelerometer = 1e-5, kCoarsestAccelerometer = 1.0;  // m/s^2; from: guard
   constexpr int kSweeps = 3;  // from: guard, the two hardly depend on each other
   evidence.steps = {kFinestGyroscope, kFinestAccelerometer};
   for (int sweep = 0; sweep < kSweeps; ++sweep) {

@@ -76,6 +76,15 @@ TEST_F(EarlierCalibration, SensorsStartWhereItHasThemWithABoundOfTheirSigmas) {
   EXPECT_EQ(notes_[1].substr(0, 6), "gone: ");
 }
 
+TEST_F(EarlierCalibration, ItsAxesOfTheImuStay) {
+  EXPECT_FALSE(WithPrior(rig_, earlier_, &notes_).imu.accelerometer_axes) << "it does not say which";
+  earlier_.alignment.emplace().of_accelerometer = {Eigen::Vector3d::UnitZ()};
+  for (const Rig& start :
+       {WithPrior(rig_, earlier_, &notes_), WithAddedSensors(rig_, earlier_, {"right"}, &notes_)}) {
+    EXPECT_EQ(start.imu.accelerometer_axes, earlier_.alignment->of_accelerometer);
+  }
+}
+
 TEST_F(EarlierCalibration, OneSensorKeepsItsSigmasAndOneWithoutGetsTheUsual) {
   earlier_.sensors = {MakeSensor("top", {0.0, 0.0, 1.0})};
   earlier_.sensors[0].sigma.rotation.setZero();
