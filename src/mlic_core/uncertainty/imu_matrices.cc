@@ -80,18 +80,13 @@ MatrixEvidence EvidenceOfMatrices(const JointProblem& problem, const Calibration
 
 Eigen::MatrixXd ScatterOfMatrices(const JointProblem& problem, const CalibrationState& state,
                                   const CalibrationEquations& probe, double scale) {
+  constexpr double kDoubtful = 4.0;  // of the gain; from: derivation, two sigmas
   const int size = Layout(state, problem.estimate_imu_matrices).calibration;
   const MatrixEvidence evidence = EvidenceOfMatrices(problem, state, probe, scale);
-  if (evidence.sigma == 0.0) return Eigen::MatrixXd::Zero(size, size);
-  MarginalEquations known = MarginalOfMatrices(problem, state, probe, scale);
-  known.information = Eigen::MatrixXd(0.5 * (known.information + known.information.transpose()));
-  known.information.diagonal().array() += 1.0 / (evidence.sigma * evidence.sigma);
-  const Eigen::MatrixXd covariance =
-      SolveSymmetric(known.information, Eigen::MatrixXd::Identity(Layout::kOfMatrices, Layout::kOfMatrices));
-  const Eigen::VectorXd mean = -covariance * known.gradient;
+  if (evidence.gain <= kDoubtful) return Eigen::MatrixXd::Zero(size, size);
   const Places places(Layout(state, true));
   const Eigen::MatrixXd cross = Submatrix(probe.information, places.others, places.matrices);
-  return cross * (covariance + mean * mean.transpose()) / scale * cross.transpose();
+  return evidence.sigma * evidence.sigma / scale * cross * cross.transpose();
 }
 
 }  // namespace mlic

@@ -20,9 +20,8 @@ MatrixEvidence EvidenceOfMatrices(const JointProblem& problem, const Calibration
                                   const CalibrationEquations& probe, double scale);
 
 // What the doubt of scale and shear that are held adds to the solve's equations, as Inflation::points has it:
-// the mean squares of the entries where they are draws with the evidence's sigma, given what the data say of
-// each. What a drive does not show of one (the shear that turns a car's heading) it has of the others' size.
-// Zero where the evidence has none, and where no matrices were probed.
+// where the data speak for such errors by more than two sigmas, without showing them, those of the evidence's
+// size. Zero else, and where no matrices were probed.
 Eigen::MatrixXd ScatterOfMatrices(const JointProblem& problem, const CalibrationState& state,
                                   const CalibrationEquations& probe, double scale);
 
