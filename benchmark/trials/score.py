@@ -126,7 +126,7 @@ def accelerometer_axes(matrix):
 def in_axes_of(imu, true):
     """Turns the poses of a truth into the axes that a result's IMU has (docs/outputs.md): about the directions
     `of_accelerometer` these are the accelerometer's, else the gyroscope's."""
-    if 'axes' not in imu:
+    if 'axes' not in imu or 'gyroscope_matrix' not in true['imu']:
         return
     axes = imu.get('alignment', {}).get('of_accelerometer', [])
     to_gyroscope = gyroscope_axes(rows_of(true['imu']['gyroscope_matrix']))
