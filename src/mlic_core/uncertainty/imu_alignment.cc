@@ -43,7 +43,6 @@ RotationCovariances CovariancesOfRotations(const FreeAlignment& of, int alignmen
 AlignmentReview ReviewAlignment(const JointProblem& problem, const CalibrationState& state,
                                 const Eigen::MatrixXd& information, double prior_sigma) {
   constexpr double kWellBelow = 1.0 / 3.0;  // of the prior; from: derivation, its information is a tenth
-  constexpr double kLess = 0.5 * 0.5;       // of the variance; from: definition
   AlignmentReview review;
   const Layout layout(state, problem.estimate_imu_matrices);
   if (information.rows() != layout.calibration) return review;
@@ -60,7 +59,7 @@ AlignmentReview ReviewAlignment(const JointProblem& problem, const CalibrationSt
       CovarianceWithAlignment(problem, state, information, others / (prior_sigma * prior_sigma));
   review.covariance = with_prior.covariance.block<3, 3>(at, at);
   const RotationCovariances rotations = CovariancesOfRotations(with_prior, at, state.accelerometer_axes);
-  const SymmetricEigen<3> gain(Eigen::Matrix3d(kLess * rotations.to_gyroscope - rotations.to_accelerometer));
+  const SymmetricEigen<3> gain(Eigen::Matrix3d(rotations.to_gyroscope - rotations.to_accelerometer));
   for (int i = 0; i < 3; ++i) {
     const Eigen::Vector3d axis = gain.eigenvectors().col(i);
     if (gain.eigenvalues()[i] > 0.0) review.accelerometer_axes += axis * axis.transpose();

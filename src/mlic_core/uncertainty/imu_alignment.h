@@ -19,9 +19,8 @@ struct AlignmentReview {
 // sigma is
 //   below a third of prior_sigma (rad): elsewhere more is known of soldered parts.
 // - The IMU's axes are the accelerometer's about directions about which the sensors' rotations to them have
-// less
-//   than half the sigma of those to the gyroscope's: a car that only yaws has its heading from the
-//   accelerometer.
+// the
+//   smaller sigma: a car that only yaws has its heading from the accelerometer.
 AlignmentReview ReviewAlignment(const JointProblem& problem, const CalibrationState& state,
                                 const Eigen::MatrixXd& information, double prior_sigma);
 
