@@ -117,9 +117,10 @@ BiasEvidence EvidenceOfWander(const JointProblem& problem, const CalibrationStat
   StepEquations steps = EquationsOfSteps(problem, state, equations, drive);
   steps.information /= scale;
   steps.gradient /= scale;
-  // From a tenth of what the best gyroscopes and accelerometers wander by to far beyond the worst.
-  constexpr double kFinestGyroscope = 1e-6, kCoarsestGyroscope = 0.02;         // rad/s; from: guard
-  constexpr double kFinestAccelerometer = 1e-5, kCoarsestAccelerometer = 1.0;  // m/s^2; from: guard
+  // From a tenth of what the best gyroscopes and accelerometers wander by to beyond the worst: consumer IMUs
+  // warm up by 5 mrad/s and 30 mm/s^2 within a minute.
+  constexpr double kFinestGyroscope = 1e-6, kCoarsestGyroscope = 5e-3;          // rad/s; from: guard
+  constexpr double kFinestAccelerometer = 1e-5, kCoarsestAccelerometer = 0.05;  // m/s^2; from: guard
   constexpr int kSweeps = 3;  // from: guard, the two hardly depend on each other
   evidence.steps = {kFinestGyroscope, kFinestAccelerometer};
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
@@ -130,7 +131,14 @@ BiasEvidence EvidenceOfWander(const JointProblem& problem, const CalibrationStat
       return Gain(steps, {evidence.steps.gyroscope, sigma});
     });
   }
-  evidence.gain = Gain(steps, evidence.steps);
+  // What wanders more is no bias: an INS that filters its readings, or a trajectory that is led astray.
+  constexpr double kNear = 0.8;  // of the coarsest; from: guard, the last step of the search
+  const bool gyroscope = evidence.steps.gyroscope < kNear * kCoarsestGyroscope;
+  const bool accelerometer = evidence.steps.accelerometer < kNear * kCoarsestAccelerometer;
+  evidence.gain = Gain(steps, {gyroscope ? evidence.steps.gyroscope : 0.0,
+                               accelerometer ? evidence.steps.accelerometer : 0.0});
+  if (!gyroscope) evidence.steps.gyroscope = kFinestGyroscope;
+  if (!accelerometer) evidence.steps.accelerometer = kFinestAccelerometer;
   return evidence;
 }
 

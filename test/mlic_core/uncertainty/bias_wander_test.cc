@@ -88,6 +88,11 @@ TEST_F(WarmingImu, AnEvenDriftIsShown) {
   EXPECT_FALSE(EvidenceOfWander(problem_, state_, equations, 0, 25.0).IsShown());
 }
 
+TEST_F(WarmingImu, WhatWandersMoreThanBiasesDoIsNone) {
+  EXPECT_FALSE(Evidence(0.0, 0.3, 1).IsShown());
+  EXPECT_FALSE(Evidence(0.05, 0.0, 1).IsShown());
+}
+
 TEST_F(WarmingImu, WithoutEquationsHasNoEvidence) {
   EXPECT_EQ(EvidenceOfWander(problem_, state_, {}, 0, 1.0).gain, 0.0);
 }
