@@ -139,16 +139,8 @@ CalibrationResult InAxesOf(const CalibrationResult& result, const CalibrationRes
   const Eigen::Matrix3d found = SplitAccelerometerMatrix(result.imu.accelerometer_matrix).rotation;
   const Eigen::Matrix3d of_truth =
       SplitAccelerometerMatrix(truth.imu.accelerometer_matrix * to_gyroscope.transpose()).rotation;
-  const Eigen::Quaterniond alignment(Eigen::Matrix3d(found.transpose() * of_truth));
-  // The part about the axes that are the accelerometer's (swing-twist decomposition).
-  Eigen::Vector3d along = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& axis : result.alignment->of_accelerometer) {
-    along += axis * axis.dot(alignment.vec());
-  }
-  Eigen::Quaterniond twist;
-  twist.w() = alignment.w();
-  twist.vec() = along;
-  twist.normalize();
+  const Eigen::Quaterniond twist =
+      TwistAbout(ProjectorOn(result.alignment->of_accelerometer), found.transpose() * of_truth);
   const Eigen::Quaterniond turn = twist * Eigen::Quaterniond(to_gyroscope);
   for (SensorResult& sensor : turned.sensors) {
     RigidTransform& T = sensor.calibration.T_imu_sensor;

@@ -210,7 +210,7 @@ Information InverseOf(const Information& information) {
 // does not see it: see ReviewAlignment in uncertainty/imu_alignment.h.
 Eigen::Matrix3d HeldAlignment(const Information& covariance, double prior_sigma) {
   constexpr double kWellBelow = 1.0 / 3.0;  // of the prior; from: definition, as there
-  constexpr double kMuchLost = 2.0;         // of the sensor's sigma; from: definition, as there
+  constexpr double kMuchLost = 2.0;         // of the sensor's sigma; from: definition
   Eigen::Matrix3d held = Eigen::Matrix3d::Zero();
   const Eigen::Matrix3d alignment = covariance.block<3, 3>(kAlignment, kAlignment);
   const SymmetricEigen<3> eigen(alignment);

@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "mlic_core/geometry/so3.h"
 #include "mlic_core/problem/imu_terms.h"
 #include "mlic_core/sensors/imu_matrices.h"
 #include "mlic_core/uncertainty/bias_wander.h"
@@ -35,11 +34,8 @@ bool ReviewAxes(const AdjustmentContext& context, Adjustment* adjustment) {
   const bool any_given = std::any_of(context.rig.lidars.begin(), context.rig.lidars.end(), is_given) ||
                          std::any_of(context.rig.cameras.begin(), context.rig.cameras.end(), is_given);
   if (any_given || context.rig.imu.accelerometer_axes) {
-    review.accelerometer_axes.setZero();
-    for (const Eigen::Vector3d& axis :
-         context.rig.imu.accelerometer_axes.value_or(std::vector<Eigen::Vector3d>())) {
-      review.accelerometer_axes += axis * axis.transpose();
-    }
+    review.accelerometer_axes =
+        ProjectorOn(context.rig.imu.accelerometer_axes.value_or(std::vector<Eigen::Vector3d>()));
   }
   adjustment->alignment_covariance = review.covariance;
   ImuFreedom& imu = adjustment->problem.imu;

@@ -38,10 +38,8 @@ void SetAccelerometerAxes(const Eigen::Matrix3d& directions, CalibrationState* s
   const Eigen::Matrix3d of_accelerometer = SplitAccelerometerMatrix(state->accelerometer_matrix).rotation;
   const Eigen::Matrix3d of_gyroscope = SplitGyroscopeMatrix(state->gyroscope_matrix).rotation;
   // From the gyroscope's axes to the new ones: what of the rotation to the accelerometer's is about the
-  // directions (swing-twist decomposition).
-  Eigen::Quaterniond twist(Eigen::Matrix3d(of_accelerometer * of_gyroscope.transpose()));
-  twist.vec() = directions * twist.vec();
-  twist.normalize();
+  // directions.
+  const Eigen::Quaterniond twist = TwistAbout(directions, of_accelerometer * of_gyroscope.transpose());
   const Eigen::Quaterniond turn = (twist * Eigen::Quaterniond(of_gyroscope)).normalized();
   const auto turn_sensor = [&](SensorCalibration* sensor) {
     RigidTransform& T = sensor->T_imu_sensor;

@@ -1,6 +1,5 @@
 #include "mlic_core/sensors/imu_matrices.h"
 
-#include <Eigen/Geometry>
 #include <Eigen/LU>
 
 namespace mlic {
@@ -21,6 +20,18 @@ RotationAndTriangle SplitGyroscopeMatrix(const Eigen::Matrix3d& matrix) {
   // The inverse is a rotation times a triangle, as an accelerometer's.
   const RotationAndTriangle inverse = SplitAccelerometerMatrix(matrix.inverse());
   return {inverse.rotation.transpose(), inverse.triangle.inverse()};
+}
+
+Eigen::Quaterniond TwistAbout(const Eigen::Matrix3d& directions, const Eigen::Matrix3d& rotation) {
+  Eigen::Quaterniond twist(rotation);
+  twist.vec() = Eigen::Vector3d(directions * twist.vec());
+  return twist.normalized();
+}
+
+Eigen::Matrix3d ProjectorOn(const std::vector<Eigen::Vector3d>& directions) {
+  Eigen::Matrix3d projector = Eigen::Matrix3d::Zero();
+  for (const Eigen::Vector3d& direction : directions) projector += direction * direction.transpose();
+  return projector;
 }
 
 }  // namespace mlic

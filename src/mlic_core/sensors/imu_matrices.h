@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <vector>
 
 namespace mlic {
 
@@ -18,5 +20,11 @@ RotationAndTriangle SplitAccelerometerMatrix(const Eigen::Matrix3d& matrix);
 // MLIC's own results have one about axes of the IMU that are the accelerometer's alone. The matrix must have
 // full rank.
 RotationAndTriangle SplitGyroscopeMatrix(const Eigen::Matrix3d& matrix);
+
+// The part of a rotation that is about the directions of a projector (swing-twist decomposition).
+Eigen::Quaterniond TwistAbout(const Eigen::Matrix3d& directions, const Eigen::Matrix3d& rotation);
+
+// Onto what unit vectors at right angles span.
+Eigen::Matrix3d ProjectorOn(const std::vector<Eigen::Vector3d>& directions);
 
 }  // namespace mlic

@@ -5,11 +5,10 @@
 #include <cmath>
 #include <vector>
 
-#include "mlic_core/problem/inverse_in_limits.h"
 #include "mlic_core/problem/layout.h"
 #include "mlic_core/problem/priors.h"
-#include "mlic_core/solver/submatrix.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
+#include "mlic_core/uncertainty/marginal_equations.h"
 
 namespace mlic {
 namespace {
@@ -22,15 +21,9 @@ constexpr double kFewest = 4.0;     // intervals; from: guard, fewer do not tell
 constexpr double kMost = 20.0;      // intervals; from: guard, unknowns
 constexpr double kRounding = 1e-9;  // of an interval; from: guard
 
-// Information and gradient of the steps between a drive's knots from the data alone, all else followed: six
-// of the first step, six of the next.
-struct StepEquations {
-  Eigen::MatrixXd information;
-  Eigen::VectorXd gradient;
-};
-
-StepEquations EquationsOfSteps(const JointProblem& problem, const CalibrationState& state,
-                               const CalibrationEquations& equations, std::size_t drive) {
+// Of the steps between a drive's knots, all else followed: six of the first step, six of the next.
+MarginalEquations EquationsOfSteps(const JointProblem& problem, const CalibrationState& state,
+                                   const CalibrationEquations& equations, std::size_t drive) {
   const Layout layout(state, problem.estimate_imu_matrices);
   Eigen::MatrixXd prior;
   Eigen::VectorXd prior_gradient;
@@ -53,20 +46,13 @@ StepEquations EquationsOfSteps(const JointProblem& problem, const CalibrationSta
     const auto at = static_cast<std::size_t>(i);
     if (moves[at]) (is_step[at] ? steps : others).push_back(i);
   }
-  const Eigen::MatrixXd data = by_steps.transpose() * equations.information * by_steps;
-  const Eigen::MatrixXd known = data + by_steps.transpose() * prior * by_steps;
-  const Eigen::VectorXd gradient = by_steps.transpose() * equations.gradient;
-  const Eigen::VectorXd of_others =
-      SelectRows(gradient + by_steps.transpose() * equations.prior_gradient, others);
-  const Eigen::MatrixXd cross = Submatrix(data, steps, others);
-  const Eigen::MatrixXd followed =
-      cross * InverseInLimits(Submatrix(known, others), SelectRows(CalibrationLimits(state, layout), others));
-  return {Submatrix(data, steps) - followed * cross.transpose(),
-          SelectRows(gradient, steps) - followed * of_others};
+  return MarginalOf(steps, others, by_steps.transpose() * equations.information * by_steps,
+                    by_steps.transpose() * equations.gradient, by_steps.transpose() * prior * by_steps,
+                    by_steps.transpose() * equations.prior_gradient, CalibrationLimits(state, layout));
 }
 
 // Twice the logarithm of the likelihood of steps with these sigmas against none.
-double Gain(const StepEquations& equations, const BiasSteps& sigma) {
+double Gain(const MarginalEquations& equations, const BiasSteps& sigma) {
   const Eigen::Index count = equations.gradient.size();
   Eigen::VectorXd sigmas(count);
   for (Eigen::Index i = 0; i < count; ++i) {
@@ -114,7 +100,7 @@ BiasEvidence EvidenceOfWander(const JointProblem& problem, const CalibrationStat
                               const CalibrationEquations& equations, std::size_t drive, double scale) {
   BiasEvidence evidence;
   if (equations.information.size() == 0) return evidence;
-  StepEquations steps = EquationsOfSteps(problem, state, equations, drive);
+  MarginalEquations steps = EquationsOfSteps(problem, state, equations, drive);
   steps.information /= scale;
   steps.gradient /= scale;
   // From a tenth of what the best gyroscopes and accelerometers wander by to beyond the worst: consumer IMUs

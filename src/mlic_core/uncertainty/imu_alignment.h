@@ -15,12 +15,10 @@ struct AlignmentReview {
 };
 
 // information: of the last solve's calibration (Layout), the residuals' scatter taken out.
-// - Of the rotation's covariance from the data alone, all else left free, a principal axis is shown if its
-// sigma is
-//   below a third of prior_sigma (rad): elsewhere more is known of soldered parts.
-// - The IMU's axes are the accelerometer's about directions about which the sensors' rotations to them have
-// the
-//   smaller sigma: a car that only yaws has its heading from the accelerometer.
+// Of the rotation's covariance from the data alone, all else left free, a principal axis is shown if its
+// sigma is below a third of prior_sigma (rad): elsewhere more is known of soldered parts. The IMU's axes are
+// the accelerometer's about directions about which the sensors' rotations to them have the smaller sigma: a
+// car that only yaws has its heading from the accelerometer.
 AlignmentReview ReviewAlignment(const JointProblem& problem, const CalibrationState& state,
                                 const Eigen::MatrixXd& information, double prior_sigma);
 

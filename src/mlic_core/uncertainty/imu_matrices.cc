@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "mlic_core/geometry/symmetric_matrix.h"
-#include "mlic_core/problem/inverse_in_limits.h"
 #include "mlic_core/problem/priors.h"
 #include "mlic_core/solver/submatrix.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
+#include "mlic_core/uncertainty/marginal_equations.h"
 
 namespace mlic {
 namespace {
@@ -26,12 +26,7 @@ struct Places {
   }
 };
 
-// Information and gradient of the twelve entries from the data alone, all that moves beside them followed.
-struct MarginalEquations {
-  Eigen::MatrixXd information;
-  Eigen::VectorXd gradient;
-};
-
+// Of the twelve entries, all that moves beside them followed.
 MarginalEquations MarginalOfMatrices(JointProblem problem, const CalibrationState& state,
                                      const CalibrationEquations& probe, double scale) {
   problem.estimate_imu_matrices = true;
@@ -42,17 +37,11 @@ MarginalEquations MarginalOfMatrices(JointProblem problem, const CalibrationStat
   const std::vector<bool> moves = FreeCalibration(problem, layout);
   const Eigen::VectorXd limits = CalibrationLimits(state, layout);
   const Places places(layout);
-  const std::vector<int>& matrices = places.matrices;
   std::vector<int> others;
   std::copy_if(places.others.begin(), places.others.end(), std::back_inserter(others),
                [&](int i) { return moves[i]; });
-  const Eigen::MatrixXd data = probe.information / scale;
-  const Eigen::VectorXd gradient = probe.gradient / scale;
-  const Eigen::MatrixXd cross = Submatrix(data, matrices, others);
-  const Eigen::MatrixXd followed =
-      cross * InverseInLimits(Submatrix(data + prior, others), SelectRows(limits, others));
-  return {Submatrix(data, matrices) - followed * cross.transpose(),
-          SelectRows(gradient, matrices) - followed * SelectRows(gradient + probe.prior_gradient, others)};
+  return MarginalOf(places.matrices, others, probe.information / scale, probe.gradient / scale, prior,
+                    probe.prior_gradient, limits);
 }
 
 }  // namespace

@@ -38,23 +38,12 @@ StretchMeans::Mean StretchMeans::Of(std::size_t stretch) const {
   return (weights_[stretch].array() > 0.0).select(sums_[stretch].cwiseQuotient(weights_[stretch]), 0.0);
 }
 
-StretchMeans::Mean StretchMeans::Noise() const {
-  Mean noise = Mean::Zero();
-  double stretches = 0.0;
-  for (const Mean& weight : weights_) {
-    if (!(weight.array() > 0.0).all()) continue;
-    noise += weight.cwiseInverse();
-    stretches += 1.0;
-  }
-  return noise / std::max(1.0, stretches);
-}
-
 double StretchMeans::Excess(int first) const {
   double squares = 0.0;
-  for (std::size_t s = 0; s < Count(); ++s) {
+  for (std::size_t s = 0; s < sums_.size(); ++s) {
     squares += Of(s).cwiseProduct(sums_[s]).segment<3>(first).sum();
   }
-  const double freedom = 3.0 * static_cast<double>(Count());
+  const double freedom = 3.0 * static_cast<double>(sums_.size());
   return squares / freedom / LargestByChance(freedom);
 }
 

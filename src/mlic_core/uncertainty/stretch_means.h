@@ -12,21 +12,19 @@ namespace mlic {
 // length.
 class StretchMeans {
  public:
-  using Mean = Eigen::Matrix<double, 6, 1>;  // gyroscope, rad/s; accelerometer, m/s^2
-
   // length: s. residuals: at least one.
   StretchMeans(const ImuResiduals& residuals, const ImuSigmaCourse& sigma, double length);
 
-  std::size_t Count() const { return sums_.size(); }
-  Mean Of(std::size_t stretch) const;
-  // Variances that white noise of the sigmas leaves of the means, in the mean over the stretches.
-  Mean Noise() const;
   // By how much the squares of the means of three components, from `first` on, exceed what white noise leaves
   // of them, lessened by what chance allows (three standard deviations of a mean of squares). At least one
   // stretch.
   double Excess(int first) const;
 
  private:
+  using Mean = Eigen::Matrix<double, 6, 1>;  // gyroscope, rad/s; accelerometer, m/s^2
+
+  Mean Of(std::size_t stretch) const;
+
   std::vector<Mean> sums_;     // of residuals by their variances
   std::vector<Mean> weights_;  // of the inverse variances
 };

@@ -6,6 +6,7 @@
 
 #include "mlic_core/common/random.h"
 #include "mlic_core/problem/layout.h"
+#include "support/lidars_at_rest.h"
 
 namespace mlic::bias_wander_test {
 namespace {
@@ -16,15 +17,8 @@ constexpr double kShown = 1e-4;  // rad/s and m/s^2, to which the data show the 
 class WarmingImu : public testing::Test {
  protected:
   WarmingImu() {
-    state_.lidars.resize(1);
-    state_.drives.resize(1);
-    const UniformKnots knots = UniformKnots::Covering(0.0, 20.0, 5.0);
-    state_.drives[0].trajectory = {
-        So3Spline(knots, std::vector<Eigen::Quaterniond>(knots.count, Eigen::Quaterniond::Identity())),
-        PositionSpline(knots, std::vector<Eigen::Vector3d>(knots.count, Eigen::Vector3d::Zero()))};
+    PlaceAtRest(20, 1, &dataset_, &problem_, &state_);
     state_.drives[0].bias = *CourseOf(state_.drives[0].bias, 0.0, 20.0);
-    problem_.lidars.resize(1);
-    problem_.drives.resize(1);
     problem_.drives[0].bias_steps = kUnknownSteps;
   }
   // Of biases that wander by steps of these sigmas.
@@ -49,6 +43,7 @@ class WarmingImu : public testing::Test {
     return EvidenceOfWander(problem_, state_, equations, 0, scale);
   }
 
+  Dataset dataset_;
   JointProblem problem_;
   CalibrationState state_;
 };

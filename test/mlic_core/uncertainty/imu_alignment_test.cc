@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "mlic_core/problem/layout.h"
+#include "support/lidars_at_rest.h"
 
 namespace mlic::imu_alignment_test {
 namespace {
@@ -16,15 +17,7 @@ constexpr double kPrior = 1.0 * kDegree;
 // which has its own rotation beside the LiDAR's, to accelerometer[a] deg.
 class OneLidar : public testing::Test {
  protected:
-  OneLidar() {
-    state_.lidars.resize(1);
-    state_.drives.resize(1);
-    const UniformKnots knots = UniformKnots::Covering(0.0, 1.0, 0.5);
-    state_.drives[0].trajectory = {
-        So3Spline(knots, std::vector<Eigen::Quaterniond>(knots.count, Eigen::Quaterniond::Identity())),
-        PositionSpline(knots, std::vector<Eigen::Vector3d>(knots.count, Eigen::Vector3d::Zero()))};
-    problem_.lidars.resize(1);
-  }
+  OneLidar() { PlaceAtRest(1, 1, &dataset_, &problem_, &state_); }
   AlignmentReview Review(const Eigen::Vector3d& gyroscope, const Eigen::Vector3d& accelerometer) {
     const Layout layout(state_, false);
     Eigen::MatrixXd information = Eigen::MatrixXd::Zero(layout.calibration, layout.calibration);
@@ -50,6 +43,7 @@ class OneLidar : public testing::Test {
     return std::sqrt(review.covariance(axis, axis)) / kDegree;
   }
 
+  Dataset dataset_;
   JointProblem problem_;
   CalibrationState state_;
 };

@@ -6,6 +6,7 @@
 
 #include "mlic_core/common/random.h"
 #include "mlic_core/problem/layout.h"
+#include "support/lidars_at_rest.h"
 
 namespace mlic::imu_matrices_test {
 namespace {
@@ -13,15 +14,7 @@ namespace {
 // One LiDAR; a probe that shows every second entry of the IMU's triangles to `shown`, the others not at all.
 class ProbedImu : public testing::Test {
  protected:
-  ProbedImu() {
-    state_.lidars.resize(1);
-    state_.drives.resize(1);
-    const UniformKnots knots = UniformKnots::Covering(0.0, 1.0, 0.5);
-    state_.drives[0].trajectory = {
-        So3Spline(knots, std::vector<Eigen::Quaterniond>(knots.count, Eigen::Quaterniond::Identity())),
-        PositionSpline(knots, std::vector<Eigen::Vector3d>(knots.count, Eigen::Vector3d::Zero()))};
-    problem_.lidars.resize(1);
-  }
+  ProbedImu() { PlaceAtRest(1, 1, &dataset_, &problem_, &state_); }
   // size: of the errors, beside the noise of the data. imitated: the LiDAR's rotation can look like the first
   // three entries.
   MatrixEvidence Evidence(double size, double shown, std::uint64_t seed, bool imitated = false) const {
@@ -48,6 +41,7 @@ class ProbedImu : public testing::Test {
     return probe;
   }
 
+  Dataset dataset_;
   JointProblem problem_;
   CalibrationState state_;
 };

@@ -38,37 +38,20 @@ class WallsAround : public testing::Test {
 
   // m, of a LiDAR each: of its points on the ceiling.
   void AddLevelErrors(const std::vector<double>& errors) {
-    state_.lidars.resize(errors.size());
-    problem_.lidars.resize(errors.size());
-    Random random(9);
-    for (int axis = 0; axis < 3; ++axis) {
-      AddPlane(axis);
-      for (std::size_t l = 0; l < errors.size(); ++l) {
-        AddPoints(axis, l, &random, [&](const Eigen::Vector3d&, double) -> Echo {
-          return {axis == 2 ? errors[l] : 0.0, 0.0};
-        });
-      }
-    }
-    SolveJointProblem(problem_, 5, CancellationToken(), &state_);
+    AddWallsSeenBy(errors.size(), 9, [&](int axis, std::size_t l, const Eigen::Vector3d&, double) -> Echo {
+      return {axis == 2 ? errors[l] : 0.0, 0.0};
+    });
   }
 
   // The same walls, patches of them bright, grey and dark, seen by a LiDAR for each walk (m for each power of
   // ten). relief: m, by which dark patches lie deeper.
   void AddPaintedWalls(const std::vector<double>& walks, double relief) {
-    state_.lidars.resize(walks.size());
-    problem_.lidars.resize(walks.size());
-    Random random(8);
-    for (int axis = 0; axis < 3; ++axis) {
-      AddPlane(axis);
-      for (std::size_t l = 0; l < walks.size(); ++l) {
-        AddPoints(axis, l, &random, [&](const Eigen::Vector3d& point, double cosine) -> Echo {
-          const int paint = (static_cast<int>(std::floor(point.sum())) % 3 + 3) % 3;
-          const double strength = kReflectances[paint] * cosine;
-          return {(paint == 0 ? relief / cosine : 0.0) - walks[l] * std::log10(strength), 100.0 * strength};
-        });
-      }
-    }
-    SolveJointProblem(problem_, 5, CancellationToken(), &state_);
+    const auto echo_of = [&](int, std::size_t l, const Eigen::Vector3d& point, double cosine) -> Echo {
+      const int paint = (static_cast<int>(std::floor(point.sum())) % 3 + 3) % 3;
+      const double strength = kReflectances[paint] * cosine;
+      return {(paint == 0 ? relief / cosine : 0.0) - walks[l] * std::log10(strength), 100.0 * strength};
+    };
+    AddWallsSeenBy(walks.size(), 8, echo_of);
   }
 
  private:
@@ -76,6 +59,23 @@ class WallsAround : public testing::Test {
     double error;  // of the range, m
     double intensity;
   };
+
+  // echo_of: the wall's axis, the LiDAR, a point and the cosine of its incidence.
+  template <typename EchoOf>
+  void AddWallsSeenBy(std::size_t lidars, std::uint64_t seed, const EchoOf& echo_of) {
+    state_.lidars.resize(lidars);
+    problem_.lidars.resize(lidars);
+    Random random(seed);
+    for (int axis = 0; axis < 3; ++axis) {
+      AddPlane(axis);
+      for (std::size_t l = 0; l < lidars; ++l) {
+        AddPoints(axis, l, &random, [&](const Eigen::Vector3d& point, double cosine) {
+          return echo_of(axis, l, point, cosine);
+        });
+      }
+    }
+    SolveJointProblem(problem_, 5, CancellationToken(), &state_);
+  }
 
   void AddPlane(int axis) {
     PlaneAssociation& planes = problem_.drives[0].planes;

@@ -52,13 +52,13 @@ std::string SigmaText(const PoseSigma& sigma) {
          ", time_offset: " + ShortNumber(sigma.time_offset, 12) + "}";
 }
 
-// Whose axes the IMU's are, and how the accelerometer's stand to the gyroscope's.
 std::string AxesText(const std::vector<Eigen::Vector3d>& axes) {
   std::string text;
   for (const Eigen::Vector3d& axis : axes) text += (text.empty() ? "" : ", ") + Fixed(axis);
   return "[" + text + "]";
 }
 
+// Whose axes the IMU's are, and how the accelerometer's stand to the gyroscope's.
 std::string AlignmentText(const std::optional<ImuAlignment>& alignment) {
   if (!alignment) return "";
   return "  axes: " + ImuAxesNames()[static_cast<std::size_t>(alignment->axes)] +
