@@ -71,9 +71,34 @@ bool IsRotationKnown(const ObservabilityAnalysis::Sensor& shown) {
   });
 }
 
-// What the motion shows of one sensor, in the direction that it shows least in terms of its limit.
+// The sensor (SensorOrder) whose whole rotation the motion shows and to which that of sensor s is known
+// within the limit, best of all.
+std::optional<std::size_t> ShownBesides(const Judged& judged, std::size_t s,
+                                        const std::vector<bool>& taking_part) {
+  const ObservabilityAnalysis& analysis = judged.analysis;
+  const CalibrationState& state = judged.adjustment.state;
+  const SensorOrder order = state.Sensors();
+  std::optional<std::size_t> best;
+  double least = kRotationLimit;
+  for (std::size_t o = 0; o < order.size(); ++o) {
+    const ObservabilityAnalysis::LeastShown& whole = analysis.sensors[o].least_rotation;
+    if (o == s || !taking_part[o] || !(whole.sigma <= whole.limit)) continue;
+    const Eigen::Matrix<double, 7, 7> pair =
+        PairCovariance(state.Sensor(order.At(o)), state.Sensor(order.At(s)),
+                       JointCovariance(analysis.data_covariance, o, s));
+    const double sigma =
+        std::sqrt(SymmetricEigen<3>(Eigen::Matrix3d(pair.topLeftCorner<3, 3>())).eigenvalues()[2]);
+    if (!(sigma <= least)) continue;
+    least = sigma;
+    best = o;
+  }
+  return best;
+}
+
+// What the motion shows of one sensor, in the direction that it shows least in terms of its limit. besides:
+// ShownBesides, by its name.
 void AddExcitation(const Given& sensor, const ObservabilityAnalysis::Sensor& shown, bool guess_contradicted,
-                   std::vector<QualityCheck>* checks) {
+                   const std::optional<std::string>& besides, std::vector<QualityCheck>* checks) {
   const auto make = [&](const char* name, const ObservabilityAnalysis::LeastShown& least, double factor,
                         const char* unit) {
     QualityCheck check;
@@ -95,6 +120,10 @@ void AddExcitation(const Given& sensor, const ObservabilityAnalysis::Sensor& sho
     rotation.failure = sensor.name + ": the motion shows its rotation less well than its guess has it, ";
     rotation.failure += "there the given T_imu_sensor, or the prior's, decides";
     rotation.remedy = "nothing is wrong where that is right; turn about more axes to see it in the data";
+  } else if (besides) {
+    rotation.refuses = false;
+    rotation.failure = sensor.name + ": the motion shows its rotation to 0.5 deg against " + *besides +
+                       " alone, not against the IMU";
   }
   QualityCheck offset = make("excitation_time_offset", shown.least_time_offset, 1e3, "ms");
   offset.failure = sensor.name + ": the motion does not show its time offset to 5 ms";
@@ -307,7 +336,9 @@ std::vector<QualityCheck> MakeChecks(const Rig& rig, const Dataset& dataset, con
     const SensorId id = order.At(s);
     const Given sensor = GivenOf(rig, id);
     if (!sensor.fixed) {
-      AddExcitation(sensor, analysis.sensors[s], adjustment.contradicted_guesses[s], &checks);
+      const std::optional<std::size_t> besides = ShownBesides(judged, s, taking_part);
+      AddExcitation(sensor, analysis.sensors[s], adjustment.contradicted_guesses[s],
+                    besides ? std::optional(GivenOf(rig, order.At(*besides)).name) : std::nullopt, &checks);
       AddAgreementWithGuess(sensor, adjustment.state.Sensor(id).T_imu_sensor,
                             ExchangeOf(rig, adjustment.state, id, taking_part), &checks);
     }

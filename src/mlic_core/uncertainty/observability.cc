@@ -42,8 +42,12 @@ ObservabilityAnalysis::LeastShown Judge(const Eigen::Matrix3d& data_covariance,
     Eigen::Vector3d direction = eigen.eigenvectors().col(i);
     if (look(direction, std::sqrt(std::max(0.0, eigen.eigenvalues()[i])))) continue;
     if (guess_sigma != nullptr) {
-      const double held = kOfGuess * direction.cwiseProduct(*guess_sigma).norm();
-      with_held += (held * held - eigen.eigenvalues()[i]) * direction * direction.transpose();
+      double variance = (kOfGuess * direction.cwiseProduct(*guess_sigma)).squaredNorm();
+      // Rotations are not held: the data keep theirs nearer than the guess where they know better.
+      if (quantity == UnobservableDirection::Quantity::kRotation) {
+        variance = std::min(variance, eigen.eigenvalues()[i]);
+      }
+      with_held += (variance - eigen.eigenvalues()[i]) * direction * direction.transpose();
     }
     int largest;
     direction.cwiseAbs().maxCoeff(&largest);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "mlic_core/common/angles.h"
 #include "mlic_core/problem/layout.h"
 
 namespace mlic::observability_test {
@@ -9,8 +10,10 @@ namespace {
 
 using Axes = std::array<bool, 3>;
 
-// One LiDAR whose translation the data show to a millimetre, but along `hidden` to ten metres.
-ObservabilityAnalysis::Sensor Analyzed(const Eigen::Vector3d& hidden, double guess_sigma) {
+// One LiDAR whose translation the data show to a millimetre, but along `hidden` to ten metres, and its
+// rotation to 0.1 mrad, but about `hidden` to turn_sigma (rad).
+ObservabilityAnalysis::Sensor Analyzed(const Eigen::Vector3d& hidden, double guess_sigma,
+                                       double turn_sigma = 1e-4) {
   CalibrationState state;
   state.lidars.resize(1);
   state.drives.resize(1);
@@ -29,6 +32,8 @@ ObservabilityAnalysis::Sensor Analyzed(const Eigen::Vector3d& hidden, double gue
   const Eigen::Vector3d along = hidden.normalized();
   information.block<3, 3>(Layout::Lidar(0) + 3, Layout::Lidar(0) + 3) =
       1e6 * Eigen::Matrix3d::Identity() + (1e-2 - 1e6) * along * along.transpose();
+  information.block<3, 3>(Layout::Lidar(0), Layout::Lidar(0)) +=
+      (1.0 / (turn_sigma * turn_sigma) - 1e8) * along * along.transpose();
   return AnalyzeCalibration(problem, state, information).sensors[0];
 }
 
@@ -44,6 +49,13 @@ TEST(Observability, AxesThatErrByTheGuessAreNot) {
   EXPECT_EQ(Analyzed({0.5, 0.01, 1.0}, 0.1).translation, (Axes{false, true, false}));
   // As well as the limit, but what it says is not the data's.
   EXPECT_EQ(Analyzed({0.02, 0.01, 1.0}, 0.03).translation, (Axes{true, true, false}));
+}
+
+// The guess, of 5 deg here, does not hold a rotation that the data show to 0.6.
+TEST(Observability, RotationsAreAsTheDataShowThem) {
+  const ObservabilityAnalysis::Sensor sensor = Analyzed({0.3, 0.01, 1.0}, 0.1, 0.6 * kRadiansPerDegree);
+  EXPECT_EQ(sensor.rotation, (Axes{true, true, false}));
+  EXPECT_NEAR(sensor.least_rotation.sigma, 0.6 * kRadiansPerDegree, 1e-5);
 }
 
 TEST(Observability, WithoutAGuessTheHiddenDirectionSpoilsAll) {
