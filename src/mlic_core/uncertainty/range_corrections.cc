@@ -20,7 +20,7 @@ constexpr double kMoves = 0.1;      // of a sigma; from: guard, rounds end where
 // Larger errors are not corrected: m, and m for each power of ten; the latter are foliage's, whose depths go
 // with its brightness. from: standard, the accuracy that data sheets of LiDARs claim is 1 to 3 cm
 constexpr double kLargestError = 0.03;
-// What walks may err by where they differ but cannot be told, m for each power of ten. from: standard, as the
+// Sigma of what LiDARs' offsets err by, m, and their walks, m for each power of ten. from: standard, as the
 // largest
 constexpr double kUsualError = 0.01;
 // Of a walk, where intensities are not quite what the receiver sees, as they fall off with the range in part.
@@ -129,6 +129,38 @@ Eigen::MatrixXd FollowingWalks(const RangeErrors& found) {
   return SolveSymmetric(of_walks, Eigen::MatrixXd(with_walks.transpose())).transpose();
 }
 
+RangeVector VectorOf(const RangeCorrection& ranges) {
+  RangeVector vector;
+  vector << ranges.offset, ranges.slope, ranges.walk, 0.0;
+  return vector;
+}
+
+// What is added to the ranges as `found` has it (RangeErrors::Of).
+Eigen::VectorXd CorrectionsOf(const CalibrationState& state, const RangeErrors& found) {
+  Eigen::VectorXd corrections(found.covariance.rows());
+  for (std::size_t l = 0; l < found.steps.size(); ++l) {
+    corrections.segment<kRangeParameters>(RangeErrors::Of(l, kRangeOffset)) =
+        VectorOf(state.ranges[l]) + found.steps[l];
+  }
+  return corrections;
+}
+
+// The same of LiDARs that err as usual, where what all walks share is as unsure as strong and weak echoes
+// differ in it, and offsets with it: the mean given both.
+Eigen::VectorXd UsualCorrections(const JointProblem& problem, const CalibrationState& state,
+                                 const RangeErrors& found, double correlation) {
+  constexpr double kAny = 1.0;  // m, m/rad; from: structural, no prior
+  Eigen::VectorXd usual = Eigen::VectorXd::Constant(found.covariance.rows(), kAny);
+  for (std::size_t l = 0; l < found.steps.size(); ++l) {
+    for (const RangeParameter p : {kRangeOffset, kRangeWalk}) usual[RangeErrors::Of(l, p)] = kUsualError;
+  }
+  const Eigen::VectorXd common =
+      CommonDoubtOfWalks(problem, state, correlation) * FollowingWalks(found).rowwise().sum();
+  const Eigen::MatrixXd prior = usual.cwiseAbs2().asDiagonal();
+  const Eigen::MatrixXd both = prior + correlation * found.covariance + common * common.transpose();
+  return prior * SolveSymmetric(both, CorrectionsOf(state, found));
+}
+
 // What corrected walks may err by beyond their covariance, as moves of the gradient: a column for each LiDAR,
 // by what is its own, and one for what all share.
 Eigen::MatrixXd DoubtOfWalks(const JointProblem& problem, const CalibrationState& state,
@@ -142,7 +174,8 @@ Eigen::MatrixXd DoubtOfWalks(const JointProblem& problem, const CalibrationState
     const double own = state.ranges[static_cast<std::size_t>(l)].walk - mean;
     doubt.col(l) = kShareOfWalk * own * moved_by.col(l);
   }
-  doubt.rightCols<1>() = CommonDoubtOfWalks(problem, state, correlation) * moved_by.rowwise().sum();
+  const double common = CommonDoubtOfWalks(problem, state, correlation);
+  doubt.rightCols<1>() = common * kUsualError / std::hypot(common, kUsualError) * moved_by.rowwise().sum();
   return doubt;
 }
 
@@ -244,14 +277,18 @@ bool CorrectRanges(const JointProblem& problem, double correlation, bool* walks_
     found = MeasureRangeErrors(problem, *state, RangeModel::kWhole, free);
     if (!found) return moved;
   }
+  const Eigen::VectorXd corrections =
+      walks ? UsualCorrections(problem, *state, *found, correlation) : CorrectionsOf(*state, *found);
   for (std::size_t l = 0; l < free.size(); ++l) {
-    for (const RangeParameter p : {kRangeOffset, kRangeSlope, kRangeWalk}) {
-      moved |= free[l][p] && std::abs(found->steps[l][p]) > kMoves * SigmaOf(*found, l, p, correlation);
-    }
     RangeCorrection& ranges = state->ranges[l];
-    ranges.offset += found->steps[l][kRangeOffset];
-    ranges.slope += found->steps[l][kRangeSlope];
-    ranges.walk += found->steps[l][kRangeWalk];
+    const RangeVector before = VectorOf(ranges);
+    const RangeVector now = corrections.segment<kRangeParameters>(RangeErrors::Of(l, kRangeOffset));
+    for (const RangeParameter p : {kRangeOffset, kRangeSlope, kRangeWalk}) {
+      moved |= free[l][p] && std::abs(now[p] - before[p]) > kMoves * SigmaOf(*found, l, p, correlation);
+    }
+    ranges.offset = now[kRangeOffset];
+    ranges.slope = now[kRangeSlope];
+    ranges.walk = now[kRangeWalk];
     if (walks) ranges.reference = found->references[l];
   }
   return moved;

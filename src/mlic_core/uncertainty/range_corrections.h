@@ -19,8 +19,9 @@ bool AnyRangeCorrected(const CalibrationState& state);
 // points on planes that are not level show more than three of its sigmas, and those that meet these planes
 // steeply and the rest each predict the other better than no offset does; what depends on the incidence (wide
 // beams, returns of foliage) is no error of ranges. Walks, with all offsets: those of two LiDARs differ by
-// more than three sigmas; what planes themselves have of it is common to all. Where narrow views let walks
-// grow beyond what LiDARs err by, all are dropped for good: walks_dropped is kept from call to call.
+// more than three sigmas; what planes themselves have of it is common to all, and as far as that makes walks
+// and offsets unsure, LiDARs are taken to err as usual. Where narrow views let walks grow beyond what LiDARs
+// err by, all are dropped for good: walks_dropped is kept from call to call.
 // correlation: of the residuals (CorrelationFactor). True if it changed any by a tenth of a sigma.
 bool CorrectRanges(const JointProblem& problem, double correlation, bool* walks_dropped,
                    CalibrationState* state);

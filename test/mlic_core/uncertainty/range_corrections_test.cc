@@ -54,6 +54,14 @@ class WallsAround : public testing::Test {
     AddWallsSeenBy(walks.size(), 8, echo_of);
   }
 
+  // m, by which dark patches of painted walls lie deeper than before.
+  void AddRelief(double relief) {
+    for (PlaneObservation& o : problem_.drives[0].planes.observations) {
+      const bool dark = o.intensity < 110.0 * kReflectances[0] * o.cos_incidence;
+      o.position *= 1.0 + (dark ? relief / o.cos_incidence : 0.0) / o.position.norm();
+    }
+  }
+
  private:
   struct Echo {
     double error;  // of the range, m
@@ -243,12 +251,31 @@ TEST_F(WallsAround, WalksThatGrowTooLargeAreDropped) {
 TEST_F(WallsAround, DarkPatchesThatLieDeeperAreDoubtOfWalks) {
   AddPaintedWalls({0.0, 0.02}, 0.0);
   ASSERT_TRUE(CorrectRanges(problem_, 1.0, &walks_dropped_, &state_));
-  const double before = ScatterOfRanges(problem_, state_, 1.0, walks_dropped_).norm();
-  for (PlaneObservation& o : problem_.drives[0].planes.observations) {
-    const bool dark = o.intensity < 110.0 * kReflectances[0] * o.cos_incidence;
-    o.position *= 1.0f + (dark ? 0.02f / o.cos_incidence : 0.0f) / o.position.norm();
-  }
-  EXPECT_GT(ScatterOfRanges(problem_, state_, 1.0, walks_dropped_).norm(), 1.5 * before);
+  const FreeRanges free{true, false, true, true};
+  const auto found = MeasureRangeErrors(problem_, state_, RangeModel::kWhole, {free, free});
+  ASSERT_TRUE(found);
+  const Eigen::VectorXd of_all = found->coupling.col(RangeErrors::Of(0, kRangeWalk)) +
+                                 found->coupling.col(RangeErrors::Of(1, kRangeWalk));
+  const auto doubt = [&] {
+    return of_all.dot(ScatterOfRanges(problem_, state_, 1.0, walks_dropped_) * of_all);
+  };
+  const double before = doubt();
+  AddRelief(0.02);
+  EXPECT_GT(doubt(), 1.5 * before);
+}
+
+// So LiDARs are taken to err as usual in what they share, and what they differ by stays.
+TEST_F(WallsAround, WalksOfAllAreSmallWhereTheyCannotBeTold) {
+  AddPaintedWalls({0.0, 0.01}, 0.0);
+  AddRelief(0.05);
+  const FreeRanges free{true, false, true, true};
+  const auto found = MeasureRangeErrors(problem_, state_, RangeModel::kWhole, {free, free});
+  ASSERT_TRUE(found);
+  const double alone = std::abs(found->steps[0][kRangeWalk]);
+  EXPECT_GT(alone, 0.008);
+  ASSERT_TRUE(CorrectRanges(problem_, 1.0, &walks_dropped_, &state_));
+  EXPECT_LT(std::abs(state_.ranges[0].walk), 0.3 * alone);
+  EXPECT_NEAR(state_.ranges[1].walk - state_.ranges[0].walk, 0.01, 0.002);
 }
 
 TEST_F(WallsAround, NothingIsAskedOfHeldTrajectories) {
