@@ -44,38 +44,68 @@ MarginalEquations MarginalOfMatrices(JointProblem problem, const CalibrationStat
                     probe.prior_gradient, limits);
 }
 
+// The same along the eigenvectors of their information.
+struct EntriesApart {
+  Eigen::MatrixXd directions;  // a column each
+  Eigen::ArrayXd information, gradient;
+
+  explicit EntriesApart(const MarginalEquations& marginal) {
+    const SymmetricEigen<Eigen::Dynamic> eigen(0.5 *
+                                               (marginal.information + marginal.information.transpose()));
+    directions = eigen.eigenvectors();
+    information = eigen.eigenvalues().cwiseMax(0.0);
+    gradient = directions.transpose() * marginal.gradient;
+  }
+
+  // Twice the logarithm of the likelihood's ratio to none, of draws with a sigma: along each direction the
+  // gradient's is that of a normal variable of variance 1 / information + sigma^2.
+  double Gain(double sigma) const {
+    const Eigen::ArrayXd excess = 1.0 + sigma * sigma * information;
+    return (gradient.square() * sigma * sigma / excess - excess.log()).sum();
+  }
+
+  // Of such draws, given the data: the mean of the entries' products.
+  Eigen::MatrixXd MeanSquare(double sigma) const {
+    const Eigen::ArrayXd variance = (information + 1.0 / (sigma * sigma)).inverse();
+    const Eigen::VectorXd mean = directions * (-variance * gradient).matrix();
+    return directions * variance.matrix().asDiagonal() * directions.transpose() + mean * mean.transpose();
+  }
+};
+
+constexpr double kStep = 1.1;  // of sigmas from one to the next; from: guard, the likelihood is flat there
+
 }  // namespace
 
 MatrixEvidence EvidenceOfMatrices(const JointProblem& problem, const CalibrationState& state,
                                   const CalibrationEquations& probe, double scale) {
   MatrixEvidence evidence;
   if (probe.information.size() == 0) return evidence;
-  const MarginalEquations marginal = MarginalOfMatrices(problem, state, probe, scale);
-  const SymmetricEigen<Eigen::Dynamic> eigen(0.5 * (marginal.information + marginal.information.transpose()));
-  const Eigen::VectorXd information = eigen.eigenvalues().cwiseMax(0.0);
-  const Eigen::VectorXd gradient = eigen.eigenvectors().transpose() * marginal.gradient;
-  // Each direction's likelihood is that of a normal variable of variance 1 / information + sigma^2.
-  const auto gain = [&](double sigma) {
-    const Eigen::ArrayXd excess = 1.0 + sigma * sigma * information.array();
-    return (gradient.array().square() * sigma * sigma / excess - excess.log()).sum();
-  };
+  const EntriesApart entries(MarginalOfMatrices(problem, state, probe, scale));
   constexpr double kFinest = 1e-5, kCoarsest = 0.05;  // from: guard, of 1e-3 and 0.02, what IMUs have
-  constexpr double kStep = 1.1;                       // from: guard, the likelihood is flat there
   for (double sigma = kFinest; sigma < kCoarsest; sigma *= kStep) {
-    if (gain(sigma) > evidence.gain) evidence = {sigma, gain(sigma)};
+    if (entries.Gain(sigma) > evidence.gain) evidence = {sigma, entries.Gain(sigma)};
   }
   return evidence;
 }
 
 Eigen::MatrixXd ScatterOfMatrices(const JointProblem& problem, const CalibrationState& state,
                                   const CalibrationEquations& probe, double scale) {
-  constexpr double kDoubtful = 4.0;  // of the gain; from: derivation, two sigmas
   const int size = Layout(state, problem.estimate_imu_matrices).calibration;
-  const MatrixEvidence evidence = EvidenceOfMatrices(problem, state, probe, scale);
-  if (evidence.gain <= kDoubtful) return Eigen::MatrixXd::Zero(size, size);
+  if (problem.estimate_imu_matrices || probe.information.size() == 0)
+    return Eigen::MatrixXd::Zero(size, size);
+  const EntriesApart entries(MarginalOfMatrices(problem, state, probe, scale));
+  // from: standard, data sheets of IMUs, from tactical to consumer grade
+  constexpr double kFinest = 1e-4, kCoarsest = 0.02;
+  Eigen::MatrixXd square = Eigen::MatrixXd::Zero(Layout::kOfMatrices, Layout::kOfMatrices);
+  double weights = 0.0;
+  for (double sigma = kFinest; sigma < kCoarsest; sigma *= kStep) {
+    const double weight = std::exp(0.5 * entries.Gain(sigma));
+    square += weight * entries.MeanSquare(sigma);
+    weights += weight;
+  }
   const Places places(Layout(state, true));
   const Eigen::MatrixXd cross = Submatrix(probe.information, places.others, places.matrices);
-  return evidence.sigma * evidence.sigma / scale * cross * cross.transpose();
+  return cross * square * cross.transpose() / (weights * scale);
 }
 
 }  // namespace mlic

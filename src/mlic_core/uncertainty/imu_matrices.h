@@ -20,8 +20,9 @@ MatrixEvidence EvidenceOfMatrices(const JointProblem& problem, const Calibration
                                   const CalibrationEquations& probe, double scale);
 
 // What the doubt of scale and shear that are held adds to the solve's equations, as Inflation::points has it:
-// where the data speak for such errors by more than two sigmas, without showing them, those of the evidence's
-// size. Zero else, and where no matrices were probed.
+// the mean of the entries' products, given the data, over all sigmas that data sheets have, weighed by their
+// likelihood. What a drive does not show of one entry (the shear that turns a car's heading) it has of the
+// others' size. Zero where they are estimated, and where no matrices were probed.
 Eigen::MatrixXd ScatterOfMatrices(const JointProblem& problem, const CalibrationState& state,
                                   const CalibrationEquations& probe, double scale);
 
