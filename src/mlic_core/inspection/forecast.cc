@@ -206,34 +206,35 @@ Information InverseOf(const Information& information) {
   return SolveSymmetric(known, Information::Identity());
 }
 
-// What holds alpha, as if it were known, where the calibration gives rotations to the accelerometer's axes or
-// does not see it: see ReviewAlignment in uncertainty/imu_alignment.h.
-Eigen::Matrix3d HeldAlignment(const Information& covariance, double prior_sigma) {
-  constexpr double kWellBelow = 1.0 / 3.0;  // of the prior; from: definition, as there
-  constexpr double kMuchLost = 2.0;         // of the sensor's sigma; from: definition
-  Eigen::Matrix3d held = Eigen::Matrix3d::Zero();
-  const Eigen::Matrix3d alignment = covariance.block<3, 3>(kAlignment, kAlignment);
-  const SymmetricEigen<3> eigen(alignment);
-  for (int i = 0; i < 3; ++i) {
-    const Eigen::Vector3d axis = eigen.eigenvectors().col(i);
-    const double variance = std::max(1e-18, eigen.eigenvalues()[i]);
-    const double own = axis.dot(covariance.block<3, 3>(kPhi, kPhi) * axis);
-    const double common = axis.dot(covariance.block<3, 3>(kPhi, kAlignment) * axis);
-    const double without = std::max(own - common * common / variance, 1e-6 * own);
-    const bool is_free =
-        std::sqrt(variance) < kWellBelow * prior_sigma && std::sqrt(own / without) < kMuchLost;
-    if (!is_free) held += axis * axis.transpose();
-  }
-  return held;
-}
-
-// With gravity's magnitude and the accelerometer's rotation as free as in the calibration.
+// With gravity's magnitude and the accelerometer's rotation as free as in the calibration: the latter has its
+// prior along directions that the data do not show better (ReviewAlignment in uncertainty/imu_alignment.h).
 Information WithPriors(Information information, const ImuConfig& imu) {
+  constexpr double kWellBelow = 1.0 / 3.0;  // of the prior; from: definition, as there
   const double gravity_sigma = imu.gravity ? kHeld : kGravitySigma;
   information(kGravity, kGravity) += 1.0 / (gravity_sigma * gravity_sigma);
-  information.block<3, 3>(kAlignment, kAlignment) +=
-      HeldAlignment(InverseOf(information), imu.alignment_sigma) / (kHeld * kHeld);
+  const SymmetricEigen<3> eigen(Eigen::Matrix3d(InverseOf(information).block<3, 3>(kAlignment, kAlignment)));
+  for (int i = 0; i < 3; ++i) {
+    const Eigen::Vector3d axis = eigen.eigenvectors().col(i);
+    if (eigen.eigenvalues()[i] < std::pow(kWellBelow * imu.alignment_sigma, 2)) continue;
+    information.block<3, 3>(kAlignment, kAlignment) +=
+        axis * axis.transpose() / (imu.alignment_sigma * imu.alignment_sigma);
+  }
   return information;
+}
+
+// With phi the rotation to the axes that the calibration gives it to, also as there: about directions about
+// which the rotation to the accelerometer, phi + alpha, has the smaller sigma, that one.
+Information ToTheImusAxes(const Information& information) {
+  const Information covariance = InverseOf(information);
+  const Eigen::Matrix3d common = covariance.block<3, 3>(kPhi, kAlignment);
+  const SymmetricEigen<3> gain(
+      Eigen::Matrix3d(-common - common.transpose() - covariance.block<3, 3>(kAlignment, kAlignment)));
+  Information to_axes = Information::Identity();
+  for (int i = 0; i < 3; ++i) {
+    const Eigen::Vector3d axis = gain.eigenvectors().col(i);
+    if (gain.eigenvalues()[i] > 0.0) to_axes.block<3, 3>(kPhi, kAlignment) -= axis * axis.transpose();
+  }
+  return to_axes.transpose() * information * to_axes;
 }
 
 struct Quantity {
@@ -336,7 +337,7 @@ std::optional<ObservabilityForecast> ForecastObservability(const std::vector<Imu
   const Information information =
       InformationOf(JacobianStream(Half(samples, 0), bias, noise, 0.5 * rate),
                     JacobianStream(Half(samples, 1), bias, noise, 0.5 * rate), 0.5 * rate);
-  Information known = WithPriors(information, imu);
+  Information known = ToTheImusAxes(WithPriors(information, imu));
   const Information from_data = InverseOf(known);
   const ExtrinsicGuess guess;
   ObservabilityForecast forecast;
