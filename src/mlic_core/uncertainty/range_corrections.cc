@@ -135,11 +135,17 @@ RangeVector VectorOf(const RangeCorrection& ranges) {
   return vector;
 }
 
-// What is added to the ranges as `found` has it (RangeErrors::Of).
-Eigen::VectorXd CorrectionsOf(const CalibrationState& state, const RangeErrors& found) {
-  Eigen::VectorXd corrections(found.covariance.rows());
+// What is added to ranges (RangeErrors::Of).
+struct Corrections {
+  Eigen::VectorXd values, sigmas;
+};
+
+// As `found` has it.
+Corrections CorrectionsOf(const CalibrationState& state, const RangeErrors& found, double correlation) {
+  Corrections corrections{Eigen::VectorXd(found.covariance.rows()),
+                          (correlation * found.covariance.diagonal()).cwiseSqrt()};
   for (std::size_t l = 0; l < found.steps.size(); ++l) {
-    corrections.segment<kRangeParameters>(RangeErrors::Of(l, kRangeOffset)) =
+    corrections.values.segment<kRangeParameters>(RangeErrors::Of(l, kRangeOffset)) =
         VectorOf(state.ranges[l]) + found.steps[l];
   }
   return corrections;
@@ -147,8 +153,8 @@ Eigen::VectorXd CorrectionsOf(const CalibrationState& state, const RangeErrors& 
 
 // The same of LiDARs that err as usual, where what all walks share is as unsure as strong and weak echoes
 // differ in it, and offsets with it: the mean given both.
-Eigen::VectorXd UsualCorrections(const JointProblem& problem, const CalibrationState& state,
-                                 const RangeErrors& found, double correlation) {
+Corrections UsualCorrections(const JointProblem& problem, const CalibrationState& state,
+                             const RangeErrors& found, double correlation) {
   constexpr double kAny = 1.0;  // m, m/rad; from: structural, no prior
   Eigen::VectorXd usual = Eigen::VectorXd::Constant(found.covariance.rows(), kAny);
   for (std::size_t l = 0; l < found.steps.size(); ++l) {
@@ -157,8 +163,11 @@ Eigen::VectorXd UsualCorrections(const JointProblem& problem, const CalibrationS
   const Eigen::VectorXd common =
       CommonDoubtOfWalks(problem, state, correlation) * FollowingWalks(found).rowwise().sum();
   const Eigen::MatrixXd prior = usual.cwiseAbs2().asDiagonal();
-  const Eigen::MatrixXd both = prior + correlation * found.covariance + common * common.transpose();
-  return prior * SolveSymmetric(both, CorrectionsOf(state, found));
+  const Eigen::MatrixXd covariance = correlation * found.covariance + common * common.transpose();
+  Corrections corrections = CorrectionsOf(state, found, correlation);
+  corrections.values = prior * SolveSymmetric(prior + covariance, corrections.values);
+  corrections.sigmas = covariance.diagonal().cwiseSqrt();
+  return corrections;
 }
 
 // What corrected walks may err by beyond their covariance, as moves of the gradient: a column for each LiDAR,
@@ -277,14 +286,15 @@ bool CorrectRanges(const JointProblem& problem, double correlation, bool* walks_
     found = MeasureRangeErrors(problem, *state, RangeModel::kWhole, free);
     if (!found) return moved;
   }
-  const Eigen::VectorXd corrections =
-      walks ? UsualCorrections(problem, *state, *found, correlation) : CorrectionsOf(*state, *found);
+  const Corrections corrections = walks ? UsualCorrections(problem, *state, *found, correlation)
+                                        : CorrectionsOf(*state, *found, correlation);
   for (std::size_t l = 0; l < free.size(); ++l) {
     RangeCorrection& ranges = state->ranges[l];
     const RangeVector before = VectorOf(ranges);
-    const RangeVector now = corrections.segment<kRangeParameters>(RangeErrors::Of(l, kRangeOffset));
+    const Eigen::Index begin = RangeErrors::Of(l, kRangeOffset);
+    const RangeVector now = corrections.values.segment<kRangeParameters>(begin);
     for (const RangeParameter p : {kRangeOffset, kRangeSlope, kRangeWalk}) {
-      moved |= free[l][p] && std::abs(now[p] - before[p]) > kMoves * SigmaOf(*found, l, p, correlation);
+      moved |= free[l][p] && std::abs(now[p] - before[p]) > kMoves * corrections.sigmas[begin + p];
     }
     ranges.offset = now[kRangeOffset];
     ranges.slope = now[kRangeSlope];
