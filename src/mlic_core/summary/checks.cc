@@ -71,14 +71,14 @@ bool IsRotationKnown(const ObservabilityAnalysis::Sensor& shown) {
   });
 }
 
-// The sensor (SensorOrder) whose whole rotation the motion shows and to which that of sensor s is known
-// within the limit, best of all.
-std::optional<std::size_t> ShownBesides(const Judged& judged, std::size_t s,
+// Name of the sensor whose whole rotation the motion shows and to which that of sensor s (SensorOrder) is
+// known within the limit, best of all.
+std::optional<std::string> ShownBesides(const Judged& judged, std::size_t s,
                                         const std::vector<bool>& taking_part) {
   const ObservabilityAnalysis& analysis = judged.analysis;
   const CalibrationState& state = judged.adjustment.state;
   const SensorOrder order = state.Sensors();
-  std::optional<std::size_t> best;
+  std::optional<std::string> best;
   double least = kRotationLimit;
   for (std::size_t o = 0; o < order.size(); ++o) {
     const ObservabilityAnalysis::LeastShown& whole = analysis.sensors[o].least_rotation;
@@ -90,13 +90,13 @@ std::optional<std::size_t> ShownBesides(const Judged& judged, std::size_t s,
         std::sqrt(SymmetricEigen<3>(Eigen::Matrix3d(pair.topLeftCorner<3, 3>())).eigenvalues()[2]);
     if (!(sigma <= least)) continue;
     least = sigma;
-    best = o;
+    best = GivenOf(judged.rig, order.At(o)).name;
   }
   return best;
 }
 
 // What the motion shows of one sensor, in the direction that it shows least in terms of its limit. besides:
-// ShownBesides, by its name.
+// ShownBesides.
 void AddExcitation(const Given& sensor, const ObservabilityAnalysis::Sensor& shown, bool guess_contradicted,
                    const std::optional<std::string>& besides, std::vector<QualityCheck>* checks) {
   const auto make = [&](const char* name, const ObservabilityAnalysis::LeastShown& least, double factor,
@@ -336,9 +336,8 @@ std::vector<QualityCheck> MakeChecks(const Rig& rig, const Dataset& dataset, con
     const SensorId id = order.At(s);
     const Given sensor = GivenOf(rig, id);
     if (!sensor.fixed) {
-      const std::optional<std::size_t> besides = ShownBesides(judged, s, taking_part);
       AddExcitation(sensor, analysis.sensors[s], adjustment.contradicted_guesses[s],
-                    besides ? std::optional(GivenOf(rig, order.At(*besides)).name) : std::nullopt, &checks);
+                    ShownBesides(judged, s, taking_part), &checks);
       AddAgreementWithGuess(sensor, adjustment.state.Sensor(id).T_imu_sensor,
                             ExchangeOf(rig, adjustment.state, id, taking_part), &checks);
     }
