@@ -96,10 +96,14 @@ Eigen::MatrixXd ScatterOfMatrices(const JointProblem& problem, const Calibration
   const EntriesApart entries(MarginalOfMatrices(problem, state, probe, scale));
   // from: standard, data sheets of IMUs, from tactical to consumer grade
   constexpr double kFinest = 1e-4, kCoarsest = 0.02;
+  double largest = entries.Gain(kFinest);  // weights are relative to it, or they could overflow
+  for (double sigma = kFinest; sigma < kCoarsest; sigma *= kStep) {
+    largest = std::max(largest, entries.Gain(sigma));
+  }
   Eigen::MatrixXd square = Eigen::MatrixXd::Zero(Layout::kOfMatrices, Layout::kOfMatrices);
   double weights = 0.0;
   for (double sigma = kFinest; sigma < kCoarsest; sigma *= kStep) {
-    const double weight = std::exp(0.5 * entries.Gain(sigma));
+    const double weight = std::exp(0.5 * (entries.Gain(sigma) - largest));
     square += weight * entries.MeanSquare(sigma);
     weights += weight;
   }

@@ -104,6 +104,10 @@ TEST_F(ProbedImu, ThatIsGoodAddsLittle) {
   EXPECT_LT(doubt(0.0, 1.0), 0.02);
 }
 
+TEST_F(ProbedImu, ThatIsFarOffHasAFiniteDoubt) {
+  EXPECT_TRUE(ScatterOfMatrices(problem_, state_, Probe(0.02, 1e-6, 3), 1.0).allFinite());
+}
+
 TEST_F(ProbedImu, ThatWasNotProbedHasNone) {
   EXPECT_FALSE(EvidenceOfMatrices(problem_, state_, {}, 1.0).IsShown());
   EXPECT_TRUE(ScatterOfMatrices(problem_, state_, {}, 1.0).isZero());
