@@ -32,6 +32,7 @@ constexpr std::size_t kManyPoints = 2000;  // from: measured, kitti_0005 and the
 constexpr std::size_t kMostPoints = 6000;  // from: guard, time
 constexpr double kPointsOnPlanes = 500.0;  // from: measured, kitti_0005 and the car of 4 LiDARs
 constexpr int kLeastRounds = 5;
+constexpr int kMostRounds = 15;  // from: guard, time
 // What a review frees or corrects moves the calibration once more: so many rounds may follow, in all.
 constexpr int kRoundsAfterReview = 5, kMostWithReviews = 20;  // from: guard, time
 // Rounds that find landmarks and matches anew; later ones keep them, as which of them just agree and which
@@ -43,10 +44,14 @@ constexpr int kLandmarkRounds = 3;
 // intrinsics of fisheyes 0.3 px off that the tracks have right to 0.1 px. from: measured, paper rig, 60 s
 constexpr double kLeastMatchNoise = 4.0;
 
+int MostRounds(const JointRounds& rounds) {
+  return std::clamp(rounds.reviewed + kRoundsAfterReview, kMostRounds, kMostWithReviews);
+}
+
 void BeginRounds(Landmarks landmarks, Adjustment* adjustment) {
   adjustment->rounds.landmarks = landmarks;
   adjustment->rounds.done = 0;
-  adjustment->rounds.most = kMostRounds;
+  adjustment->rounds.reviewed = 0;
   adjustment->rounds.noise_measured = false;
   adjustment->rounds.clocks_freed = false;
   adjustment->rounds.matrices_judged = false;
@@ -284,7 +289,7 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
   if (rounds.landmarks != options.landmarks) BeginRounds(options.landmarks, &adjustment);
   DropContradictedGuesses(&adjustment);
   rounds.unsettled = 0.0;
-  while (rounds.done < rounds.most) {
+  while (rounds.done < MostRounds(rounds)) {
     const int round = rounds.done;
     const bool many = rounds.points_per_scan > kFewPoints;
     const CalibrationState before = adjustment.state;
@@ -324,12 +329,10 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     context.monitor.progress(std::min(0.95, (round + 1.0) / (least_rounds + 2)));
     const bool reviews_moved = clocks_moved || lenses_moved || stamps_moved || matrices_moved ||
                                biases_moved || ranges_moved || axes_moved;
-    if (reviews_moved) {
-      rounds.most = std::clamp(round + 1 + kRoundsAfterReview, rounds.most, kMostWithReviews);
-    }
+    if (reviews_moved) rounds.reviewed = round + 1;
     const bool more = many && TakeMorePoints(context.dataset, &adjustment);
     const bool guess_dropped =
-        round + 1 < rounds.most && FindContradictedGuesses(context, before, &adjustment);
+        round + 1 < MostRounds(rounds) && FindContradictedGuesses(context, before, &adjustment);
     if (many && !more && !reviews_moved && !guess_dropped && change < options.until &&
         round + 1 >= least_rounds) {
       break;
@@ -337,7 +340,7 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     // The map has settled once the noise has: then all points take part.
     if (!many && (change < 1.0 || round + 1 >= least_rounds - 1)) rounds.points_per_scan = kManyPoints;
     ++rounds.done;
-    if (rounds.done == rounds.most) {
+    if (rounds.done == MostRounds(rounds)) {
       // What is held stays as the last solve had it, or a parameter that never moved would pass for
       // estimated.
       rounds.unsettled = change;

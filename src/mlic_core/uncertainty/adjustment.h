@@ -47,13 +47,11 @@ struct MapMatching {
   std::vector<HeldOutMatches> held_out_errors;    // of each camera, once the calibration is settled
 };
 
-constexpr int kMostRounds = 15;  // from: guard, time
-
 // How far the rounds of association and solve have come.
 struct JointRounds {
   Landmarks landmarks = Landmarks::kNone;  // with which `done` counts
   int done = 0;
-  int most = kMostRounds;           // may be done, more where a review frees or corrects something late
+  int reviewed = 0;                 // rounds done when a review last freed or corrected something
   std::size_t points_per_scan = 0;  // that take part in the map
   bool clocks_freed = false;        // the sensors' clocks may drift
   bool matrices_judged = false;     // whether the IMU has errors of scale and shear

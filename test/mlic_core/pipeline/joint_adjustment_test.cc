@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
 #include "mlic_core/summary/checks.h"
 #include "mlic_core/summary/result_assembly.h"
 #include "support/simulated_input.h"
@@ -31,7 +29,7 @@ class JointAdjustment : public testing::Test {
     Adjustment adjustment = adjustment_;
     adjustment.state.lidars[0].T_imu_sensor.translation += off;
     adjustment.rounds.done = rounds_done;
-    adjustment.rounds.most = std::max(rounds_done + 1, adjustment.rounds.most);
+    adjustment.rounds.reviewed = rounds_done;
     adjustment = AdjustJointly(std::move(adjustment), context_, {});
     unsettled_ = adjustment.rounds.unsettled;
     MeasureUncertainty(context_, &adjustment);
