@@ -204,6 +204,12 @@ std::vector<RigidTransform> RotationsAbout(const RigidTransform& guess, const Ei
   return rotations;
 }
 
+double ShareOfPlanes(const std::vector<MapPlane>& a, const std::vector<MapPlane>& b,
+                     const RigidTransform& T_a_b) {
+  const Patches of_a = PatchesOf(a, kMostTargets);
+  return ShareOnPlanes(Targets(of_a), PatchesOf(b, kFinePlanes), T_a_b);
+}
+
 std::optional<MapAlignment> AlignMaps(const std::vector<MapPlane>& a, const std::vector<MapPlane>& b,
                                       const std::vector<RigidTransform>& starts,
                                       const std::function<bool(const RigidTransform&)>& plausible) {

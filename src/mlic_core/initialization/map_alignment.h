@@ -27,6 +27,10 @@ std::vector<RigidTransform> AllRotations();
 // The guess and its surroundings by one sigma (rad).
 std::vector<RigidTransform> RotationsAbout(const RigidTransform& guess, const Eigen::Vector3d& sigma);
 
+// Of the planes of b at that place, those that lie on a plane of a (MapAlignment::share).
+double ShareOfPlanes(const std::vector<MapPlane>& a, const std::vector<MapPlane>& b,
+                     const RigidTransform& T_a_b);
+
 // From each start planes of b are drawn onto those of a (point to plane, the pairs by place and direction;
 // first within metres, then within decimetres). plausible: whether a place is possible for other reasons;
 // others are not compared. Nothing where no place is, or a map has hardly any planes. The result does not

@@ -78,6 +78,13 @@ TEST(MapAlignment, FindsThePlaceNearAGuess) {
   EXPECT_LT(AngleBetween(found->T_a_b.rotation, kTrue.rotation), 0.01);
 }
 
+TEST(MapAlignment, SharesFallAwayFromThePlace) {
+  const std::vector<MapPlane> a = Yard(true), b = SeenFrom(kTrue, a);
+  const RigidTransform turned{ExpQuaternion({0.0, 0.0, 0.06}) * kTrue.rotation, kTrue.translation};
+  EXPECT_GT(ShareOfPlanes(a, b, kTrue), 0.8);
+  EXPECT_LT(ShareOfPlanes(a, b, turned), 0.5 * ShareOfPlanes(a, b, kTrue));
+}
+
 TEST(MapAlignment, TheGroundAloneIsNotClear) {
   const std::vector<MapPlane> a = Yard(false);
   const auto found = AlignMaps(a, SeenFrom(kTrue, a), AllRotations(), Anywhere);
