@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
+#include "mlic_core/association/group_errors.h"
 #include "mlic_core/association/ring_corrections.h"
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/parallel.h"
@@ -70,6 +72,20 @@ std::vector<MapSample> DrawMap(const Drive& drive, const CalibrationState& state
   return samples;
 }
 
+// Points count for less by as much as what their group shares makes the variance of its sum grow.
+void WeighGroups(const std::vector<PlaneNoise>& noise, std::size_t plane, PlaneAssociation* association) {
+  std::vector<std::size_t> places(association->begin[plane + 1] - association->begin[plane]);
+  std::iota(places.begin(), places.end(), association->begin[plane]);
+  const std::vector<Eigen::Index> groups = GroupBegins(*association, places);
+  for (std::size_t g = 0; g + 1 < groups.size(); ++g) {
+    const double points = static_cast<double>(groups[g + 1] - groups[g]);
+    for (Eigen::Index i = groups[g]; i < groups[g + 1]; ++i) {
+      PlaneObservation& o = association->observations[places[i]];
+      o.weight = static_cast<float>(1.0 / GrowthOf(noise[o.lidar], points));
+    }
+  }
+}
+
 }  // namespace
 
 double RootVoxelSize(const Drive& drive) {
@@ -116,6 +132,7 @@ PlaneAssociation AssociatePlanes(const Drive& drive, const CalibrationState& sta
       o.lidar = sample.lidar;
       o.time = scan.time + point.time;
     }
+    WeighGroups(noise, p, &association);
   });
   for (MapPlane& plane : association.planes) {
     plane.samples.clear();
@@ -183,34 +200,6 @@ std::vector<PlaneNoise> MeasurePlaneNoise(const std::vector<DriveTerms>& drives,
     noise[l].floor = std::clamp(std::sqrt(std::max(0.0, f)), std::max(0.2 * last[l].floor, kLeast), most);
   }
   return noise;
-}
-
-double CorrelationFactor(const std::vector<DriveTerms>& drives, const CalibrationState& state) {
-  double squares = 0.0, variances = 0.0;
-  for (std::size_t d = 0; d < drives.size(); ++d) {
-    const PlaneAssociation& association = drives[d].planes;
-    std::vector<Eigen::Vector2d> of_planes(association.planes.size());  // squares and variances
-    ParallelFor(of_planes.size(), [&](std::size_t p) {
-      const PlaneRows rows = RowsOfPlane(association, state, d, p);
-      const auto by_plane = rows.jacobian.bottomRows<3>();
-      const auto solver = PlaneInformation(rows);
-      const std::vector<Eigen::Index> groups = GroupsOfRows(association, rows);
-      of_planes[p].setZero();
-      for (std::size_t g = 0; g + 1 < groups.size(); ++g) {
-        const Eigen::Index begin = groups[g], size = groups[g + 1] - begin;
-        const auto units = rows.units.segment(begin, size);
-        const Eigen::Vector3d followed = by_plane.middleCols(begin, size) * units;
-        const double total = units.dot(rows.residuals.segment(begin, size));
-        of_planes[p] +=
-            Eigen::Vector2d(total * total, units.squaredNorm() - followed.dot(solver.solve(followed)));
-      }
-    });
-    for (const Eigen::Vector2d& of_plane : of_planes) {
-      squares += of_plane[0];
-      variances += of_plane[1];
-    }
-  }
-  return variances > 0.0 ? std::max(1.0, squares / variances) : 1.0;
 }
 
 }  // namespace mlic

@@ -33,12 +33,4 @@ PlaneAssociation AssociatePlanes(const Drive& drive, const CalibrationState& sta
 std::vector<PlaneNoise> MeasurePlaneNoise(const std::vector<DriveTerms>& drives,
                                           const CalibrationState& state, const std::vector<PlaneNoise>& last);
 
-// By how much the points' shared errors (uneven ground, a beam's pointing, what the trajectory cannot follow)
-// make them worth less than their number. Over groups g of points that one LiDAR puts on one plane within a
-// second, with whitened residuals r, robust weights w and their sums T = sum(w r):
-//   sum of T^2 / sum of (sum of w - what the plane follows of it),
-// the variance of the sums against that of white residuals (docs/method.md, section 11). Large groups count
-// for more, as they do in the solve. One for independent points, and never less.
-double CorrelationFactor(const std::vector<DriveTerms>& drives, const CalibrationState& state);
-
 }  // namespace mlic

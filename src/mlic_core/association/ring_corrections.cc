@@ -79,7 +79,7 @@ void RingSums::AddPlane(std::size_t p, std::vector<Quarters>* sums) const {
     Rings& rings = (*sums)[o.lidar][2 * late + right];
     if (rings.size() <= o.ring) rings.resize(o.ring + 1);
     RingSum& sum = rings[o.ring];
-    const double weight = 1.0 / (static_cast<double>(o.sigma) * o.sigma);
+    const double weight = o.weight / (static_cast<double>(o.sigma) * o.sigma);
     sum.equations.information += weight * row * row.transpose();
     sum.equations.gradient += weight * residuals[k] * row;
     sum.count += 1.0;

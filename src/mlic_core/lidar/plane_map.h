@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -15,6 +16,9 @@ namespace mlic {
 struct PlaneNoise {
   double range = 0.02;
   double floor = 0.05;
+  // By how much what a group's points share makes the variance of their sum grow beyond that of independent
+  // ones, at 1, 2, 4, ... points (group_errors.h).
+  std::array<double, 12> shared = {};
 
   double Sigma(double cos_incidence) const {
     return std::sqrt(range * range * cos_incidence * cos_incidence + floor * floor);

@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "mlic_core/association/group_errors.h"
 #include "mlic_core/association/plane_association.h"
 #include "mlic_core/common/error.h"
 #include "mlic_core/problem/joint_solver.h"

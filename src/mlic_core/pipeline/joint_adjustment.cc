@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "mlic_core/association/group_errors.h"
 #include "mlic_core/association/held_out_matches.h"
 #include "mlic_core/association/landmark_noise.h"
 #include "mlic_core/association/map_matches.h"
@@ -238,6 +239,7 @@ void AssociateAndSolve(const AdjustmentContext& context, bool many, bool probe_m
   if (landmarks) AssociateWithLandmarks(context, adjustment);
   adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment, probe_matrices);
   adjustment->plane_noise = MeasurePlaneNoise(problem.drives, adjustment->state, adjustment->plane_noise);
+  if (many) MeasureSharedErrors(problem.drives, adjustment->state, &adjustment->plane_noise);
   if (landmarks) MeasureLandmarks(adjustment);
   MeasureImuSigmas(context.dataset, adjustment);
 }

@@ -21,7 +21,8 @@ struct PlaneObservation {
   float intensity;
   std::int32_t lidar;
   std::uint16_t ring;
-  double time;  // LiDAR clock
+  double time;          // LiDAR clock
+  float weight = 1.0f;  // beside the robust one: less than one for what its group shares
 };
 
 // One drive's planes and the points tied to each, in order of LiDAR and time. A plane that is seen for long

@@ -108,10 +108,10 @@ void PlaneTerms::Add(std::size_t d, std::size_t begin, std::size_t end, Landmark
       const double residual =
           factor.Evaluate(trajectory, rb, pb, extrinsics_[o.lidar], o.position.cast<double>(), buffer.Next());
       double weight;
-      sum->cost += RobustCost(residual / o.sigma, &weight);
+      sum->cost += o.weight * RobustCost(residual / o.sigma, &weight);
       std::optional<double> from_middle;
       if (at_.layout.Drift(LidarId(o.lidar)) >= 0) from_middle = o.time - middle;
-      buffer.Commit(residual, std::sqrt(weight) / o.sigma, from_middle);
+      buffer.Commit(residual, std::sqrt(weight * o.weight) / o.sigma, from_middle);
     }
     if (segment.lidar >= 0) Flush(segment, &buffer, &slots, &landmark, sum);
     slots.Finish(&landmark);
@@ -133,7 +133,7 @@ double PlaneTerms::Cost(std::size_t d, std::size_t begin, std::size_t end) const
                                               SplineBasis(trajectory.position.knots(), t),
                                               extrinsics_[o.lidar], o.position.cast<double>(), nullptr);
       double weight;
-      cost += RobustCost(residual / o.sigma, &weight);
+      cost += o.weight * RobustCost(residual / o.sigma, &weight);
     }
   }
   return cost;
@@ -211,28 +211,29 @@ PlaneRows RowsOfPlane(const PlaneAssociation& association, const CalibrationStat
                                             o.position.cast<double>(), rows.jacobian.col(i).data());
     double weight;
     RobustCost(residual / o.sigma, &weight);
-    rows.units[i] = std::sqrt(weight);
+    rows.units[i] = std::sqrt(weight * o.weight);
     rows.jacobian.col(i) *= rows.units[i] / o.sigma;
     rows.residuals[i] = rows.units[i] * residual / o.sigma;
   }
   return rows;
 }
 
-std::vector<Eigen::Index> GroupsOfRows(const PlaneAssociation& association, const PlaneRows& rows) {
+std::vector<Eigen::Index> GroupBegins(const PlaneAssociation& association,
+                                      const std::vector<std::size_t>& observations) {
   constexpr double kGroup = 1.0;  // s; from: structural
   const auto of = [&](std::size_t i) -> const PlaneObservation& {
-    return association.observations[rows.observations[i]];
+    return association.observations[observations[i]];
   };
   std::vector<Eigen::Index> begins;
   std::size_t begin = 0;
-  for (std::size_t i = 0; i < rows.observations.size(); ++i) {
+  for (std::size_t i = 0; i < observations.size(); ++i) {
     const bool same =
         !begins.empty() && of(i).lidar == of(begin).lidar && of(i).time <= of(begin).time + kGroup;
     if (same) continue;
     begin = i;
     begins.push_back(static_cast<Eigen::Index>(i));
   }
-  begins.push_back(static_cast<Eigen::Index>(rows.observations.size()));
+  begins.push_back(static_cast<Eigen::Index>(observations.size()));
   return begins;
 }
 

@@ -37,7 +37,7 @@ PointToPlane PlaneFactor(const MapPlane& plane);
 void MovePlane(const Eigen::Vector3d& step, MapPlane* plane);
 
 // The observations of one plane that lie within the trajectory, whitened and with Huber's weights taken in:
-// each row and residual is divided by its sigma and multiplied by the square root of its weight.
+// each row and residual is divided by its sigma and multiplied by the square root of its weights.
 struct PlaneRows {
   std::vector<std::size_t> observations;  // their places in the association
   Eigen::MatrixXd jacobian;               // a column for each, laid out as PointToPlane
@@ -47,9 +47,10 @@ struct PlaneRows {
 PlaneRows RowsOfPlane(const PlaneAssociation& association, const CalibrationState& state, std::size_t drive,
                       std::size_t plane);
 
-// Where groups begin among a plane's rows, and the end: points that one LiDAR saw there within a second,
-// which may share errors.
-std::vector<Eigen::Index> GroupsOfRows(const PlaneAssociation& association, const PlaneRows& rows);
+// Where groups begin among observations of one plane (places in the association), and the end: points that
+// one LiDAR saw there within a second, which may share errors.
+std::vector<Eigen::Index> GroupBegins(const PlaneAssociation& association,
+                                      const std::vector<std::size_t>& observations);
 
 // The information of the plane's own parameters, factored.
 Eigen::LDLT<Eigen::Matrix3d> PlaneInformation(const PlaneRows& rows);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "mlic_core/association/group_errors.h"
 #include "mlic_core/association/landmark_noise.h"
 #include "mlic_core/association/map_matches.h"
 #include "mlic_core/association/plane_association.h"

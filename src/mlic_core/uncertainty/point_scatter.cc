@@ -103,7 +103,7 @@ void AddPlane(const LinearizationPoint& at, const Eigen::MatrixXd& knot_response
   Eigen::MatrixXd reduced = WithFreeKnots(at, knot_response, drive, rows);
   const Eigen::MatrixXd coupling = reduced * by_plane.transpose();
   reduced.noalias() -= solver.solve(coupling.transpose()).transpose() * by_plane;
-  const std::vector<Eigen::Index> groups = GroupsOfRows(association, rows);
+  const std::vector<Eigen::Index> groups = GroupBegins(association, rows.observations);
   for (std::size_t g = 0; g + 1 < groups.size(); ++g) {
     const Eigen::Index begin = groups[g], size = groups[g + 1] - begin;
     const auto own = reduced.middleCols(begin, size);

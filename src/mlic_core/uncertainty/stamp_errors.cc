@@ -21,10 +21,10 @@ constexpr double kWandering = 6.0;         // mean square of windows
 constexpr std::size_t kFewestScans = 20;   // that say something; from: guard
 constexpr std::size_t kFewestWindows = 4;  // from: guard
 
-void Add(double residual, double derivative, double sigma, ScanSum* sum) {
+void Add(double residual, double derivative, double sigma, double weight, ScanSum* sum) {
   if (std::abs(residual) > kOutlier * sigma) return;
-  sum->gradient -= derivative * residual / (sigma * sigma);
-  sum->information += derivative * derivative / (sigma * sigma);
+  sum->gradient -= weight * derivative * residual / (sigma * sigma);
+  sum->information += weight * derivative * derivative / (sigma * sigma);
 }
 
 CalibrationState Shifted(const CalibrationState& state, double step) {
@@ -49,7 +49,7 @@ void AddPlanes(const JointProblem& problem, const CalibrationState& state, std::
   for (std::size_t k = 0; k < at.size(); ++k) {
     const PlaneObservation& o = planes.observations[k];
     const double time = ScanTime(problem.dataset->drives[d].lidars[o.lidar], o.time);
-    Add(at[k], (after[k] - before[k]) / (2.0 * kStep), o.sigma, &(*sums)[o.lidar][time]);
+    Add(at[k], (after[k] - before[k]) / (2.0 * kStep), o.sigma, o.weight, &(*sums)[o.lidar][time]);
   }
 }
 
@@ -66,7 +66,7 @@ void AddLandmarks(const JointProblem& problem, const CalibrationState& state, st
     const Eigen::Matrix2d shape = o.shape.cast<double>();
     const Eigen::Vector2d residual = shape * at[k], slope = shape * derivative;
     ScanSum& sum = (*sums)[state.Sensors().PlaceOf(CameraId(o.camera))][o.time];
-    for (int a = 0; a < 2; ++a) Add(residual[a], slope[a], o.sigma, &sum);
+    for (int a = 0; a < 2; ++a) Add(residual[a], slope[a], o.sigma, 1.0, &sum);
   }
 }
 

@@ -1,13 +1,16 @@
-#include "mlic_core/association/plane_association.h"
+#include "mlic_core/association/group_errors.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
+#include <vector>
 
 #include "mlic_core/common/random.h"
 #include "mlic_core/problem/joint_solver.h"
+#include "mlic_core/problem/plane_terms.h"
 
-namespace mlic::plane_association_test {
+namespace mlic::group_errors_test {
 namespace {
 
 constexpr double kSigma = 0.01;  // m
@@ -51,24 +54,47 @@ class SharedErrors {
     planes_.begin.push_back(planes_.observations.size());
   }
 
-  double Factor() {
-    JointProblem problem;
-    const Dataset dataset{std::vector<Drive>(1)};
-    problem.dataset = &dataset;
-    problem.drives.resize(1);
-    problem.drives[0].planes = planes_;
-    problem.lidars = {{std::nullopt, true}};
-    problem.fix_trajectory = true;
-    SolveSummary summary = SolveJointProblem(problem, 3, CancellationToken(), &state_);
-    PlaceLandmarks(std::move(summary.landmarks), &problem);
-    return CorrelationFactor(problem.drives, state_);
+  double Factor() { return CorrelationFactor(Solved().drives, state_); }
+
+  PlaneNoise Noise() {
+    std::vector<PlaneNoise> noise(1);
+    MeasureSharedErrors(Solved().drives, state_, &noise);
+    return noise[0];
+  }
+
+  // Each group counts for what it is worth.
+  void Weigh(const PlaneNoise& noise) {
+    for (std::size_t p = 0; p < planes_.planes.size(); ++p) {
+      std::vector<std::size_t> places(planes_.begin[p + 1] - planes_.begin[p]);
+      std::iota(places.begin(), places.end(), planes_.begin[p]);
+      const std::vector<Eigen::Index> groups = GroupBegins(planes_, places);
+      for (std::size_t g = 0; g + 1 < groups.size(); ++g) {
+        const double points = static_cast<double>(groups[g + 1] - groups[g]);
+        for (Eigen::Index i = groups[g]; i < groups[g + 1]; ++i) {
+          planes_.observations[places[i]].weight = static_cast<float>(1.0 / GrowthOf(noise, points));
+        }
+      }
+    }
   }
 
   // Of the variance of a mean over all points.
   double Expected(double correlation) const { return 1.0 + correlation * (squared_sizes_ / points_ - 1.0); }
 
  private:
+  JointProblem Solved() {
+    JointProblem problem;
+    problem.dataset = &dataset_;
+    problem.drives.resize(1);
+    problem.drives[0].planes = planes_;
+    problem.lidars = {{std::nullopt, true}};
+    problem.fix_trajectory = true;
+    SolveSummary summary = SolveJointProblem(problem, 3, CancellationToken(), &state_);
+    PlaceLandmarks(std::move(summary.landmarks), &problem);
+    return problem;
+  }
+
   Random random_;
+  Dataset dataset_{std::vector<Drive>(1)};
   CalibrationState state_;
   PlaneAssociation planes_;
   double points_ = 0.0, squared_sizes_ = 0.0;
@@ -98,5 +124,26 @@ TEST(CorrelationFactor, IsNotHiddenByPlanesThatAreSeenOnce) {
   EXPECT_NEAR(errors.Factor() / expected, 1.0, 0.25);
 }
 
+TEST(SharedErrors, AreNoneOfWhiteResiduals) {
+  SharedErrors errors(4);
+  for (int p = 0; p < 10; ++p) errors.AddPlane(kSeconds, 0.0);
+  EXPECT_NEAR(GrowthOf(errors.Noise(), 300.0), 1.0, 0.2);
+}
+
+// Weights that have what groups share leave nothing, and do not hide it.
+TEST(SharedErrors, AreMeasuredAndTakenIntoWeights) {
+  for (const double correlation : {0.02, 0.05, 0.1}) {
+    SharedErrors errors(5);
+    for (int p = 0; p < 10; ++p) errors.AddPlane(kSeconds, correlation);
+    const PlaneNoise noise = errors.Noise();
+    for (const double points : {8.0, 32.0, 128.0}) {
+      EXPECT_NEAR(GrowthOf(noise, points) / (1.0 + correlation * points), 1.0, 0.25) << points;
+    }
+    errors.Weigh(noise);
+    EXPECT_NEAR(errors.Factor(), 1.0, 0.15) << correlation;
+    EXPECT_NEAR(GrowthOf(errors.Noise(), 128.0) / GrowthOf(noise, 128.0), 1.0, 0.1);
+  }
+}
+
 }  // namespace
-}  // namespace mlic::plane_association_test
+}  // namespace mlic::group_errors_test
