@@ -210,41 +210,79 @@ bool DropLargeOffsets(const RangeErrors& found, const CalibrationState& state, s
   return any;
 }
 
-// Mean square, m^2 (LiDARs x LiDARs), of what points on level planes err by: draws from a normal
-// distribution, one for each LiDAR, whose sigma has the largest likelihood of what is found (empirical
-// Bayes), given that. LiDARs' differences are known much better than what all err by. Zero where it is no
-// likelier than none.
-Eigen::MatrixXd ErrorsOfLevelPlanes(const RangeErrors& found, double correlation) {
-  constexpr double kFinest = 1e-4, kStep = 1.2;  // m; from: guard, the likelihood is flat there
-  constexpr double kShown = 4.0;                 // of the gain; from: derivation, two sigmas
-  const auto lidars = static_cast<Eigen::Index>(found.steps.size());
-  Eigen::VectorXd errors(lidars);
-  Eigen::MatrixXd covariance(lidars, lidars);
-  const auto at = [](Eigen::Index lidar) {
-    return RangeErrors::Of(static_cast<std::size_t>(lidar), kRangeLevel);
-  };
-  for (Eigen::Index a = 0; a < lidars; ++a) {
-    errors[a] = found.steps[static_cast<std::size_t>(a)][kRangeLevel];
-    for (Eigen::Index b = 0; b < lidars; ++b) covariance(a, b) = correlation * found.covariance(at(a), at(b));
+// Errors of some LiDARs by one parameter, all of one kind, as draws from a normal distribution of mean zero.
+class Draws {
+ public:
+  Draws(const RangeErrors& found, const std::vector<std::size_t>& lidars, RangeParameter parameter,
+        double correlation) {
+    const auto count = static_cast<Eigen::Index>(lidars.size());
+    Eigen::VectorXd errors(count);
+    Eigen::MatrixXd covariance(count, count);
+    for (Eigen::Index a = 0; a < count; ++a) {
+      const std::size_t lidar = lidars[static_cast<std::size_t>(a)];
+      errors[a] = found.steps[lidar][parameter];
+      for (Eigen::Index b = 0; b < count; ++b) {
+        covariance(a, b) = correlation * found.covariance(RangeErrors::Of(lidar, parameter),
+                                                          RangeErrors::Of(lidars[b], parameter));
+      }
+    }
+    const SymmetricEigen<Eigen::Dynamic> parts(covariance);
+    directions_ = parts.eigenvectors();
+    noise_ = parts.eigenvalues().cwiseMax(1e-18);
+    along_ = directions_.transpose() * errors;
   }
-  const SymmetricEigen<Eigen::Dynamic> parts(covariance);
-  const Eigen::ArrayXd noise = parts.eigenvalues().cwiseMax(1e-18);
-  const Eigen::ArrayXd along = parts.eigenvectors().transpose() * errors;
-  // Twice the logarithm of the likelihood's ratio to no errors.
-  const auto gain = [&](double variance) {
-    return (along.square() * (noise.inverse() - (noise + variance).inverse()) -
-            (1.0 + variance / noise).log())
+
+  // Twice the logarithm of the likelihood's ratio to no errors. sigma: of the draws.
+  double Gain(double sigma) const {
+    const double variance = sigma * sigma;
+    return (along_.square() * (noise_.inverse() - (noise_ + variance).inverse()) -
+            (1.0 + variance / noise_).log())
         .sum();
-  };
-  double best = 0.0;
-  for (double sigma = kFinest; sigma < kLargestError; sigma *= kStep) {
-    if (gain(sigma * sigma) > gain(best)) best = sigma * sigma;
   }
-  if (gain(best) <= kShown) return Eigen::MatrixXd::Zero(lidars, lidars);
-  const Eigen::ArrayXd share = best / (noise + best);
-  const Eigen::VectorXd mean = parts.eigenvectors() * (share * along).matrix();
-  return mean * mean.transpose() +
-         parts.eigenvectors() * (share * noise).matrix().asDiagonal() * parts.eigenvectors().transpose();
+
+  // Given what is found, m^2 (LiDARs x LiDARs).
+  Eigen::MatrixXd MeanSquare(double sigma) const {
+    const Eigen::ArrayXd share = sigma * sigma / (noise_ + sigma * sigma);
+    const Eigen::VectorXd mean = directions_ * (share * along_).matrix();
+    return mean * mean.transpose() +
+           directions_ * (share * noise_).matrix().asDiagonal() * directions_.transpose();
+  }
+
+ private:
+  Eigen::MatrixXd directions_;
+  Eigen::ArrayXd noise_, along_;
+};
+
+// m, and from one to the next, of sigmas. from: guard, the likelihood is flat there
+constexpr double kFinestDraws = 1e-4, kDrawsStep = 1.2;
+
+// Mean square, m^2 (LiDARs x LiDARs), of what points on level planes err by: draws whose sigma has the
+// largest likelihood of what is found (empirical Bayes). LiDARs' differences are known much better than what
+// all err by. Zero where it is no likelier than none.
+Eigen::MatrixXd ErrorsOfLevelPlanes(const Draws& draws) {
+  constexpr double kShown = 4.0;  // of the gain; from: derivation, two sigmas
+  double best = 0.0;
+  for (double sigma = kFinestDraws; sigma < kLargestError; sigma *= kDrawsStep) {
+    if (draws.Gain(sigma) > draws.Gain(best)) best = sigma;
+  }
+  return draws.Gain(best) > kShown ? draws.MeanSquare(best) : draws.MeanSquare(0.0);
+}
+
+// Mean square, m^2, of what the ranges of LiDARs err by that is not corrected: over all sizes that it may
+// have, each with the likelihood of what is found.
+Eigen::MatrixXd UncorrectedOffsets(const Draws& draws) {
+  double largest = 0.0;  // weights are relative to it, or they could overflow
+  for (double sigma = kFinestDraws; sigma < kLargestError; sigma *= kDrawsStep) {
+    largest = std::max(largest, draws.Gain(sigma));
+  }
+  Eigen::MatrixXd square = 0.0 * draws.MeanSquare(0.0);
+  double weights = 0.0;
+  for (double sigma = kFinestDraws; sigma < kLargestError; sigma *= kDrawsStep) {
+    const double weight = std::exp(0.5 * (draws.Gain(sigma) - largest));
+    square += weight * draws.MeanSquare(sigma);
+    weights += weight;
+  }
+  return square / weights;
 }
 
 }  // namespace
@@ -322,20 +360,34 @@ Eigen::MatrixXd ScatterOfRanges(const JointProblem& problem, const CalibrationSt
                                 double correlation, bool walks_dropped) {
   const bool walks = AnyWalkCorrected(state);
   std::vector<FreeRanges> free = FreeOfCorrected(state, walks, WhichHaveOffsets(state));
-  for (FreeRanges& of_lidar : free) of_lidar[kRangeLevel] = true;
+  std::vector<std::size_t> all, uncorrected;
+  for (std::size_t l = 0; l < free.size(); ++l) {
+    all.push_back(l);
+    if (!free[l][kRangeOffset]) uncorrected.push_back(l);
+    free[l][kRangeOffset] = free[l][kRangeLevel] = true;
+  }
   const auto found = MeasureRangeErrors(problem, state, RangeModel::kWhole, free);
   const Eigen::Index size = Layout(state, problem.estimate_imu_matrices).calibration;
   if (!found) return Eigen::MatrixXd::Zero(size, size);
   Eigen::MatrixXd coupling = found->coupling;
-  Eigen::MatrixXd of_level(size, static_cast<Eigen::Index>(free.size()));
-  for (std::size_t l = 0; l < free.size(); ++l) {
-    auto column = coupling.col(RangeErrors::Of(l, kRangeLevel));
-    of_level.col(static_cast<Eigen::Index>(l)) = column;
-    column.setZero();  // not corrected
+  // Taken out of it: what is not corrected.
+  const auto take = [&](const std::vector<std::size_t>& lidars, RangeParameter parameter) {
+    Eigen::MatrixXd columns(size, static_cast<Eigen::Index>(lidars.size()));
+    for (std::size_t i = 0; i < lidars.size(); ++i) {
+      auto column = coupling.col(RangeErrors::Of(lidars[i], parameter));
+      columns.col(static_cast<Eigen::Index>(i)) = column;
+      column.setZero();
+    }
+    return columns;
+  };
+  const Eigen::MatrixXd of_level = take(all, kRangeLevel), of_offsets = take(uncorrected, kRangeOffset);
+  Eigen::MatrixXd scatter = coupling * found->covariance * coupling.transpose() +
+                            of_level * ErrorsOfLevelPlanes({*found, all, kRangeLevel, correlation}) /
+                                correlation * of_level.transpose();
+  if (!uncorrected.empty()) {
+    scatter += of_offsets * UncorrectedOffsets({*found, uncorrected, kRangeOffset, correlation}) /
+               correlation * of_offsets.transpose();
   }
-  Eigen::MatrixXd scatter =
-      coupling * found->covariance * coupling.transpose() +
-      of_level * ErrorsOfLevelPlanes(*found, correlation) / correlation * of_level.transpose();
   if (walks || walks_dropped) {
     const Eigen::MatrixXd doubt =
         walks ? DoubtOfWalks(problem, state, *found, coupling, correlation) : DoubtOfDroppedWalks(*found);
