@@ -32,9 +32,10 @@ std::vector<double> ApparentOffsets(const JointProblem& problem, const Calibrati
                                     double correlation);
 
 // What adds to the scatter of the gradient (ScatterOfPoints): the corrections' own errors; what uncorrected
-// ranges may err by for all that the data say (draws of any size up to what LiDARs err by); walks that were dropped (CorrectRanges); and what points on
-// level planes err by where that is shown, of all LiDARs or of one against another, which is no error of
-// ranges and stays in: the calibration is as unsure as it would move without. correlation: as above.
+// ranges may err by for all that the data say (draws of any size up to what LiDARs err by); walks that were
+// dropped (CorrectRanges); and what points on level planes err by where that is shown, of all LiDARs or of
+// one against another, which is no error of ranges and stays in: the calibration is as unsure as it would
+// move without. correlation: as above.
 Eigen::MatrixXd ScatterOfRanges(const JointProblem& problem, const CalibrationState& state,
                                 double correlation, bool walks_dropped);
 
