@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/problem/plane_terms.h"
@@ -58,6 +59,19 @@ double GrowthOf(const PlaneNoise& noise, double points) {
   const auto below = std::min(static_cast<std::size_t>(at), noise.shared.size() - 2);
   const double share = at - static_cast<double>(below);
   return 1.0 + (1.0 - share) * noise.shared[below] + share * noise.shared[below + 1];
+}
+
+void WeighGroups(const std::vector<PlaneNoise>& noise, std::size_t plane, PlaneAssociation* association) {
+  std::vector<std::size_t> places(association->begin[plane + 1] - association->begin[plane]);
+  std::iota(places.begin(), places.end(), association->begin[plane]);
+  const std::vector<Eigen::Index> groups = GroupBegins(*association, places);
+  for (std::size_t g = 0; g + 1 < groups.size(); ++g) {
+    const double points = static_cast<double>(groups[g + 1] - groups[g]);
+    for (Eigen::Index i = groups[g]; i < groups[g + 1]; ++i) {
+      PlaneObservation& o = association->observations[places[i]];
+      o.weight = static_cast<float>(1.0 / GrowthOf(noise[o.lidar], points));
+    }
+  }
 }
 
 void MeasureSharedErrors(const std::vector<DriveTerms>& drives, const CalibrationState& state,

@@ -4,6 +4,7 @@
 
 #include "mlic_core/lidar/plane_map.h"
 #include "mlic_core/problem/joint_problem.h"
+#include "mlic_core/problem/observations.h"
 #include "mlic_core/problem/state.h"
 
 namespace mlic {
@@ -13,6 +14,10 @@ namespace mlic {
 
 // The variance of the sum of so many points by that of as many independent ones (PlaneNoise::shared).
 double GrowthOf(const PlaneNoise& noise, double points);
+
+// Observations of a plane count for less by as much as what their group shares makes the variance of its sum
+// grow (PlaneObservation::weight).
+void WeighGroups(const std::vector<PlaneNoise>& noise, std::size_t plane, PlaneAssociation* association);
 
 // PlaneNoise::shared of each LiDAR from the sums of its groups' residuals: their mean square over that of
 // white residuals, by octaves of points, never falling. Weights that groups have already are taken out again.

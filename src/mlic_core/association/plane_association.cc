@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "mlic_core/association/group_errors.h"
 #include "mlic_core/association/ring_corrections.h"
@@ -70,20 +69,6 @@ std::vector<MapSample> DrawMap(const Drive& drive, const CalibrationState& state
     part.samples = {};
   }
   return samples;
-}
-
-// Points count for less by as much as what their group shares makes the variance of its sum grow.
-void WeighGroups(const std::vector<PlaneNoise>& noise, std::size_t plane, PlaneAssociation* association) {
-  std::vector<std::size_t> places(association->begin[plane + 1] - association->begin[plane]);
-  std::iota(places.begin(), places.end(), association->begin[plane]);
-  const std::vector<Eigen::Index> groups = GroupBegins(*association, places);
-  for (std::size_t g = 0; g + 1 < groups.size(); ++g) {
-    const double points = static_cast<double>(groups[g + 1] - groups[g]);
-    for (Eigen::Index i = groups[g]; i < groups[g + 1]; ++i) {
-      PlaneObservation& o = association->observations[places[i]];
-      o.weight = static_cast<float>(1.0 / GrowthOf(noise[o.lidar], points));
-    }
-  }
 }
 
 }  // namespace

@@ -34,10 +34,8 @@ Adjustment AdjustEachLidar(Adjustment adjustment, const AdjustmentContext& conte
     for (int round = 0; round < kRounds; ++round) {
       AssociateWithPlanes(context, only, kFewPoints, &adjustment);
       const std::vector<MapPlane>& planes = problem.drives[0].planes.planes;
-      if (lidar != base) {
-        share = ShareOfPlanes(of_base, planes, RigidTransform{});
-        if (round == 0) share_before = share;
-      }
+      if (lidar != base && round == 0) share_before = ShareOfPlanes(of_base, planes, RigidTransform{});
+      if (lidar != base && round == kRounds - 1) share = ShareOfPlanes(of_base, planes, RigidTransform{});
       SolveAdjustment(context.monitor.cancellation, &adjustment);
       noise = MeasurePlaneNoise(problem.drives, adjustment.state, noise);
       context.monitor.progress((static_cast<double>(k) + (round + 1.0) / kRounds) /

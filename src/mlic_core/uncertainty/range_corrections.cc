@@ -275,7 +275,7 @@ Eigen::MatrixXd UncorrectedOffsets(const Draws& draws) {
   for (double sigma = kFinestDraws; sigma < kLargestError; sigma *= kDrawsStep) {
     largest = std::max(largest, draws.Gain(sigma));
   }
-  Eigen::MatrixXd square = 0.0 * draws.MeanSquare(0.0);
+  Eigen::MatrixXd square = draws.MeanSquare(0.0);  // zero
   double weights = 0.0;
   for (double sigma = kFinestDraws; sigma < kLargestError; sigma *= kDrawsStep) {
     const double weight = std::exp(0.5 * (draws.Gain(sigma) - largest));

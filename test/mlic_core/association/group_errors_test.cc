@@ -3,12 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numeric>
 #include <vector>
 
 #include "mlic_core/common/random.h"
 #include "mlic_core/problem/joint_solver.h"
-#include "mlic_core/problem/plane_terms.h"
 
 namespace mlic::group_errors_test {
 namespace {
@@ -64,17 +62,7 @@ class SharedErrors {
 
   // Each group counts for what it is worth.
   void Weigh(const PlaneNoise& noise) {
-    for (std::size_t p = 0; p < planes_.planes.size(); ++p) {
-      std::vector<std::size_t> places(planes_.begin[p + 1] - planes_.begin[p]);
-      std::iota(places.begin(), places.end(), planes_.begin[p]);
-      const std::vector<Eigen::Index> groups = GroupBegins(planes_, places);
-      for (std::size_t g = 0; g + 1 < groups.size(); ++g) {
-        const double points = static_cast<double>(groups[g + 1] - groups[g]);
-        for (Eigen::Index i = groups[g]; i < groups[g + 1]; ++i) {
-          planes_.observations[places[i]].weight = static_cast<float>(1.0 / GrowthOf(noise, points));
-        }
-      }
-    }
+    for (std::size_t p = 0; p < planes_.planes.size(); ++p) WeighGroups({noise}, p, &planes_);
   }
 
   // Of the variance of a mean over all points.
