@@ -141,7 +141,7 @@ std::vector<RingEquations> EquationsOf(const Rings& sums, const std::vector<std:
                                        const Eigen::MatrixX2d& corrections, double correlation) {
   std::vector<RingEquations> equations;
   for (std::size_t i = 0; i < which.size(); ++i) {
-    const RingEquations& beyond = sums[which[i]].equations;
+    const RingEquations beyond = which[i] < sums.size() ? sums[which[i]].equations : RingEquations{};
     const Eigen::Vector2d corrected = corrections.row(static_cast<Eigen::Index>(i));
     equations.push_back(
         {beyond.information / correlation, (beyond.gradient - beyond.information * corrected) / correlation});
@@ -149,19 +149,54 @@ std::vector<RingEquations> EquationsOf(const Rings& sums, const std::vector<std:
   return equations;
 }
 
-// The errors that the rings show and all halves of the points confirm; zero where they do not.
-Eigen::MatrixX2d ConfirmedErrors(const std::vector<RingEquations>& all,
-                                 const std::array<std::vector<RingEquations>, 4>& halves,
-                                 const Eigen::MatrixXd& trend) {
-  const Eigen::MatrixX2d none = Eigen::MatrixX2d::Zero(trend.rows(), 2);
-  const RingVariances found = MeasureRingVariances(all);
-  if (found.evidence < kLeastEvidence) return none;
-  for (std::size_t h = 0; h < halves.size(); ++h) {
-    const std::vector<RingEquations>& other = halves[h ^ 1U];
-    if (GainOfCorrections(other, trend, PredictRingErrors(halves[h], trend, found.variances)) <= 0.0)
-      return none;
+// Of the quarters: early, late, left and right ones. from: structural
+constexpr std::size_t kHalves[4][2] = {{0, 1}, {2, 3}, {0, 2}, {1, 3}};
+
+std::vector<RingEquations> Sum(std::vector<RingEquations> a, const std::vector<RingEquations>& b) {
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    a[i].information += b[i].information;
+    a[i].gradient += b[i].gradient;
   }
-  return PredictRingErrors(all, trend, found.variances);
+  return a;
+}
+
+// What the points show of a LiDAR's rings, all together and by quarters.
+struct RingEvidence {
+  std::vector<RingEquations> all;
+  std::vector<std::vector<RingEquations>> quarters;
+  Eigen::MatrixXd trend;
+};
+
+// Of all points, less sure by what quarters differ by beyond the noise of their points.
+std::vector<RingEquations> WithScatter(const RingEvidence& rings, bool in_elevation) {
+  const Eigen::Vector2d variances = MeasureRingVariances(rings.all, in_elevation).variances;
+  const Eigen::MatrixX2d errors = PredictRingErrors(rings.all, rings.trend, variances);
+  const double scatter = std::max(1.0, ScatterOfParts(rings.quarters, rings.trend, errors));
+  std::vector<RingEquations> all = rings.all;
+  for (RingEquations& ring : all) {
+    ring.information /= scatter;
+    ring.gradient /= scatter;
+  }
+  return all;
+}
+
+// The errors that the rings show and all halves of the points confirm; zero where they do not.
+Eigen::MatrixX2d ConfirmedErrors(const RingEvidence& rings) {
+  const Eigen::MatrixX2d none = Eigen::MatrixX2d::Zero(rings.trend.rows(), 2);
+  std::vector<RingEquations> all = WithScatter(rings, false);
+  RingVariances found = MeasureRingVariances(all, false);
+  if (MeasureRingVariances(all, true).evidence > found.evidence + kLeastEvidence) {
+    all = WithScatter(rings, true);
+    found = MeasureRingVariances(all, true);
+  }
+  if (found.evidence < kLeastEvidence) return none;
+  for (const auto& [a, b] : kHalves) {
+    const auto half = Sum(rings.quarters[a], rings.quarters[b]);
+    const auto other = Sum(rings.quarters[3 - a], rings.quarters[3 - b]);
+    const Eigen::MatrixX2d errors = PredictRingErrors(half, rings.trend, found.variances);
+    if (GainOfCorrections(other, rings.trend, errors) <= 0.0) return none;
+  }
+  return PredictRingErrors(all, rings.trend, found.variances);
 }
 
 // Root mean square over what the rings show, in its sigmas.
@@ -176,11 +211,9 @@ double InSigmas(const std::vector<RingEquations>& rings, const Eigen::MatrixX2d&
 
 // False where they stay.
 bool Improve(const Quarters& quarters, double correlation, RingCorrections* corrections) {
-  // from: structural.
-  constexpr int kHalves[4][2] = {{0, 1}, {2, 3}, {0, 2}, {1, 3}};  // early, late; left, right
   std::array<Rings, 4> sums;
   for (int h = 0; h < 4; ++h) {
-    for (const int quarter : kHalves[h]) AddTo(quarters[quarter], &sums[h]);
+    for (const std::size_t quarter : kHalves[h]) AddTo(quarters[quarter], &sums[h]);
   }
   const std::vector<std::size_t> which = RichRings(sums);
   if (which.size() < kFewestRings) return false;
@@ -191,11 +224,12 @@ bool Improve(const Quarters& quarters, double correlation, RingCorrections* corr
   for (std::size_t i = 0; i < which.size(); ++i) {
     elevations[static_cast<Eigen::Index>(i)] = both[which[i]].elevation / both[which[i]].count;
   }
-  std::array<std::vector<RingEquations>, 4> halves;
-  for (int h = 0; h < 4; ++h) halves[h] = EquationsOf(sums[h], which, before, correlation);
-  const std::vector<RingEquations> all = EquationsOf(both, which, before, correlation);
-  const Eigen::MatrixX2d errors = ConfirmedErrors(all, halves, RingTrend(elevations));
-  if (InSigmas(all, errors - before) < kLeastMove) return false;
+  RingEvidence rings{EquationsOf(both, which, before, correlation), {}, RingTrend(elevations)};
+  for (const Rings& quarter : quarters) {
+    rings.quarters.push_back(EquationsOf(quarter, which, before, correlation));
+  }
+  const Eigen::MatrixX2d errors = ConfirmedErrors(rings);
+  if (InSigmas(rings.all, errors - before) < kLeastMove) return false;
   if (errors.isZero(0.0)) {
     corrections->clear();
     return true;

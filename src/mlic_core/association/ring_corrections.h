@@ -44,8 +44,10 @@ struct UncorrectedMap {
 
 // What the lasers of a LiDAR err by, each for itself: a range too long, an elevation too high. No number of
 // points averages it out. Found from the residuals of each ring's points to the planes of all, as far as
-// rings err more widely than the residuals' noise and what neighbours share account for (ring_errors.h);
-// their trend is not corrected (RingTrend). Corrections are cross-validated: those from the first half of the
+// rings err more widely than the residuals' noise, what neighbours share (ring_errors.h) and how quarters of
+// the points (of the drive and of the view) differ account for; in elevation where that is so with ranges
+// corrected, or what a ring's ground differs from its walls by would look like errors of both. Their trend is
+// not corrected (RingTrend). Corrections are cross-validated: those from the first half of the
 // drive must lower the squared residuals of the second and the other way round, and those of the left half of
 // the view the right's. They are judged as a whole each time, those that are no longer confirmed taken back.
 // LiDARs of fewer than 8 rings, or whose points carry none, have no corrections. Right ones sharpen the map:

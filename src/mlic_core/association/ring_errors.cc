@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mlic_core/geometry/symmetric_matrix.h"
+
 namespace mlic {
 namespace {
 
@@ -108,7 +110,7 @@ Solution SolveTrend(const std::vector<RingEquations>& rings, const Eigen::Matrix
 
 }  // namespace
 
-RingVariances MeasureRingVariances(const std::vector<RingEquations>& rings) {
+RingVariances MeasureRingVariances(const std::vector<RingEquations>& rings, bool in_elevation) {
   const Eigen::MatrixXd basis = SmoothBasis(static_cast<Eigen::Index>(rings.size()));
   const auto deviation = [](double least, int step) {
     return step == 0 ? 0.0 : least * std::pow(kStep, step - 1);
@@ -116,7 +118,7 @@ RingVariances MeasureRingVariances(const std::vector<RingEquations>& rings) {
   RingVariances best;
   const double none = SolveTrend(rings, basis, Eigen::Vector2d::Zero()).minus_log_likelihood;
   for (int r = 0; r <= kSteps; ++r) {
-    for (int e = 0; e <= kSteps; ++e) {
+    for (int e = 0; e <= (in_elevation ? kSteps : 0); ++e) {
       const Eigen::Vector2d deviations(deviation(kLeastRange, r), deviation(kLeastElevation, e));
       const Eigen::Vector2d variances = deviations.cwiseAbs2();
       const double evidence = none - SolveTrend(rings, basis, variances).minus_log_likelihood;
@@ -150,6 +152,30 @@ double GainOfCorrections(const std::vector<RingEquations>& rings, const Eigen::M
   }
   return gain + SolveTrend(corrected, trend, Eigen::Vector2d::Zero()).trend.Gain() -
          SolveTrend(rings, trend, Eigen::Vector2d::Zero()).trend.Gain();
+}
+
+double ScatterOfParts(const std::vector<std::vector<RingEquations>>& parts, const Eigen::MatrixXd& trend,
+                      const Eigen::MatrixX2d& errors) {
+  constexpr double kRank = 1e-9;  // from: guard, rounding
+  double squares = 0.0;
+  Eigen::Index freedom = 2 * trend.cols() - errors.size();
+  for (const std::vector<RingEquations>& part : parts) {
+    const double by_trend = SolveTrend(part, trend, Eigen::Vector2d::Zero()).trend.Gain();
+    squares -= 2.0 * (GainOfCorrections(part, trend, errors) + by_trend);
+    freedom -= 2 * trend.cols();
+    for (const RingEquations& ring : part) {
+      // What the ring's own best errors would lower them by: along eigenvectors, as one may not be shown.
+      const Eigen::Vector2d scale = ring.information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+      const SymmetricEigen<Eigen::Dynamic> eigen(scale.asDiagonal() * ring.information * scale.asDiagonal());
+      const Eigen::Vector2d along = eigen.eigenvectors().transpose() * scale.cwiseProduct(ring.gradient);
+      for (int k = 0; k < 2; ++k) {
+        if (eigen.eigenvalues()[k] < kRank) continue;
+        squares += along[k] * along[k] / eigen.eigenvalues()[k];
+        ++freedom;
+      }
+    }
+  }
+  return freedom > 0 ? squares / static_cast<double>(freedom) : 1.0;
 }
 
 }  // namespace mlic

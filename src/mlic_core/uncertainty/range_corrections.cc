@@ -330,9 +330,11 @@ bool CorrectRanges(const JointProblem& problem, double correlation, bool* walks_
     RangeCorrection& ranges = state->ranges[l];
     const RangeVector before = VectorOf(ranges);
     const Eigen::Index begin = RangeErrors::Of(l, kRangeOffset);
-    const RangeVector now = corrections.values.segment<kRangeParameters>(begin);
+    RangeVector now = corrections.values.segment<kRangeParameters>(begin);
     for (const RangeParameter p : {kRangeOffset, kRangeSlope, kRangeWalk}) {
-      moved |= free[l][p] && std::abs(now[p] - before[p]) > kMoves * corrections.sigmas[begin + p];
+      // A slope ends with the rings' corrections that it goes with.
+      if (!free[l][p]) now[p] = 0.0;
+      moved |= std::abs(now[p] - before[p]) > (free[l][p] ? kMoves * corrections.sigmas[begin + p] : 0.0);
     }
     ranges.offset = now[kRangeOffset];
     ranges.slope = now[kRangeSlope];

@@ -163,7 +163,30 @@ struct Prior {
   Eigen::VectorXd gradient;
 };
 
-Prior WidePrior(const LinearizationPoint& at) {
+// Of each LiDAR's slope, m/rad: what the errors of its rings, each for itself, leave of one over their
+// elevations, these spread as its points are. Corrections of rings leave it out.
+std::vector<double> SlopeSigmas(const LinearizationPoint& at) {
+  std::vector<Eigen::Array3d> moments(at.state.lidars.size(), Eigen::Array3d::Zero());  // of elevations
+  for (const DriveTerms& drive : at.problem.drives) {
+    for (const PlaneObservation& o : drive.planes.observations) {
+      const double elevation = ElevationOf(o.position);
+      moments[o.lidar] += Eigen::Array3d(1.0, elevation, elevation * elevation);
+    }
+  }
+  std::vector<double> sigmas(moments.size(), kPriorSigma);
+  for (std::size_t l = 0; l < sigmas.size() && l < at.state.rings.size(); ++l) {
+    const RingCorrections& rings = at.state.rings[l];
+    const Eigen::Array3d mean = moments[l] / std::max(1.0, moments[l][0]);
+    const double spread = std::sqrt(std::max(1e-12, mean[2] - mean[1] * mean[1]));
+    const auto corrected = [](const RingCorrection& ring) { return ring.range != 0.0f; };
+    const auto count = std::count_if(rings.begin(), rings.end(), corrected);
+    if (count == 0) continue;
+    sigmas[l] = TypicalCorrection(rings).range / (spread * std::sqrt(static_cast<double>(count)));
+  }
+  return sigmas;
+}
+
+Prior WidePrior(const LinearizationPoint& at, RangeModel model) {
   const Eigen::Index old = at.layout.calibration;
   const Eigen::Index more = ExtraParameters(at.state.lidars.size());
   Prior prior;
@@ -175,6 +198,13 @@ Prior WidePrior(const LinearizationPoint& at) {
   prior.information.diagonal().tail(more).setConstant(1.0 / (kPriorSigma * kPriorSigma));
   prior.gradient.conservativeResize(old + more);
   prior.gradient.tail(more).setZero();
+  if (model != RangeModel::kWhole) return prior;
+  const std::vector<double> sigmas = SlopeSigmas(at);
+  for (std::size_t l = 0; l < at.state.ranges.size(); ++l) {
+    const Eigen::Index slope = old + RangeErrors::Of(l, kRangeSlope);
+    prior.information(slope, slope) = 1.0 / (sigmas[l] * sigmas[l]);
+    prior.gradient[slope] = at.state.ranges[l].slope * prior.information(slope, slope);
+  }
   return prior;
 }
 
@@ -211,7 +241,7 @@ std::optional<RangeErrors> MeasureRangeErrors(const JointProblem& given, const C
   Accumulator sum = Linearize(at, &couplings);
   const RangeRow row(at, model);
   AddRanges(at, row, &couplings, &sum);
-  const Prior prior = WidePrior(at);
+  const Prior prior = WidePrior(at, model);
   std::vector<bool> free = FreeCalibration(problem, layout);
   for (const FreeRanges& f : free_ranges) free.insert(free.end(), f.begin(), f.end());
   free.insert(free.end(), kReliefs, std::any_of(free_ranges.begin(), free_ranges.end(), walks));

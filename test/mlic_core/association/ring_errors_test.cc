@@ -49,7 +49,7 @@ Eigen::MatrixX2d Drawn(double range, double elevation, Random* random) {
 
 TEST(RingErrors, AreAsWideAsTheyWereDrawn) {
   Random random(1);
-  const RingVariances found = MeasureRingVariances(Seen(Drawn(5e-3, 3e-4, &random), &random));
+  const RingVariances found = MeasureRingVariances(Seen(Drawn(5e-3, 3e-4, &random), &random), true);
   EXPECT_NEAR(std::sqrt(found.variances[0]), 5e-3, 1.5e-3);
   EXPECT_NEAR(std::sqrt(found.variances[1]), 3e-4, 1.2e-4);
   EXPECT_GT(found.evidence, 50.0);
@@ -60,7 +60,7 @@ TEST(RingErrors, AreNoneForNoiseOfRingsThatSeeGround) {
   for (int seed = 1; seed <= 20; ++seed) {
     Random random(seed);
     const std::vector<RingEquations> rings = Seen(Drawn(0.0, 0.0, &random), &random);
-    const RingVariances found = MeasureRingVariances(rings);
+    const RingVariances found = MeasureRingVariances(rings, true);
     EXPECT_LT(found.evidence, 4.0) << seed;
     EXPECT_LT(PredictRingErrors(rings, Trend(), found.variances).col(0).cwiseAbs().maxCoeff(), 3e-4) << seed;
   }
@@ -71,7 +71,7 @@ TEST(RingErrors, AreNoneForWhatNeighboursShare) {
   Random random(2);
   Eigen::MatrixX2d errors = Eigen::MatrixX2d::Zero(kRings, 2);
   for (int i = 0; i < kRings / 3; ++i) errors(i, 0) = 0.02 * std::pow(3.0 * i / kRings, 2);
-  const RingVariances found = MeasureRingVariances(Seen(errors, &random));
+  const RingVariances found = MeasureRingVariances(Seen(errors, &random), true);
   EXPECT_LT(std::sqrt(found.variances[0]), 2e-3);
 }
 
@@ -97,6 +97,40 @@ TEST(RingErrors, LowerTheCostOfOtherPointsIfTheyAreReal) {
   // A trend is no gain.
   const Eigen::MatrixX2d along = 0.01 * trend;
   EXPECT_NEAR(GainOfCorrections(Seen(errors, &random), trend, along), 0.0, 1e-3);
+}
+
+// Of four parts, each of which sees rings that err by `same` and by `own` of the part, about what all show.
+double Scatter(const Eigen::MatrixX2d& same, double own, std::uint64_t seed) {
+  Random random(seed);
+  std::vector<std::vector<RingEquations>> parts;
+  std::vector<RingEquations> all(kRings);
+  for (int part = 0; part < 4; ++part) {
+    Eigen::MatrixX2d errors = same + Drawn(own, 0.0, &random);
+    errors.col(0) += part * 0.01 * Trend().col(1);  // a trend of its own
+    parts.push_back(Seen(errors, &random));
+    for (int i = 0; i < kRings; ++i) {
+      all[i].information += parts.back()[i].information;
+      all[i].gradient += parts.back()[i].gradient;
+    }
+  }
+  return ScatterOfParts(parts, Trend(), PredictRingErrors(all, Trend(), {25e-6, 9e-8}));
+}
+
+TEST(RingErrors, OfPartsScatterByTheirNoiseWhereTheyAreReal) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Random random(100 + seed);
+    const Eigen::MatrixX2d errors = Drawn(5e-3, 3e-4, &random);
+    EXPECT_NEAR(Scatter(errors, 0.0, seed), 1.0, 0.2) << seed;
+    // Three times the noise of a ring's range.
+    EXPECT_GT(Scatter(errors, 9e-4, seed), 3.0) << seed;
+  }
+}
+
+TEST(RingErrors, AreInRangeAloneWhereElevationsAreNotAsked) {
+  Random random(5);
+  const RingVariances found = MeasureRingVariances(Seen(Drawn(5e-3, 3e-4, &random), &random), false);
+  EXPECT_GT(found.variances[0], 0.0);
+  EXPECT_EQ(found.variances[1], 0.0);
 }
 
 }  // namespace

@@ -137,6 +137,32 @@ TEST_F(WallsAround, OffsetIsFoundBesideThePlanesThatFollowIt) {
   EXPECT_NEAR(CorrectedPoint(point, state_, 0).norm(), 5.0 + state_.ranges[0].offset, 1e-5);
 }
 
+// A slope goes with the corrections of rings, which leave it out, and ends with them.
+TEST_F(WallsAround, SlopeEndsWithTheCorrectionsOfRings) {
+  AddWalls(0.02, 0.02, 0.02);
+  ASSERT_TRUE(CorrectRanges(problem_, 1.0, &walks_dropped_, &state_));
+  state_.ranges[0].slope = 0.1;
+  EXPECT_TRUE(CorrectRanges(problem_, 1.0, &walks_dropped_, &state_));
+  EXPECT_EQ(state_.ranges[0].slope, 0.0);
+}
+
+// Rings that err by a millimetre each for itself leave no slope of centimetres.
+TEST_F(WallsAround, SlopeIsAsSmallAsTheErrorsOfRingsLeaveIt) {
+  AddWalls(0.0, 0.0, 0.0);
+  for (PlaneObservation& o : problem_.drives[0].planes.observations) {
+    o.position *= 1.0 + 0.02 * ElevationOf(o.position) / o.position.norm();
+  }
+  const auto slope = [&](float ring_error) {
+    state_.rings = {RingCorrections(16, {ring_error, 0.0f})};
+    state_.ranges = {{}};
+    const auto found = MeasureRangeErrors(problem_, state_, RangeModel::kWhole, {{true, true, false, true}});
+    return found ? found->steps[0][kRangeSlope] : 0.0;
+  };
+  const double free = slope(0.03f);
+  EXPECT_LT(free, -0.01);
+  EXPECT_LT(std::abs(slope(1e-5f)), 0.1 * std::abs(free));
+}
+
 TEST_F(WallsAround, RangesThatAreRightStay) {
   AddWalls(0.0, 0.0, 0.0);
   EXPECT_FALSE(CorrectRanges(problem_, 1.0, &walks_dropped_, &state_));
