@@ -256,21 +256,9 @@ class Draws {
 // m, and from one to the next, of sigmas. from: guard, the likelihood is flat there
 constexpr double kFinestDraws = 1e-4, kDrawsStep = 1.2;
 
-// Mean square, m^2 (LiDARs x LiDARs), of what points on level planes err by: draws whose sigma has the
-// largest likelihood of what is found (empirical Bayes). LiDARs' differences are known much better than what
-// all err by. Zero where it is no likelier than none.
-Eigen::MatrixXd ErrorsOfLevelPlanes(const Draws& draws) {
-  constexpr double kShown = 4.0;  // of the gain; from: derivation, two sigmas
-  double best = 0.0;
-  for (double sigma = kFinestDraws; sigma < kLargestError; sigma *= kDrawsStep) {
-    if (draws.Gain(sigma) > draws.Gain(best)) best = sigma;
-  }
-  return draws.Gain(best) > kShown ? draws.MeanSquare(best) : draws.MeanSquare(0.0);
-}
-
-// Mean square, m^2, of what the ranges of LiDARs err by that is not corrected: over all sizes that it may
-// have, each with the likelihood of what is found.
-Eigen::MatrixXd UncorrectedOffsets(const Draws& draws) {
+// Mean square, m^2 (LiDARs x LiDARs), over all sizes that the draws may have, each with the likelihood of
+// what is found.
+Eigen::MatrixXd MeanSquareOfAllSizes(const Draws& draws) {
   double largest = 0.0;  // weights are relative to it, or they could overflow
   for (double sigma = kFinestDraws; sigma < kLargestError; sigma *= kDrawsStep) {
     largest = std::max(largest, draws.Gain(sigma));
@@ -384,10 +372,10 @@ Eigen::MatrixXd ScatterOfRanges(const JointProblem& problem, const CalibrationSt
   };
   const Eigen::MatrixXd of_level = take(all, kRangeLevel), of_offsets = take(uncorrected, kRangeOffset);
   Eigen::MatrixXd scatter = coupling * found->covariance * coupling.transpose() +
-                            of_level * ErrorsOfLevelPlanes({*found, all, kRangeLevel, correlation}) /
+                            of_level * MeanSquareOfAllSizes({*found, all, kRangeLevel, correlation}) /
                                 correlation * of_level.transpose();
   if (!uncorrected.empty()) {
-    scatter += of_offsets * UncorrectedOffsets({*found, uncorrected, kRangeOffset, correlation}) /
+    scatter += of_offsets * MeanSquareOfAllSizes({*found, uncorrected, kRangeOffset, correlation}) /
                correlation * of_offsets.transpose();
   }
   if (walks || walks_dropped) {
