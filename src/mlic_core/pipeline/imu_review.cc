@@ -14,6 +14,18 @@
 #include "mlic_core/uncertainty/imu_matrices.h"
 
 namespace mlic {
+namespace {
+
+// The drive's constant biases, which a course of them takes the place of. None where there is no course.
+std::optional<BiasCourse> ReplaceByCourse(DriveState* drive) {
+  if (!drive->bias.IsConstant()) return std::nullopt;
+  const std::optional<BiasCourse> course =
+      CourseOf(drive->bias, drive->trajectory.Start(), drive->trajectory.End());
+  if (!course) return std::nullopt;
+  return std::exchange(drive->bias, *course);
+}
+
+}  // namespace
 
 void MeasureImuSigmas(const Dataset& dataset, Adjustment* adjustment) {
   for (std::size_t d = 0; d < dataset.drives.size(); ++d) {
@@ -83,13 +95,10 @@ bool ReviewBiases(const AdjustmentContext& context, Adjustment* adjustment) {
   adjustment->rounds.biases_judged = true;
   bool any = false;
   for (std::size_t d = 0; d < context.dataset.drives.size(); ++d) {
-    JointProblem& problem = adjustment->problem;
     DriveState& drive = adjustment->state.drives[d];
-    if (!drive.bias.IsConstant()) continue;
-    const std::optional<BiasCourse> course =
-        CourseOf(drive.bias, drive.trajectory.Start(), drive.trajectory.End());
-    if (!course) continue;
-    const BiasCourse constant = std::exchange(drive.bias, *course);
+    const std::optional<BiasCourse> constant = ReplaceByCourse(&drive);
+    if (!constant) continue;
+    JointProblem& problem = adjustment->problem;
     problem.drives[d].bias_steps = kUnknownSteps;
     const BiasEvidence evidence =
         EvidenceOfWander(problem, adjustment->state, EquationsOfCalibration(problem, adjustment->state), d,
@@ -98,7 +107,7 @@ bool ReviewBiases(const AdjustmentContext& context, Adjustment* adjustment) {
       any = true;
       problem.drives[d].bias_steps = evidence.steps;
     } else {
-      drive.bias = constant;
+      drive.bias = *constant;
     }
   }
   if (!any) return false;
@@ -114,6 +123,20 @@ bool ReviewBiases(const AdjustmentContext& context, Adjustment* adjustment) {
     context.monitor.line(text);
   }
   return true;
+}
+
+void DoubtConstantBiases(const AdjustmentContext& context, Adjustment* adjustment) {
+  const double scale = VarianceScale(*adjustment, context.dataset);
+  for (std::size_t d = 0; d < context.dataset.drives.size(); ++d) {
+    DriveState& drive = adjustment->state.drives[d];
+    const std::optional<BiasCourse> constant = ReplaceByCourse(&drive);
+    if (!constant) continue;
+    JointProblem& problem = adjustment->problem;
+    problem.drives[d].bias_steps = kUnknownSteps;
+    adjustment->scale.inflation.points += ScatterOfWander(
+        problem, adjustment->state, EquationsOfCalibration(problem, adjustment->state), d, scale);
+    drive.bias = *constant;
+  }
 }
 
 void WeakenImuBySlowErrors(const AdjustmentContext& context, Adjustment* adjustment) {

@@ -20,6 +20,9 @@ bool ReviewMatrices(const AdjustmentContext& context, Adjustment* adjustment);
 // course from now on; then the state has been solved for anew.
 bool ReviewBiases(const AdjustmentContext& context, Adjustment* adjustment);
 
+// Adds to the doubt of the points what biases that are estimated as constants may wander by all the same.
+void DoubtConstantBiases(const AdjustmentContext& context, Adjustment* adjustment);
+
 // What the IMU's slow errors, which single samples do not show, take from its say: to be measured once, as
 // with less say it contradicts the trajectory more. Solves once more where they take any.
 void WeakenImuBySlowErrors(const AdjustmentContext& context, Adjustment* adjustment);

@@ -365,6 +365,7 @@ void MeasureUncertainty(const AdjustmentContext& context, Adjustment* adjustment
       ScatterOfMatrices(adjustment->problem, adjustment->state, adjustment->last_solve.imu_matrices,
                         VarianceScale(*adjustment, context.dataset));
   const CalibrationState& state = adjustment->state;
+  DoubtConstantBiases(context, adjustment);
   const auto& line = context.monitor.line;
   if (adjustment->rounds.landmarks == Landmarks::kTracksAndMap) {
     MapMatching& map = adjustment->map;

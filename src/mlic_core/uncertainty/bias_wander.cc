@@ -3,10 +3,14 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <vector>
 
+#include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/problem/layout.h"
 #include "mlic_core/problem/priors.h"
+#include "mlic_core/solver/submatrix.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
 #include "mlic_core/uncertainty/marginal_equations.h"
 
@@ -21,56 +25,95 @@ constexpr double kFewest = 4.0;     // intervals; from: guard, fewer do not tell
 constexpr double kMost = 20.0;      // intervals; from: guard, unknowns
 constexpr double kRounding = 1e-9;  // of an interval; from: guard
 
-// Of the steps between a drive's knots, all else followed: six of the first step, six of the next.
-MarginalEquations EquationsOfSteps(const JointProblem& problem, const CalibrationState& state,
-                                   const CalibrationEquations& equations, std::size_t drive) {
-  const Layout layout(state, problem.estimate_imu_matrices);
-  Eigen::MatrixXd prior;
-  Eigen::VectorXd prior_gradient;
-  CalibrationPrior(problem, state, layout, &prior, &prior_gradient);
-  // A step moves its knot and all behind it.
-  const int knots = static_cast<int>(state.drives[drive].bias.knots.size());
-  Eigen::MatrixXd by_steps = Eigen::MatrixXd::Identity(layout.calibration, layout.calibration);
-  std::vector<bool> is_step(static_cast<std::size_t>(layout.calibration), false);
-  for (int knot = 0; knot < knots; ++knot) {
-    for (int a = 0; a < Layout::kOfBias; ++a) {
-      const int of_knot = layout.Bias(drive, knot) + a;
-      is_step[static_cast<std::size_t>(of_knot)] = knot > 0;
-      for (int earlier = 0; earlier < knot; ++earlier)
-        by_steps(of_knot, layout.Bias(drive, earlier) + a) = 1.0;
-    }
-  }
-  const std::vector<bool> moves = FreeCalibration(problem, layout);
-  std::vector<int> steps, others;
-  for (int i = 0; i < layout.calibration; ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    if (moves[at]) (is_step[at] ? steps : others).push_back(i);
-  }
-  return MarginalOf(steps, others, by_steps.transpose() * equations.information * by_steps,
-                    by_steps.transpose() * equations.gradient, by_steps.transpose() * prior * by_steps,
-                    by_steps.transpose() * equations.prior_gradient, CalibrationLimits(state, layout));
-}
+// From a tenth of what the best gyroscopes and accelerometers wander by to beyond the worst: consumer IMUs
+// warm up by 5 mrad/s and 30 mm/s^2 within a minute.
+constexpr BiasSteps kFinest{1e-6, 1e-5}, kCoarsest{5e-3, 0.05};  // rad/s, m/s^2; from: guard
+// What IMUs have, from the instability of tactical ones (2 deg/h, 10 ug) to consumer ones that warm up.
+constexpr BiasSteps kLeastUsual{1e-5, 1e-4}, kMostUsual{1e-3, 1e-2};  // from: standard, data sheets
+constexpr double kFactor = 1.2;  // of sigmas from one to the next; from: guard, the likelihood is flat there
 
-// Twice the logarithm of the likelihood of steps with these sigmas against none.
-double Gain(const MarginalEquations& equations, const BiasSteps& sigma) {
-  const Eigen::Index count = equations.gradient.size();
-  Eigen::VectorXd sigmas(count);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    sigmas[i] = i % Layout::kOfBias < 3 ? sigma.gyroscope : sigma.accelerometer;
+// The steps between a drive's knots, six of the first step, six of the next.
+class StepsOfCourse {
+ public:
+  StepsOfCourse(const JointProblem& problem, const CalibrationState& state,
+                const CalibrationEquations& equations, std::size_t drive, double scale) {
+    const Layout layout(state, problem.estimate_imu_matrices);
+    Eigen::MatrixXd prior;
+    Eigen::VectorXd prior_gradient;
+    CalibrationPrior(problem, state, layout, &prior, &prior_gradient);
+    // A step moves its knot and all behind it.
+    const int knots = static_cast<int>(state.drives[drive].bias.knots.size());
+    Eigen::MatrixXd by_steps = Eigen::MatrixXd::Identity(layout.calibration, layout.calibration);
+    std::vector<bool> is_step(static_cast<std::size_t>(layout.calibration), false);
+    for (int knot = 0; knot < knots; ++knot) {
+      for (int a = 0; a < Layout::kOfBias; ++a) {
+        const int of_knot = layout.Bias(drive, knot) + a;
+        is_step[static_cast<std::size_t>(of_knot)] = knot > 0;
+        for (int earlier = 0; earlier < knot; ++earlier)
+          by_steps(of_knot, layout.Bias(drive, earlier) + a) = 1.0;
+      }
+    }
+    const std::vector<bool> moves = FreeCalibration(problem, layout);
+    std::vector<int> steps, constant, others;
+    for (int i = 0; i < layout.calibration; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      (is_step[at] ? steps : constant).push_back(i);
+      if (!is_step[at] && moves[at]) others.push_back(i);
+    }
+    const Eigen::MatrixXd information = by_steps.transpose() * equations.information * by_steps;
+    coupling_ = Submatrix(information, constant, steps);
+    marginal_ = MarginalOf(steps, others, information, by_steps.transpose() * equations.gradient,
+                           by_steps.transpose() * prior * by_steps,
+                           by_steps.transpose() * equations.prior_gradient, CalibrationLimits(state, layout));
+    marginal_.information /= scale;
+    marginal_.gradient /= scale;
   }
-  Eigen::MatrixXd excess = sigmas.asDiagonal() * equations.information * sigmas.asDiagonal();
-  excess = Eigen::MatrixXd(0.5 * (excess + excess.transpose()));
-  excess.diagonal().array() += 1.0;
-  const Eigen::LLT<Eigen::MatrixXd> factor(excess);
-  if (factor.info() != Eigen::Success) return 0.0;
-  const Eigen::VectorXd whitened = factor.matrixL().solve(sigmas.cwiseProduct(equations.gradient));
-  return whitened.squaredNorm() - 2.0 * Eigen::MatrixXd(factor.matrixL()).diagonal().array().log().sum();
-}
+
+  // Twice the logarithm of the likelihood of steps with these sigmas against none.
+  double Gain(const BiasSteps& sigma) const {
+    const Eigen::VectorXd sigmas = SigmasOf(sigma);
+    const Eigen::LLT<Eigen::MatrixXd> factor(Excess(sigmas));
+    if (factor.info() != Eigen::Success) return 0.0;
+    const Eigen::VectorXd whitened = factor.matrixL().solve(sigmas.cwiseProduct(marginal_.gradient));
+    return whitened.squaredNorm() - 2.0 * Eigen::MatrixXd(factor.matrixL()).diagonal().array().log().sum();
+  }
+
+  // Of such steps, given the data: the mean of their products.
+  Eigen::MatrixXd MeanSquare(const BiasSteps& sigma) const {
+    const Eigen::VectorXd sigmas = SigmasOf(sigma);
+    const Eigen::MatrixXd covariance =
+        sigmas.asDiagonal() * SolveSymmetric(Excess(sigmas), Eigen::MatrixXd(sigmas.asDiagonal()));
+    const Eigen::VectorXd mean = covariance * marginal_.gradient;
+    return covariance + mean * mean.transpose();
+  }
+
+  // Information that the parameters have in common with the steps, biases being constant (parameters x
+  // steps).
+  const Eigen::MatrixXd& Coupling() const { return coupling_; }
+
+ private:
+  Eigen::VectorXd SigmasOf(const BiasSteps& sigma) const {
+    Eigen::VectorXd sigmas(marginal_.gradient.size());
+    for (Eigen::Index i = 0; i < sigmas.size(); ++i) {
+      sigmas[i] = i % Layout::kOfBias < 3 ? sigma.gyroscope : sigma.accelerometer;
+    }
+    return sigmas;
+  }
+  // Of their precision over what it is without data, in these sigmas.
+  Eigen::MatrixXd Excess(const Eigen::VectorXd& sigmas) const {
+    Eigen::MatrixXd excess = sigmas.asDiagonal() * marginal_.information * sigmas.asDiagonal();
+    excess = Eigen::MatrixXd(0.5 * (excess + excess.transpose()));
+    excess.diagonal().array() += 1.0;
+    return excess;
+  }
+
+  Eigen::MatrixXd coupling_;
+  MarginalEquations marginal_;
+};
 
 // Of sigmas from the finest on, the one with the largest gain.
 template <typename OfSigma>
 double BestSigma(double finest, double coarsest, const OfSigma& gain) {
-  constexpr double kFactor = 1.2;  // from: guard, the likelihood is flat there
   double best = finest, most = gain(finest);
   for (double sigma = finest * kFactor; sigma < coarsest; sigma *= kFactor) {
     const double found = gain(sigma);
@@ -80,6 +123,27 @@ double BestSigma(double finest, double coarsest, const OfSigma& gain) {
     }
   }
   return best;
+}
+
+// A size that IMUs have, with its likelihood against the likeliest of them.
+struct UsualSteps {
+  BiasSteps sigma;
+  double weight;
+};
+
+std::vector<UsualSteps> UsualStepsOf(const StepsOfCourse& steps) {
+  std::vector<UsualSteps> usual;
+  double largest = -std::numeric_limits<double>::infinity();
+  for (double g = kLeastUsual.gyroscope; g < kMostUsual.gyroscope; g *= kFactor) {
+    for (double a = kLeastUsual.accelerometer; a < kMostUsual.accelerometer; a *= kFactor) {
+      usual.push_back({{g, a}, steps.Gain({g, a})});
+      largest = std::max(largest, usual.back().weight);
+    }
+  }
+  double sum = 0.0;
+  for (UsualSteps& size : usual) sum += size.weight = std::exp(0.5 * (size.weight - largest));
+  for (UsualSteps& size : usual) size.weight /= sum;
+  return usual;
 }
 
 }  // namespace
@@ -100,32 +164,53 @@ BiasEvidence EvidenceOfWander(const JointProblem& problem, const CalibrationStat
                               const CalibrationEquations& equations, std::size_t drive, double scale) {
   BiasEvidence evidence;
   if (equations.information.size() == 0) return evidence;
-  MarginalEquations steps = EquationsOfSteps(problem, state, equations, drive);
-  steps.information /= scale;
-  steps.gradient /= scale;
-  // From a tenth of what the best gyroscopes and accelerometers wander by to beyond the worst: consumer IMUs
-  // warm up by 5 mrad/s and 30 mm/s^2 within a minute.
-  constexpr double kFinestGyroscope = 1e-6, kCoarsestGyroscope = 5e-3;          // rad/s; from: guard
-  constexpr double kFinestAccelerometer = 1e-5, kCoarsestAccelerometer = 0.05;  // m/s^2; from: guard
+  const StepsOfCourse steps(problem, state, equations, drive, scale);
   constexpr int kSweeps = 3;  // from: guard, the two hardly depend on each other
-  evidence.steps = {kFinestGyroscope, kFinestAccelerometer};
+  evidence.steps = kFinest;
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
-    evidence.steps.gyroscope = BestSigma(kFinestGyroscope, kCoarsestGyroscope, [&](double sigma) {
-      return Gain(steps, {sigma, evidence.steps.accelerometer});
+    evidence.steps.gyroscope = BestSigma(kFinest.gyroscope, kCoarsest.gyroscope, [&](double sigma) {
+      return steps.Gain({sigma, evidence.steps.accelerometer});
     });
-    evidence.steps.accelerometer = BestSigma(kFinestAccelerometer, kCoarsestAccelerometer, [&](double sigma) {
-      return Gain(steps, {evidence.steps.gyroscope, sigma});
-    });
+    evidence.steps.accelerometer =
+        BestSigma(kFinest.accelerometer, kCoarsest.accelerometer, [&](double sigma) {
+          return steps.Gain({evidence.steps.gyroscope, sigma});
+        });
   }
   // What wanders more is no bias: an INS that filters its readings, or a trajectory that is led astray.
   constexpr double kNear = 0.8;  // of the coarsest; from: guard, the last step of the search
-  const bool gyroscope = evidence.steps.gyroscope < kNear * kCoarsestGyroscope;
-  const bool accelerometer = evidence.steps.accelerometer < kNear * kCoarsestAccelerometer;
-  evidence.gain = Gain(steps, {gyroscope ? evidence.steps.gyroscope : 0.0,
-                               accelerometer ? evidence.steps.accelerometer : 0.0});
-  if (!gyroscope) evidence.steps.gyroscope = kFinestGyroscope;
-  if (!accelerometer) evidence.steps.accelerometer = kFinestAccelerometer;
+  const bool gyroscope = evidence.steps.gyroscope < kNear * kCoarsest.gyroscope;
+  const bool accelerometer = evidence.steps.accelerometer < kNear * kCoarsest.accelerometer;
+  evidence.gain = steps.Gain(
+      {gyroscope ? evidence.steps.gyroscope : 0.0, accelerometer ? evidence.steps.accelerometer : 0.0});
+  if (!evidence.IsShown()) return evidence;
+  BiasSteps squares;
+  for (const UsualSteps& size : UsualStepsOf(steps)) {
+    squares.gyroscope += size.weight * size.sigma.gyroscope * size.sigma.gyroscope;
+    squares.accelerometer += size.weight * size.sigma.accelerometer * size.sigma.accelerometer;
+  }
+  evidence.steps.gyroscope =
+      gyroscope ? std::max(evidence.steps.gyroscope, std::sqrt(squares.gyroscope)) : kFinest.gyroscope;
+  evidence.steps.accelerometer =
+      accelerometer ? std::max(evidence.steps.accelerometer, std::sqrt(squares.accelerometer))
+                    : kFinest.accelerometer;
   return evidence;
+}
+
+Eigen::MatrixXd ScatterOfWander(const JointProblem& problem, const CalibrationState& state,
+                                const CalibrationEquations& equations, std::size_t drive, double scale) {
+  if (equations.information.size() == 0) {
+    CalibrationState constant = state;
+    constant.drives[drive].bias = {};
+    const int size = Layout(constant, problem.estimate_imu_matrices).calibration;
+    return Eigen::MatrixXd::Zero(size, size);
+  }
+  const StepsOfCourse steps(problem, state, equations, drive, scale);
+  const Eigen::MatrixXd& coupling = steps.Coupling();
+  Eigen::MatrixXd square = Eigen::MatrixXd::Zero(coupling.cols(), coupling.cols());
+  for (const UsualSteps& usual : UsualStepsOf(steps)) {
+    square += usual.weight * steps.MeanSquare(usual.sigma);
+  }
+  return coupling * square * coupling.transpose() / scale;
 }
 
 }  // namespace mlic

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <optional>
 
@@ -25,10 +26,17 @@ struct BiasEvidence {
 
 // The steps between a drive's knots as draws from normal distributions about none, one for gyroscope and one
 // for accelerometer, whose sigmas are the unknowns: the likelihood's maximum over these, all else of the
-// calibration left free (empirical Bayes; docs/method.md, section 10). state: the drive's course is CourseOf
-// constant biases, its steps kUnknownSteps in the problem. equations: there. scale: of the variances. Warming
-// up, consumer gyroscopes wander by some mrad/s within a minute.
+// calibration left free (empirical Bayes; docs/method.md, section 10). Steps that the data do not show are as
+// large as they may be: the root of the mean of sigma^2 over what IMUs have, each size with its likelihood.
+// state: the drive's course is CourseOf constant biases, its steps kUnknownSteps in the problem. equations:
+// there. scale: of the variances. Warming up, consumer gyroscopes wander by some mrad/s within a minute.
 BiasEvidence EvidenceOfWander(const JointProblem& problem, const CalibrationState& state,
                               const CalibrationEquations& equations, std::size_t drive, double scale);
+
+// What biases that are taken for constant may wander by all the same, as a covariance of the gradient of all
+// parameters but the steps, for residuals of variance one: the mean of the steps' products over what IMUs
+// have, each size with its likelihood. Arguments: as of EvidenceOfWander.
+Eigen::MatrixXd ScatterOfWander(const JointProblem& problem, const CalibrationState& state,
+                                const CalibrationEquations& equations, std::size_t drive, double scale);
 
 }  // namespace mlic

@@ -24,6 +24,11 @@ class WarmingImu : public testing::Test {
   // Of biases that wander by steps of these sigmas.
   BiasEvidence Evidence(double gyroscope, double accelerometer, std::uint64_t seed,
                         double scale = 1.0) const {
+    const CalibrationEquations equations = Equations(gyroscope, accelerometer, seed, scale);
+    return EvidenceOfWander(problem_, state_, equations, 0, scale);
+  }
+  CalibrationEquations Equations(double gyroscope, double accelerometer, std::uint64_t seed,
+                                 double scale = 1.0) const {
     Random random(seed);
     const Layout layout(state_, false);
     CalibrationEquations equations;
@@ -40,7 +45,14 @@ class WarmingImu : public testing::Test {
         bias[a] += (a < 3 ? gyroscope : accelerometer) * random.Normal();
       }
     }
-    return EvidenceOfWander(problem_, state_, equations, 0, scale);
+    return equations;
+  }
+  // The doubt of the LiDAR's rotation about x, which the last knot of the gyroscope's x axis looks like.
+  double DoubtOfRotation(CalibrationEquations equations) const {
+    const Layout layout(state_, false);
+    const int last = layout.Bias(0, static_cast<int>(state_.drives[0].bias.knots.size()) - 1);
+    equations.information(0, last) = equations.information(last, 0) = 1.0;
+    return ScatterOfWander(problem_, state_, equations, 0, 1.0)(0, 0);
   }
 
   Dataset dataset_;
@@ -90,6 +102,31 @@ TEST_F(WarmingImu, WhatWandersMoreThanBiasesDoIsNone) {
 
 TEST_F(WarmingImu, WithoutEquationsHasNoEvidence) {
   EXPECT_EQ(EvidenceOfWander(problem_, state_, {}, 0, 1.0).gain, 0.0);
+  EXPECT_EQ(ScatterOfWander(problem_, state_, {}, 0, 1.0).norm(), 0.0);
+}
+
+// Where one is shown, the other may have wandered by what the data do not show.
+TEST_F(WarmingImu, StepsThatAreNotShownAreAsLargeAsTheyMayBe) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const BiasSteps steps = Evidence(0.0, 0.005, seed).steps;
+    EXPECT_GT(steps.gyroscope, 0.1 * kShown) << "seed " << seed;
+    EXPECT_LT(steps.gyroscope, 2.0 * kShown) << "seed " << seed;
+  }
+}
+
+// The last knot's wander is the sum of all steps. From the wander that the data cannot show, a part of what
+// they are good to, to what IMUs have at most where they show nothing.
+TEST_F(WarmingImu, ConstantBiasesAreDoubtByWhatTheyMayWander) {
+  const double well_shown = DoubtOfRotation(Equations(0.0, 0.0, 1));
+  EXPECT_GT(std::sqrt(well_shown), 0.1 * kShown);
+  EXPECT_LT(std::sqrt(well_shown), 2.0 * kShown);
+  CalibrationEquations blind = Equations(0.0, 0.0, 1);
+  blind.information *= 1e-8;
+  blind.gradient *= 1e-8;
+  const auto steps = static_cast<double>(state_.drives[0].bias.knots.size() - 1);
+  // The mean of sigma^2 over sizes from 1e-5 to 1e-3, evenly in their logarithm.
+  const double mean_square = 0.5 * 1e-6 / std::log(100.0);
+  EXPECT_NEAR(DoubtOfRotation(blind), steps * mean_square, 0.2 * steps * mean_square);
 }
 
 TEST(CourseOfBiases, HasAFewKnotsAllAlike) {
