@@ -91,6 +91,7 @@ PlaneAssociation AssociatePlanes(const Drive& drive, const CalibrationState& sta
   PlaneMapOptions map_options;
   map_options.root_voxel = options.root_voxel;
   map_options.longest = kLongestCoupling;
+  map_options.last_voxels = options.last_voxels;
   const SplitSpline& trajectory = state.drives[drive_index].trajectory;
   const double stretches = std::max(1.0, (trajectory.End() - trajectory.Start()) / kLongestCoupling);
   map_options.largest_count = static_cast<std::size_t>(kMostPlanes * stretches);

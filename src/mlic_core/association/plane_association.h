@@ -13,8 +13,9 @@ namespace mlic {
 struct AssociationOptions {
   double root_voxel = 2.0;  // m; from: structural, replaced by RootVoxelSize's
   // from: structural, replaced by that of the round.
-  std::size_t points_per_scan = 2500;  // that take part, evenly over the scan
-  std::vector<bool> lidars;            // which take part; empty: all
+  std::size_t points_per_scan = 2500;      // that take part, evenly over the scan
+  std::vector<bool> lidars;                // which take part; empty: all
+  std::vector<std::uint64_t> last_voxels;  // of the map before (PlaneMapOptions)
 };
 
 // The size of root voxels, m, that suits what a drive's LiDARs see: a hundredth of what they see far, between

@@ -16,17 +16,23 @@ namespace {
 constexpr int kLevels = 3;  // splits below the root
 // from: measured, trials, LiDAR, open 1, 2 and 7: halved and doubled, together with kFewestScans, results
 // change by at most 0.70 sigma (a car), sigmas from 0.94 to 1.14 times.
-constexpr std::size_t kFewestPoints = 20;  // of a plane
-constexpr int kFewestScans = 4;            // that see a plane; from: measured, with kFewestPoints
-constexpr double kGrazingCosine = 0.26;    // 75 deg; from: definition, docs/method.md section 6
-constexpr double kGateSigmas = 3.0;        // from: derivation, 0.3 % of normal errors lie beyond
+constexpr double kFewestPoints = 20.0;   // of a plane
+constexpr int kFewestScans = 4;          // that see a plane; from: measured, with kFewestPoints
+constexpr double kGrazingCosine = 0.26;  // 75 deg; from: definition, docs/method.md section 6
+constexpr double kGateSigmas = 3.0;      // from: derivation, 0.3 % of normal errors lie beyond
 // A plane may scatter by this much of its points' noise, and its points count for less by as much: real
 // surfaces are rough, and what scatters because the state is still wrong is what shows that
 // it is.
 // from: measured, kitti_0005 and cars: 1.5 leaves the yaw 0.6 deg off.
 constexpr double kThicknessSigmas = 3.0;
 
-using Voxels = Octree<17, kLevels>;
+// By which limits are wider for what was a plane in the map before, and narrower for what was none.
+// from: measured, trials, LiDAR, open 401, 403, 404, 412, 425 and 427: against none, results change by at
+// most 0.5 sigma, in up to three rounds less.
+constexpr double kHysteresis = 1.25;
+
+constexpr int kRootBits = 17;  // of a key, along an axis; from: structural
+using Voxels = Octree<kRootBits, kLevels>;
 
 // The axes of the grid, in rows: cubes that stand on a corner. Their faces lean by 35 deg from the vertical
 // at least and by 55 deg from the horizontal, so no floor or wall lies along one. A face along a wall would
@@ -126,16 +132,23 @@ class MixedCells {
 // One root voxel during one stretch of time.
 class RootVoxel {
  public:
+  // stretch: of time, from the voxel's first on.
   RootVoxel(const std::vector<MapSample>& samples, const std::vector<PlaneNoise>& noise,
-            const std::vector<KeyedIndex>& keyed, std::vector<MapPlane>* planes)
-      : samples_(samples), noise_(noise), keyed_(keyed), planes_(planes) {}
+            const std::vector<std::uint64_t>& last_voxels, const std::vector<KeyedIndex>& keyed,
+            std::size_t stretch, std::vector<MapPlane>* planes)
+      : samples_(samples),
+        noise_(noise),
+        last_voxels_(last_voxels),
+        keyed_(keyed),
+        stretch_(stretch),
+        planes_(planes) {}
 
   void Split() { Split(0, keyed_.size(), 0); }
 
  private:
   void Split(std::size_t begin, std::size_t end, int level) {
-    if (end - begin < kFewestPoints) return;
-    if (TryPlane(begin, end)) return;
+    if (static_cast<double>(end - begin) < kFewestPoints / kHysteresis) return;
+    if (TryPlane(begin, end, IdOf(begin, level))) return;
     if (level == kLevels) return;
     Voxels::ForEachChild(keyed_, begin, end, level,
                          [&](std::size_t first, std::size_t last) { Split(first, last, level + 1); });
@@ -162,8 +175,23 @@ class RootVoxel {
 
   const MapSample& Sample(std::size_t k) const { return samples_[keyed_[k].index]; }
 
+  // Of the voxel of this level that a sample is in: its key behind a one, which tells levels apart, and the
+  // stretch.
+  std::uint64_t IdOf(std::size_t k, int level) const {
+    constexpr std::uint64_t kStretches = 4;  // that differ; from: structural, what 64 bits leave
+    const int bits = 3 * (kRootBits + level);
+    const std::uint64_t key = keyed_[k].key >> (3 * (kLevels - level));
+    return kStretches * ((std::uint64_t{1} << bits) | key) + stretch_ % kStretches;
+  }
+
+  double Tolerance(std::uint64_t voxel) const {
+    if (last_voxels_.empty()) return 1.0;
+    const bool was_plane = std::binary_search(last_voxels_.begin(), last_voxels_.end(), voxel);
+    return was_plane ? kHysteresis : 1.0 / kHysteresis;
+  }
+
   // True if the voxel needs no further splitting.
-  bool TryPlane(std::size_t begin, std::size_t end) {
+  bool TryPlane(std::size_t begin, std::size_t end, std::uint64_t voxel) {
     const Eigen::Vector3d anchor = Sample(begin).position.cast<double>();
     PointCluster all;
     for (std::size_t k = begin; k < end; ++k) all.Add(Sample(k).position.cast<double>() - anchor);
@@ -176,8 +204,11 @@ class RootVoxel {
       variance += sigma * sigma;
     }
     const double expected = std::sqrt(variance / static_cast<double>(end - begin));
-    if (fit.thickness > kThicknessSigmas * expected || fit.width < 3.0 * fit.thickness) return false;
-    for (const double side : {1.0, -1.0}) AddSide(begin, end, anchor, fit, side);
+    const double tolerance = Tolerance(voxel);
+    if (fit.thickness > tolerance * kThicknessSigmas * expected ||
+        tolerance * fit.width < 3.0 * fit.thickness)
+      return false;
+    for (const double side : {1.0, -1.0}) AddSide(begin, end, anchor, fit, side, voxel);
     return true;
   }
 
@@ -208,9 +239,11 @@ class RootVoxel {
     return seen;
   }
 
-  void AddSide(std::size_t begin, std::size_t end, const Eigen::Vector3d& anchor, Fit fit, double side) {
+  void AddSide(std::size_t begin, std::size_t end, const Eigen::Vector3d& anchor, Fit fit, double side,
+               std::uint64_t voxel) {
     fit.plane.normal *= side;
     fit.plane.offset *= side;
+    const auto fewest = static_cast<std::size_t>(std::ceil(kFewestPoints / Tolerance(voxel)));
     std::vector<std::uint32_t> members;
     double inflation = 1.0;
     // Later passes take the gate from the trimmed fit of the one before, and leave out where other surfaces
@@ -221,7 +254,7 @@ class RootVoxel {
       PointCluster cluster;
       double width = 0.0;
       const std::vector<Seen> seen = SeenBy(begin, end, fit, &width);
-      if (seen.size() < kFewestPoints) return;
+      if (seen.size() < fewest) return;
       std::optional<MixedCells> mixed;
       if (pass > 0) {
         std::vector<MixedCells::Point> points;
@@ -237,7 +270,7 @@ class RootVoxel {
         squares += s.whitened * s.whitened;
         cluster.Add(Sample(s.place).position.cast<double>() - anchor);
       }
-      if (members.size() < kFewestPoints) return;
+      if (members.size() < fewest) return;
       inflation = std::max(1.0, std::sqrt(squares / static_cast<double>(members.size())));
       const Eigen::Vector3d old_normal = fit.plane.normal;
       fit = FitPlane(cluster, anchor);
@@ -247,8 +280,9 @@ class RootVoxel {
       }
     }
     std::sort(members.begin(), members.end());
-    if (fit.width < 3.0 * fit.thickness || ScanCount(members) < kFewestScans) return;
+    if (Tolerance(voxel) * fit.width < 3.0 * fit.thickness || ScanCount(members) < kFewestScans) return;
     MapPlane plane;
+    plane.voxel = voxel;
     plane.plane = fit.plane;
     plane.center = fit.center;
     plane.axis_u = fit.axis_u;
@@ -274,7 +308,9 @@ class RootVoxel {
 
   const std::vector<MapSample>& samples_;
   const std::vector<PlaneNoise>& noise_;
+  const std::vector<std::uint64_t>& last_voxels_;
   const std::vector<KeyedIndex>& keyed_;
+  std::size_t stretch_;
   std::vector<MapPlane>* planes_;
 };
 
@@ -317,16 +353,21 @@ std::vector<MapPlane> BuildPlaneMap(const std::vector<MapSample>& samples,
   std::vector<std::vector<MapPlane>> found(roots.size() - 1);
   ParallelFor(found.size(), [&](std::size_t r) {
     const KeyedIndex* first = keyed.data();
-    for (const auto& stretch : CutByTime(samples, first + roots[r], first + roots[r + 1], options.longest)) {
-      RootVoxel(samples, noise, stretch, &found[r]).Split();
+    const auto stretches = CutByTime(samples, first + roots[r], first + roots[r + 1], options.longest);
+    for (std::size_t s = 0; s < stretches.size(); ++s) {
+      RootVoxel(samples, noise, options.last_voxels, stretches[s], s, &found[r]).Split();
     }
   });
   std::vector<MapPlane> planes;
   for (auto& of_root : found) std::move(of_root.begin(), of_root.end(), std::back_inserter(planes));
   if (planes.size() > options.largest_count) {
-    std::stable_sort(planes.begin(), planes.end(), [](const MapPlane& a, const MapPlane& b) {
-      return a.samples.size() > b.samples.size();
-    });
+    const auto rank = [&](const MapPlane& plane) {
+      const bool kept =
+          std::binary_search(options.last_voxels.begin(), options.last_voxels.end(), plane.voxel);
+      return (kept ? kHysteresis : 1.0) * static_cast<double>(plane.samples.size());
+    };
+    std::stable_sort(planes.begin(), planes.end(),
+                     [&](const MapPlane& a, const MapPlane& b) { return rank(a) > rank(b); });
     planes.resize(options.largest_count);
   }
   std::stable_sort(planes.begin(), planes.end(),

@@ -46,6 +46,7 @@ struct MapPlane {
   // By how much the points scatter more than their noise says, at least 1: uneven ground, curved bodywork.
   double inflation = 1.0;
   double start = 0.0;                  // s, the time of its first point
+  std::uint64_t voxel = 0;             // and stretch of time that it was found in; the same from map to map
   std::vector<std::uint32_t> samples;  // indices of its points, in order of (lidar, scan, index)
 };
 
@@ -55,6 +56,9 @@ struct PlaneMapOptions {
   double longest = std::numeric_limits<double>::infinity();
   // from: guard, time and memory.
   std::size_t largest_count = 2000;  // planes kept, those with most points first
+  // Of the planes of the map drawn before, in ascending order; empty: there is none. Voxels at the limit
+  // between plane and none stay what they were (hysteresis), or maps would differ from one to the next.
+  std::vector<std::uint64_t> last_voxels;
 };
 
 // The adaptive voxel map: a root voxel is a plane if its points fit one within their noise, else it splits in

@@ -89,7 +89,7 @@ const std::string& NameOf(SensorId sensor, const Rig& rig) {
 }
 
 void AssociateWithPlanes(const AdjustmentContext& context, const std::vector<bool>& lidars,
-                         std::size_t points_per_scan, Adjustment* adjustment) {
+                         std::size_t points_per_scan, bool keep, Adjustment* adjustment) {
   const Dataset& dataset = context.dataset;
   AssociationOptions options;
   options.root_voxel = RootVoxelSize(dataset.drives[0]);
@@ -99,8 +99,14 @@ void AssociateWithPlanes(const AdjustmentContext& context, const std::vector<boo
   for (DriveTerms& drive : drives) drive.planes = {};  // the old ones' memory is needed
   for (std::size_t d = 0; d < dataset.drives.size(); ++d) {
     context.monitor.cancellation.ThrowIfCancelled();
+    options.last_voxels = std::exchange(drives[d].plane_voxels, {});
     drives[d].planes =
         AssociatePlanes(dataset.drives[d], adjustment->state, d, adjustment->plane_noise, options);
+    if (!keep) continue;
+    std::vector<std::uint64_t>& voxels = drives[d].plane_voxels;
+    for (const MapPlane& plane : drives[d].planes.planes) voxels.push_back(plane.voxel);
+    std::sort(voxels.begin(), voxels.end());
+    voxels.erase(std::unique(voxels.begin(), voxels.end()), voxels.end());
   }
 }
 

@@ -44,9 +44,10 @@ void AddCameras(const Rig& rig, const CameraInitialization& cameras, const std::
 // In the rig file.
 const std::string& NameOf(SensorId sensor, const Rig& rig);
 
-// Ties points of the LiDARs that take part to planes of a map drawn with the state.
+// Ties points of the LiDARs that take part to planes of a map drawn with the state. keep: whether the next
+// map keeps to this one's planes where they are at a limit.
 void AssociateWithPlanes(const AdjustmentContext& context, const std::vector<bool>& lidars,
-                         std::size_t points_per_scan, Adjustment* adjustment);
+                         std::size_t points_per_scan, bool keep, Adjustment* adjustment);
 
 // Solves from the state as it is: state and landmarks move together. probe_matrices: SolveJointProblem's.
 // Throws InternalError where the equations have no solution.

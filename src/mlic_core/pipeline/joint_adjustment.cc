@@ -233,7 +233,7 @@ void AssociateAndSolve(const AdjustmentContext& context, bool many, bool probe_m
       context.rig.imu.intrinsics == ImuIntrinsicsModel::kScaleMisalignment && (round >= 2 || many);
   std::vector<bool> taking_part = adjustment->rejected_lidars;
   taking_part.flip();
-  AssociateWithPlanes(context, taking_part, adjustment->rounds.points_per_scan, adjustment);
+  AssociateWithPlanes(context, taking_part, adjustment->rounds.points_per_scan, many, adjustment);
   // Landmarks that are kept were made with an earlier noise.
   const bool landmarks = adjustment->rounds.landmarks != Landmarks::kNone && round < kLandmarkRounds;
   if (landmarks) AssociateWithLandmarks(context, adjustment);

@@ -32,7 +32,7 @@ Adjustment AdjustEachLidar(Adjustment adjustment, const AdjustmentContext& conte
     for (std::size_t l = 0; l < lidars; ++l) problem.lidars[l].fixed = given[l].fixed || l != lidar;
     problem.fix_trajectory = lidar != base;
     for (int round = 0; round < kRounds; ++round) {
-      AssociateWithPlanes(context, only, kFewPoints, &adjustment);
+      AssociateWithPlanes(context, only, kFewPoints, false, &adjustment);
       const std::vector<MapPlane>& planes = problem.drives[0].planes.planes;
       if (lidar != base && round == 0) share_before = ShareOfPlanes(of_base, planes, RigidTransform{});
       if (lidar != base && round == kRounds - 1) share = ShareOfPlanes(of_base, planes, RigidTransform{});

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -46,6 +47,8 @@ struct DriveTerms {
   ImuSigmaCourse imu_sigma;  // of the samples; unused while the trajectory is held
   BiasSteps bias_steps;      // of the prior of biases that wander; unused where they are constant
   PlaneAssociation planes;
+  std::vector<std::uint64_t>
+      plane_voxels;  // of the planes, in ascending order, where the next map keeps to them
   LandmarkSet landmarks;
   PoseObservations poses;
 };

@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <iterator>
+#include <utility>
 #include <vector>
 
 #include "mlic_core/common/random.h"
@@ -95,6 +98,44 @@ TEST(PlaneMap, TakesARoughSurfaceForARoughPlane) {
     EXPECT_LT(std::abs(plane.center.z() - 0.3), 0.01);
   }
   EXPECT_GT(members, samples.size() * 8 / 10);
+}
+
+std::vector<std::uint64_t> VoxelsOf(const std::vector<MapPlane>& planes) {
+  std::vector<std::uint64_t> voxels;
+  for (const MapPlane& plane : planes) voxels.push_back(plane.voxel);
+  std::sort(voxels.begin(), voxels.end());
+  return voxels;
+}
+
+// Gravel as rough as planes may be: by the draw of its points a voxel is one plane or splits.
+TEST(PlaneMap, KeepsToThePlanesOfTheMapBefore) {
+  const auto draw = [](std::uint64_t seed, std::vector<std::uint64_t> last_voxels) {
+    Random random(seed);
+    std::vector<MapSample> samples;
+    SeeFloor(0.3, 0.0, 0, &random, &samples);
+    for (MapSample& sample : samples) {
+      sample.position.z() += static_cast<float>(std::sqrt(8.0) * kNoise * random.Normal());
+    }
+    PlaneMapOptions options;
+    options.last_voxels = std::move(last_voxels);
+    return VoxelsOf(BuildPlaneMap(samples, kNoises, options));
+  };
+  const std::vector<std::uint64_t> first = draw(5, {});
+  ASSERT_GT(first.size(), 4u);
+  EXPECT_EQ(std::adjacent_find(first.begin(), first.end()), first.end()) << "a voxel is one plane";
+  const auto changes = [&](std::uint64_t seed, const std::vector<std::uint64_t>& last_voxels) {
+    std::vector<std::uint64_t> changed;
+    const std::vector<std::uint64_t> now = draw(seed, last_voxels);
+    std::set_symmetric_difference(first.begin(), first.end(), now.begin(), now.end(),
+                                  std::back_inserter(changed));
+    return changed.size();
+  };
+  std::size_t by_draw = 0, kept = 0;
+  for (std::uint64_t seed = 6; seed < 16; ++seed) {
+    by_draw += changes(seed, {});
+    kept += changes(seed, first);
+  }
+  EXPECT_LT(3 * kept, by_draw) << kept;
 }
 
 // Both sides of a panel 1 cm thick: one plane for each, though one fit would take both.

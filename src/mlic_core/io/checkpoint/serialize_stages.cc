@@ -124,7 +124,9 @@ auto Members(LidarPointObservation& observation) {
 auto Members(LandmarkSet& set) { return std::tie(set.points, set.observations, set.begin, set.lidar_points); }
 // Of the problem what rounds hand on: planes are found anew in each, and guesses are the rig file's.
 auto Members(ImuSigmaCourse& sigma) { return std::tie(sigma.usual, sigma.start, sigma.length, sigma.growth); }
-auto Members(DriveTerms& drive) { return std::tie(drive.imu_sigma, drive.bias_steps, drive.landmarks); }
+auto Members(DriveTerms& drive) {
+  return std::tie(drive.imu_sigma, drive.bias_steps, drive.plane_voxels, drive.landmarks);
+}
 auto Members(StampCourse& course) { return std::tie(course.times, course.shifts, course.walk); }
 auto Members(CameraTerms& camera) { return std::tie(camera.fixed, camera.given_intrinsics); }
 auto Members(RoundSummary& round) { return std::tie(round.stage, round.change); }
