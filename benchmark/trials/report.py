@@ -4,8 +4,8 @@
 usage: report.py ROWS.csv [ROWS.csv ...]
 
 Normalised errors squared over their number are 1 where sigmas are right; their interval is that of a bootstrap over
-drives (components of one drive are not independent). Only trusted drives count there. A verdict is right when a trusted
-result lies within 5 sigmas, or a refused one beyond.
+drives (components of one drive are not independent). Only what is given counts there: trusted drives, and what partial
+ones give. A verdict is right when what is given lies within 5 sigmas, or what is refused beyond.
 """
 
 import collections
@@ -50,32 +50,37 @@ def mean_square_interval(groups):
     return mean(groups), means[int(0.025 * RESAMPLES)], means[int(0.975 * RESAMPLES)]
 
 
+def is_given(line):
+    return line['verdict'] in ('trusted', 'partial')
+
+
 def drives_table(drives):
     """By split and world: how many are trusted, and verdicts that were right and wrong."""
-    lines = ['| split | world | drives | trusted | refused | none | trusted beyond 5 sigmas | refused within | worst z of '
-             'trusted |', '|---|---|---|---|---|---|---|---|---|']
+    lines = ['| split | world | drives | trusted | partial | refused | none | given beyond 5 sigmas | refused within | '
+             'worst z of what is given |', '|---|---|---|---|---|---|---|---|---|---|']
     groups = collections.defaultdict(list)
     for rows in drives.values():
         for world in (rows[0]['world'], 'all'):
             groups[rows[0]['split'], world].append(rows)
     for (split, world), members in sorted(groups.items(), key=lambda item: (item[0][0], item[0][1] == 'all', item[0][1])):
         verdicts = collections.Counter(rows[0]['verdict'] for rows in members)
-        trusted = [worst_z(rows) for rows in members if rows[0]['verdict'] == 'trusted']
-        refused = [worst_z(rows) for rows in members if rows[0]['verdict'] in ('refused', 'partial')]
-        lines.append(f'| {split} | {world} | {len(members)} | {verdicts["trusted"]} | '
-                     f'{verdicts["refused"] + verdicts["partial"]} | {verdicts["none"]} | '
-                     f'{sum(z > BEYOND for z in trusted)} | {sum(z <= BEYOND for z in refused)} | '
-                     f'{max(trusted, default=float("nan")):.1f} |')
+        given = [worst_z(rows) for rows in members if is_given(rows[0])]
+        refused = [worst_z(rows) for rows in members if rows[0]['verdict'] == 'refused']
+        # Results without any row have no z.
+        worst = max((z for z in given if z == z), default=float('nan'))
+        lines.append(f'| {split} | {world} | {len(members)} | {verdicts["trusted"]} | {verdicts["partial"]} | '
+                     f'{verdicts["refused"]} | {verdicts["none"]} | {sum(z > BEYOND for z in given)} | '
+                     f'{sum(z <= BEYOND for z in refused)} | {worst:.1f} |')
     return lines
 
 
 def sigmas_table(rows):
-    """By split and kind of parameter, of trusted drives."""
+    """By split and kind of parameter, of what is given."""
     lines = ['| split | parameter | drives | error, median / worst | of claimed sigma, median | of the bound, median | '
              'mean z^2 [95 %] | intervals that hold | worst z |', '|---|---|---|---|---|---|---|---|---|']
     groups = collections.defaultdict(list)
     for line in rows:
-        if line['verdict'] == 'trusted' and int(line['n']) > 0:
+        if is_given(line) and int(line['n']) > 0:
             groups[line['split'], line['parameter']].append(line)
     for (split, parameter), members in sorted(groups.items()):
         squares = [(float(line['squares']), int(line['n'])) for line in members]
@@ -93,16 +98,16 @@ def sigmas_table(rows):
 
 
 def beyond_table(drives, limit=4.0):
-    """Trusted drives beyond the limit, worst first: what to look at."""
+    """Drives with something given that is beyond the limit, worst first: what to look at."""
     found = sorted(((worst_z(rows), key, rows) for key, rows in drives.items()
-                    if rows[0]['verdict'] == 'trusted' and worst_z(rows) > limit), reverse=True)
+                    if is_given(rows[0]) and worst_z(rows) > limit), reverse=True)
     lines = ['| split seed | world | motion | rig | IMU | effect | worst z | of |', '|---|---|---|---|---|---|---|---|']
     for z, _, rows in found:
         first = rows[0]
         worst = max((line for line in rows if line['worst_z']), key=lambda line: float(line['worst_z']))
         lines.append(f'| {first["split"]} {first["seed"]} | {first["world"]} | {first["motion"]} | {first["rig"]} | '
                      f'{first["imu"]} | {first["effect"]} | {z:.1f} | {worst["parameter"]} |')
-    return lines if found else [f'No trusted result beyond {limit:g} sigmas.']
+    return lines if found else [f'Nothing given is beyond {limit:g} sigmas.']
 
 
 def report(rows):

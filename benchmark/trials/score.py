@@ -63,9 +63,12 @@ def observable(sensor, quantity):
     return flags if isinstance(flags, list) else [flags] * (1 if quantity == 'offset' else 3)
 
 
-def both_observable(pair, sensors, quantity):
-    """Whether both sensors of a pair have the quantity observable in all directions: a pair's axes are its own."""
-    return all(all(observable(sensors[name], quantity)) for name in pair.split('/'))
+def pair_observable(name, pair, sensors, quantity):
+    """Whether a pair has the quantity observable in all directions, as far as the result says: its axes are not those
+    of its sensors."""
+    if 'unobservable' in pair:  # tied to each other, not to the IMU
+        return all(direction['quantity'] != quantity for direction in pair['unobservable'])
+    return all(all(observable(sensors[part], quantity)) for part in name.split('/'))
 
 
 def twist(matrix, axes):
@@ -216,12 +219,15 @@ def score(calibration, truth):
                           [sensor['clock_drift_sigma_ppm']], [True])
         add_intrinsics(collected, sensor, truth_of)
     for name, pair in found.get('pairs', {}).items():
-        if name not in true['pairs'] or 'sigma' not in pair or not all(part in sensors for part in name.split('/')):
+        tied = 'unobservable' in pair or all(part in sensors for part in name.split('/'))
+        if name not in true['pairs'] or 'sigma' not in pair or not tied:
             continue
-        offsets = [pair_of[1]['time_offset'] - pair_of[0]['time_offset']
-                   for pair_of in ([both['sensors'][part] for part in name.split('/')] for both in (found, true))]
+        parts = [[both['sensors'][part] for part in name.split('/')] for both in (found, true)]
+        # Sensors that are not tied to the IMU have no offsets.
+        timed = all('time_offset' in sensor for sensor in parts[0])
+        offsets = [second['time_offset'] - first['time_offset'] for first, second in parts] if timed else [math.nan] * 2
         for quantity, (errors, sigmas, bounds) in pose_errors(pair, pair['T_a_b'], true['pairs'][name]['T_a_b'],
                                                               offsets).items():
-            collected.add(f'{row.kind_of(name, types)}_{quantity}', errors, sigmas,
-                          [both_observable(name, sensors, quantity)] * len(errors), bounds)
+            shown = pair_observable(name, pair, sensors, quantity) and (timed or quantity != 'offset')
+            collected.add(f'{row.kind_of(name, types)}_{quantity}', errors, sigmas, [shown] * len(errors), bounds)
     return list(collected.rows()), found['verdict'], len(types) - len(sensors)

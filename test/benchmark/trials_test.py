@@ -134,6 +134,26 @@ class Score(Folder):
         self.assertEqual(rows['lidar_imu_rotation']['n'], 3)
         self.assertNotIn('lidar_camera_translation', rows)
 
+    def test_pairs_that_are_not_tied_to_the_imu_are_judged(self):
+        found = yaml_of(pair_x=0.503, verdict='partial')
+        found = found.replace('    type: lidar\n', '    type: lidar\n    verdict: rejected\n')
+        found = found.replace('    type: camera\n', '    type: camera\n    verdict: rejected\n')
+        found = found.replace('    time_offset: 0.01\n', '')
+        for held, expected in (('[]', 3.0), ('[{quantity: translation, direction: [1, 0, 0], sigma: 0.1}]', None)):
+            (self.folder / 'found.yaml').write_text(
+                found.replace('time_offset: 0.0002}}', 'time_offset: 0.0002}, unobservable: ' + held + '}'))
+            (self.folder / 'truth.yaml').write_text(yaml_of())
+            rows, verdict, lost = score.score(self.folder / 'found.yaml', self.folder / 'truth.yaml')
+            rows = {line['parameter']: line for line in rows}
+            self.assertEqual((verdict, lost), ('partial', 2))
+            self.assertNotIn('lidar_imu_rotation', rows)
+            self.assertNotIn('lidar_camera_offset', rows)
+            self.assertEqual(float(rows['lidar_camera_rotation']['worst_z']), 0.0)
+            if expected is None:
+                self.assertNotIn('lidar_camera_translation', rows)
+            else:
+                self.assertAlmostEqual(float(rows['lidar_camera_translation']['worst_z']), expected, places=3)
+
     def test_no_file_loses_all_sensors(self):
         (self.folder / 'truth.yaml').write_text(yaml_of())
         self.assertEqual(score.score(self.folder / 'none.yaml', self.folder / 'truth.yaml'), ([], 'none', 2))
@@ -207,11 +227,13 @@ class Rows(Folder):
         for line in rows[16:]:
             line['seed'] = '99'
         text = report.report(rows)
-        self.assertIn('| open | all | 9 | 8 | 1 | 0 | 0 | 0 | 2.0 |', text)
+        self.assertIn('| open | all | 9 | 8 | 0 | 1 | 0 | 0 | 0 | 2.0 |', text)
         self.assertIn('4.00 [4.00, 4.00] of 24 | 0% | 2.0 |', text)
-        self.assertIn('No trusted result beyond 4 sigmas', text)
+        self.assertIn('Nothing given is beyond 4 sigmas', text)
         worse = report.load([self.rows('c.csv', z=6.0, count=1)])
-        self.assertIn('| open | all | 1 | 1 | 0 | 0 | 1 | 0 | 6.0 |', report.report(worse))
+        self.assertIn('| open | all | 1 | 1 | 0 | 0 | 0 | 1 | 0 | 6.0 |', report.report(worse))
+        partial = report.load([self.rows('d.csv', z=6.0, verdict='partial', count=1)])
+        self.assertIn('| open | all | 1 | 0 | 1 | 0 | 0 | 1 | 0 | 6.0 |', report.report(partial))
         self.assertIn('| 6.0 | lidar_imu_rotation |', report.report(worse))
 
     def test_bootstrap_is_over_drives(self):
