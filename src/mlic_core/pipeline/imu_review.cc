@@ -16,13 +16,20 @@
 namespace mlic {
 namespace {
 
-// The drive's constant biases, which a course of them takes the place of. None where there is no course.
-std::optional<BiasCourse> ReplaceByCourse(DriveState* drive) {
-  if (!drive->bias.IsConstant()) return std::nullopt;
-  const std::optional<BiasCourse> course =
-      CourseOf(drive->bias, drive->trajectory.Start(), drive->trajectory.End());
-  if (!course) return std::nullopt;
-  return std::exchange(drive->bias, *course);
+// Of each drive whose biases are constant, the equations with a course of them that may wander in their
+// place, its steps kUnknownSteps: stays(drive, equations) says whether the course does.
+template <typename Stays>
+void TryCourses(Adjustment* adjustment, const Stays& stays) {
+  for (std::size_t d = 0; d < adjustment->state.drives.size(); ++d) {
+    DriveState& drive = adjustment->state.drives[d];
+    if (!drive.bias.IsConstant()) continue;
+    const std::optional<BiasCourse> course =
+        CourseOf(drive.bias, drive.trajectory.Start(), drive.trajectory.End());
+    if (!course) continue;
+    const BiasCourse constant = std::exchange(drive.bias, *course);
+    adjustment->problem.drives[d].bias_steps = kUnknownSteps;
+    if (!stays(d, EquationsOfCalibration(adjustment->problem, adjustment->state))) drive.bias = constant;
+  }
 }
 
 }  // namespace
@@ -94,22 +101,13 @@ bool ReviewBiases(const AdjustmentContext& context, Adjustment* adjustment) {
   if (adjustment->rounds.biases_judged) return false;
   adjustment->rounds.biases_judged = true;
   bool any = false;
-  for (std::size_t d = 0; d < context.dataset.drives.size(); ++d) {
-    DriveState& drive = adjustment->state.drives[d];
-    const std::optional<BiasCourse> constant = ReplaceByCourse(&drive);
-    if (!constant) continue;
-    JointProblem& problem = adjustment->problem;
-    problem.drives[d].bias_steps = kUnknownSteps;
-    const BiasEvidence evidence =
-        EvidenceOfWander(problem, adjustment->state, EquationsOfCalibration(problem, adjustment->state), d,
-                         VarianceScale(*adjustment, context.dataset));
-    if (evidence.IsShown()) {
-      any = true;
-      problem.drives[d].bias_steps = evidence.steps;
-    } else {
-      drive.bias = *constant;
-    }
-  }
+  TryCourses(adjustment, [&](std::size_t d, const CalibrationEquations& equations) {
+    const BiasEvidence evidence = EvidenceOfWander(adjustment->problem, adjustment->state, equations, d,
+                                                   VarianceScale(*adjustment, context.dataset));
+    if (evidence.IsShown()) adjustment->problem.drives[d].bias_steps = evidence.steps;
+    any |= evidence.IsShown();
+    return evidence.IsShown();
+  });
   if (!any) return false;
   adjustment->rounds.noise_measured = false;
   adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment);
@@ -127,16 +125,11 @@ bool ReviewBiases(const AdjustmentContext& context, Adjustment* adjustment) {
 
 void DoubtConstantBiases(const AdjustmentContext& context, Adjustment* adjustment) {
   const double scale = VarianceScale(*adjustment, context.dataset);
-  for (std::size_t d = 0; d < context.dataset.drives.size(); ++d) {
-    DriveState& drive = adjustment->state.drives[d];
-    const std::optional<BiasCourse> constant = ReplaceByCourse(&drive);
-    if (!constant) continue;
-    JointProblem& problem = adjustment->problem;
-    problem.drives[d].bias_steps = kUnknownSteps;
-    adjustment->scale.inflation.points += ScatterOfWander(
-        problem, adjustment->state, EquationsOfCalibration(problem, adjustment->state), d, scale);
-    drive.bias = *constant;
-  }
+  TryCourses(adjustment, [&](std::size_t d, const CalibrationEquations& equations) {
+    adjustment->scale.inflation.points +=
+        ScatterOfWander(adjustment->problem, adjustment->state, equations, d, scale);
+    return false;
+  });
 }
 
 void WeakenImuBySlowErrors(const AdjustmentContext& context, Adjustment* adjustment) {

@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <vector>
 
@@ -13,6 +12,7 @@
 #include "mlic_core/solver/submatrix.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
 #include "mlic_core/uncertainty/marginal_equations.h"
+#include "mlic_core/uncertainty/sizes_of_draws.h"
 
 namespace mlic {
 namespace {
@@ -115,7 +115,7 @@ class StepsOfCourse {
 template <typename OfSigma>
 double BestSigma(double finest, double coarsest, const OfSigma& gain) {
   double best = finest, most = gain(finest);
-  for (double sigma = finest * kFactor; sigma < coarsest; sigma *= kFactor) {
+  for (const double sigma : SizesBetween(finest * kFactor, coarsest, kFactor)) {
     const double found = gain(sigma);
     if (found > most) {
       most = found;
@@ -125,25 +125,13 @@ double BestSigma(double finest, double coarsest, const OfSigma& gain) {
   return best;
 }
 
-// A size that IMUs have, with its likelihood against the likeliest of them.
-struct UsualSteps {
-  BiasSteps sigma;
-  double weight;
-};
-
-std::vector<UsualSteps> UsualStepsOf(const StepsOfCourse& steps) {
-  std::vector<UsualSteps> usual;
-  double largest = -std::numeric_limits<double>::infinity();
-  for (double g = kLeastUsual.gyroscope; g < kMostUsual.gyroscope; g *= kFactor) {
-    for (double a = kLeastUsual.accelerometer; a < kMostUsual.accelerometer; a *= kFactor) {
-      usual.push_back({{g, a}, steps.Gain({g, a})});
-      largest = std::max(largest, usual.back().weight);
-    }
+std::vector<BiasSteps> UsualSizes() {
+  std::vector<BiasSteps> sizes;
+  for (const double g : SizesBetween(kLeastUsual.gyroscope, kMostUsual.gyroscope, kFactor)) {
+    for (const double a : SizesBetween(kLeastUsual.accelerometer, kMostUsual.accelerometer, kFactor))
+      sizes.push_back({g, a});
   }
-  double sum = 0.0;
-  for (UsualSteps& size : usual) sum += size.weight = std::exp(0.5 * (size.weight - largest));
-  for (UsualSteps& size : usual) size.weight /= sum;
-  return usual;
+  return sizes;
 }
 
 }  // namespace
@@ -183,10 +171,12 @@ BiasEvidence EvidenceOfWander(const JointProblem& problem, const CalibrationStat
   evidence.gain = steps.Gain(
       {gyroscope ? evidence.steps.gyroscope : 0.0, accelerometer ? evidence.steps.accelerometer : 0.0});
   if (!evidence.IsShown()) return evidence;
+  const std::vector<BiasSteps> sizes = UsualSizes();
+  const std::vector<double> shares = LikelihoodShares(steps, sizes);
   BiasSteps squares;
-  for (const UsualSteps& size : UsualStepsOf(steps)) {
-    squares.gyroscope += size.weight * size.sigma.gyroscope * size.sigma.gyroscope;
-    squares.accelerometer += size.weight * size.sigma.accelerometer * size.sigma.accelerometer;
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    squares.gyroscope += shares[i] * sizes[i].gyroscope * sizes[i].gyroscope;
+    squares.accelerometer += shares[i] * sizes[i].accelerometer * sizes[i].accelerometer;
   }
   evidence.steps.gyroscope =
       gyroscope ? std::max(evidence.steps.gyroscope, std::sqrt(squares.gyroscope)) : kFinest.gyroscope;
@@ -206,10 +196,7 @@ Eigen::MatrixXd ScatterOfWander(const JointProblem& problem, const CalibrationSt
   }
   const StepsOfCourse steps(problem, state, equations, drive, scale);
   const Eigen::MatrixXd& coupling = steps.Coupling();
-  Eigen::MatrixXd square = Eigen::MatrixXd::Zero(coupling.cols(), coupling.cols());
-  for (const UsualSteps& usual : UsualStepsOf(steps)) {
-    square += usual.weight * steps.MeanSquare(usual.sigma);
-  }
+  const Eigen::MatrixXd square = MeanSquareOfSizes(steps, UsualSizes());
   return coupling * square * coupling.transpose() / scale;
 }
 

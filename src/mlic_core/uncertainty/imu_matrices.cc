@@ -10,6 +10,7 @@
 #include "mlic_core/solver/submatrix.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
 #include "mlic_core/uncertainty/marginal_equations.h"
+#include "mlic_core/uncertainty/sizes_of_draws.h"
 
 namespace mlic {
 namespace {
@@ -82,7 +83,7 @@ MatrixEvidence EvidenceOfMatrices(const JointProblem& problem, const Calibration
   if (probe.information.size() == 0) return evidence;
   const EntriesApart entries(MarginalOfMatrices(problem, state, probe, scale));
   constexpr double kFinest = 1e-5, kCoarsest = 0.05;  // from: guard, of 1e-3 and 0.02, what IMUs have
-  for (double sigma = kFinest; sigma < kCoarsest; sigma *= kStep) {
+  for (const double sigma : SizesBetween(kFinest, kCoarsest, kStep)) {
     if (entries.Gain(sigma) > evidence.gain) evidence = {sigma, entries.Gain(sigma)};
   }
   return evidence;
@@ -96,20 +97,10 @@ Eigen::MatrixXd ScatterOfMatrices(const JointProblem& problem, const Calibration
   const EntriesApart entries(MarginalOfMatrices(problem, state, probe, scale));
   // from: standard, data sheets of IMUs, from tactical to consumer grade
   constexpr double kFinest = 1e-4, kCoarsest = 0.02;
-  double largest = entries.Gain(kFinest);  // weights are relative to it, or they could overflow
-  for (double sigma = kFinest; sigma < kCoarsest; sigma *= kStep) {
-    largest = std::max(largest, entries.Gain(sigma));
-  }
-  Eigen::MatrixXd square = Eigen::MatrixXd::Zero(Layout::kOfMatrices, Layout::kOfMatrices);
-  double weights = 0.0;
-  for (double sigma = kFinest; sigma < kCoarsest; sigma *= kStep) {
-    const double weight = std::exp(0.5 * (entries.Gain(sigma) - largest));
-    square += weight * entries.MeanSquare(sigma);
-    weights += weight;
-  }
+  const Eigen::MatrixXd square = MeanSquareOfSizes(entries, SizesBetween(kFinest, kCoarsest, kStep));
   const Places places(Layout(state, true));
   const Eigen::MatrixXd cross = Submatrix(probe.information, places.others, places.matrices);
-  return cross * square * cross.transpose() / (weights * scale);
+  return cross * square * cross.transpose() / scale;
 }
 
 }  // namespace mlic

@@ -8,6 +8,7 @@
 #include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/problem/layout.h"
 #include "mlic_core/uncertainty/range_errors.h"
+#include "mlic_core/uncertainty/sizes_of_draws.h"
 
 namespace mlic {
 namespace {
@@ -253,24 +254,10 @@ class Draws {
   Eigen::ArrayXd noise_, along_;
 };
 
-// m, and from one to the next, of sigmas. from: guard, the likelihood is flat there
-constexpr double kFinestDraws = 1e-4, kDrawsStep = 1.2;
-
-// Mean square, m^2 (LiDARs x LiDARs), over all sizes that the draws may have, each with the likelihood of
-// what is found.
-Eigen::MatrixXd MeanSquareOfAllSizes(const Draws& draws) {
-  double largest = 0.0;  // weights are relative to it, or they could overflow
-  for (double sigma = kFinestDraws; sigma < kLargestError; sigma *= kDrawsStep) {
-    largest = std::max(largest, draws.Gain(sigma));
-  }
-  Eigen::MatrixXd square = draws.MeanSquare(0.0);  // zero
-  double weights = 0.0;
-  for (double sigma = kFinestDraws; sigma < kLargestError; sigma *= kDrawsStep) {
-    const double weight = std::exp(0.5 * (draws.Gain(sigma) - largest));
-    square += weight * draws.MeanSquare(sigma);
-    weights += weight;
-  }
-  return square / weights;
+// Mean square, m^2 (LiDARs x LiDARs), over all sizes that the draws may have.
+Eigen::MatrixXd MeanSquareOf(const Draws& draws) {
+  constexpr double kFinest = 1e-4, kStep = 1.2;  // m; from: guard, the likelihood is flat there
+  return MeanSquareOfSizes(draws, SizesBetween(kFinest, kLargestError, kStep));
 }
 
 }  // namespace
@@ -371,12 +358,12 @@ Eigen::MatrixXd ScatterOfRanges(const JointProblem& problem, const CalibrationSt
     return columns;
   };
   const Eigen::MatrixXd of_level = take(all, kRangeLevel), of_offsets = take(uncorrected, kRangeOffset);
-  Eigen::MatrixXd scatter = coupling * found->covariance * coupling.transpose() +
-                            of_level * MeanSquareOfAllSizes({*found, all, kRangeLevel, correlation}) /
-                                correlation * of_level.transpose();
+  Eigen::MatrixXd scatter =
+      coupling * found->covariance * coupling.transpose() +
+      of_level * MeanSquareOf({*found, all, kRangeLevel, correlation}) / correlation * of_level.transpose();
   if (!uncorrected.empty()) {
-    scatter += of_offsets * MeanSquareOfAllSizes({*found, uncorrected, kRangeOffset, correlation}) /
-               correlation * of_offsets.transpose();
+    scatter += of_offsets * MeanSquareOf({*found, uncorrected, kRangeOffset, correlation}) / correlation *
+               of_offsets.transpose();
   }
   if (walks || walks_dropped) {
     const Eigen::MatrixXd doubt =
