@@ -2,129 +2,51 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 
 #include "mlic_core/association/ring_errors.h"
-#include "mlic_core/common/parallel.h"
-#include "mlic_core/problem/plane_terms.h"
+#include "mlic_core/association/ring_sums.h"
 
 namespace mlic {
 namespace {
 
-constexpr std::size_t kFewestRings = 8;     // from: guard
-constexpr std::uint16_t kMostRings = 1024;  // higher numbers are no rings; from: guard
-constexpr double kFewestPoints = 300.0;     // of a ring, in either half; from: guard
-constexpr double kLeastEvidence = 2.0;      // of two variances more; from: derivation, Akaike (1974)
-constexpr double kLeastMove = 0.1;          // of what a ring shows, in its sigmas; from: structural
-constexpr double kMostDecades = 2.0;        // from: guard, what a LiDAR of 8 bits tells apart
-constexpr std::size_t kChunks = 16;         // from: structural
+constexpr std::size_t kFewestRings = 8;  // from: guard
+constexpr double kFewestPoints = 30.0;   // of a ring, in either half; from: guard, fewer are no sample
+constexpr double kLeastEvidence = 2.0;   // of two variances more; from: derivation, Akaike (1974)
+constexpr double kLeastMove = 0.1;       // of what a ring shows, in its sigmas; from: structural
+constexpr double kMostDecades = 2.0;     // from: guard, what a LiDAR of 8 bits tells apart
 
-// Towards higher elevation, one unit long times the distance from the z axis' foot: d position / d elevation.
-Eigen::Vector3d ElevationTangent(const Eigen::Vector3d& x) {
-  const double across = std::hypot(x.x(), x.y());
-  if (across < 1e-3) return Eigen::Vector3d::Zero();
-  return Eigen::Vector3d(-x.z() * x.x() / across, -x.z() * x.y() / across, across);
-}
+// Of the quarters: early, late, left and right ones. from: structural
+constexpr std::size_t kHalves[4][2] = {{0, 1}, {2, 3}, {0, 2}, {1, 3}};
 
-// What the points of one ring show of errors beyond the corrections that they have.
-struct RingSum {
-  RingEquations equations;
-  double count = 0.0, elevation = 0.0;
+// The rings that have so many points in every half, from the lowest to the highest; their mean elevations.
+struct SortedRings {
+  std::vector<std::size_t> which;
+  Eigen::VectorXd elevations;  // rad
 
-  void Add(const RingSum& other) {
-    equations.information += other.equations.information;
-    equations.gradient += other.equations.gradient;
-    count += other.count;
-    elevation += other.elevation;
-  }
-};
-
-using Rings = std::vector<RingSum>;
-// One LiDAR's points by the half of the drive and by the side of its view: early left, early right, late
-// left, late right.
-using Quarters = std::array<Rings, 4>;
-
-// The middle of each LiDAR's view, as far as it takes part.
-std::vector<Eigen::Vector3d> ViewCentres(const PlaneAssociation& association, std::size_t lidars) {
-  std::vector<Eigen::Vector3d> centres(lidars, Eigen::Vector3d::Zero());
-  for (const PlaneObservation& o : association.observations) {
-    centres[o.lidar] += o.position.cast<double>().normalized();
-  }
-  return centres;
-}
-
-struct RingSums {
-  const PlaneAssociation& association;
-  const CalibrationState& state;
-  const SplitSpline& trajectory;
-  std::vector<float> residuals;
-  std::vector<Eigen::Vector3d> centres;
-
-  void AddPlane(std::size_t p, std::vector<Quarters>* sums) const;
-};
-
-void RingSums::AddPlane(std::size_t p, std::vector<Quarters>* sums) const {
-  for (std::size_t k = association.begin[p]; k < association.begin[p + 1]; ++k) {
-    const PlaneObservation& o = association.observations[k];
-    const double whitened = residuals[k] / o.sigma;
-    const double t = state.lidars[o.lidar].OnImuClock(o.time, trajectory.Middle());
-    if (o.ring >= kMostRings || std::abs(whitened) > 3.0 || !trajectory.Contains(t)) continue;
-    const Eigen::Vector3d x = o.position.cast<double>();
-    const Eigen::Vector2d row = RingJacobian(o, association.planes[p], state.lidars[o.lidar], trajectory);
-    const Eigen::Vector3d& centre = centres[o.lidar];
-    const bool right = centre.x() * x.y() < centre.y() * x.x();
-    const bool late = t > trajectory.Middle();
-    Rings& rings = (*sums)[o.lidar][2 * late + right];
-    if (rings.size() <= o.ring) rings.resize(o.ring + 1);
-    RingSum& sum = rings[o.ring];
-    const double weight = o.weight / (static_cast<double>(o.sigma) * o.sigma);
-    sum.equations.information += weight * row * row.transpose();
-    sum.equations.gradient += weight * residuals[k] * row;
-    sum.count += 1.0;
-    sum.elevation += ElevationOf(o.position);
-  }
-}
-
-void AddTo(const Rings& more, Rings* rings) {
-  if (rings->size() < more.size()) rings->resize(more.size());
-  for (std::size_t r = 0; r < more.size(); ++r) (*rings)[r].Add(more[r]);
-}
-
-std::vector<Quarters> SumRings(const std::vector<DriveTerms>& drives, const CalibrationState& state) {
-  const std::size_t lidars = state.lidars.size();
-  std::vector<Quarters> sums(lidars);
-  for (std::size_t d = 0; d < drives.size(); ++d) {
-    const PlaneAssociation& association = drives[d].planes;
-    const RingSums of_drive{association, state, state.drives[d].trajectory,
-                            PlaneResiduals(association, state, d), ViewCentres(association, lidars)};
-    std::vector<std::vector<Quarters>> parts(kChunks, std::vector<Quarters>(lidars));
-    ParallelChunks(association.planes.size(), kChunks,
-                   [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-                     for (std::size_t p = begin; p < end; ++p) of_drive.AddPlane(p, &parts[chunk]);
-                   });
-    for (const auto& part : parts) {
-      for (std::size_t l = 0; l < lidars; ++l) {
-        for (int quarter = 0; quarter < 4; ++quarter) AddTo(part[l][quarter], &sums[l][quarter]);
+  SortedRings(const QuartersOfRings& quarters, double fewest_points) {
+    std::vector<double> of_ring;
+    for (std::size_t r = 0; r < quarters[0].points.size(); ++r) {
+      const auto is_rich = [&](const std::size_t(&half)[2]) {
+        return quarters[half[0]].points[r].count + quarters[half[1]].points[r].count >= fewest_points;
+      };
+      double count = 0.0, elevation = 0.0;
+      for (const RingSum& quarter : quarters) {
+        count += quarter.points[r].count;
+        elevation += quarter.points[r].elevation;
       }
+      of_ring.push_back(elevation / std::max(1.0, count));
+      if (count > 0.0 && std::all_of(std::begin(kHalves), std::end(kHalves), is_rich)) which.push_back(r);
+    }
+    std::sort(which.begin(), which.end(),
+              [&](std::size_t a, std::size_t b) { return of_ring[a] < of_ring[b]; });
+    elevations.resize(static_cast<Eigen::Index>(which.size()));
+    for (std::size_t i = 0; i < which.size(); ++i) {
+      elevations[static_cast<Eigen::Index>(i)] = of_ring[which[i]];
     }
   }
-  return sums;
-}
-
-// The rings that have enough points in every half, from the lowest to the highest.
-std::vector<std::size_t> RichRings(const std::array<Rings, 4>& halves) {
-  std::vector<std::size_t> which;
-  for (std::size_t r = 0; r < halves[0].size(); ++r) {
-    const auto is_rich = [&](const Rings& half) { return r < half.size() && half[r].count >= kFewestPoints; };
-    if (std::all_of(halves.begin(), halves.end(), is_rich)) which.push_back(r);
-  }
-  const auto elevation = [&](std::size_t r) { return halves[0][r].elevation / halves[0][r].count; };
-  std::sort(which.begin(), which.end(),
-            [&](std::size_t a, std::size_t b) { return elevation(a) < elevation(b); });
-  return which;
-}
+};
 
 Eigen::MatrixX2d CorrectionsOf(const RingCorrections& corrections, const std::vector<std::size_t>& which) {
   Eigen::MatrixX2d values = Eigen::MatrixX2d::Zero(static_cast<Eigen::Index>(which.size()), 2);
@@ -136,124 +58,139 @@ Eigen::MatrixX2d CorrectionsOf(const RingCorrections& corrections, const std::ve
   return values;
 }
 
-// About no correction. correlation: by which the points' information is too large.
-std::vector<RingEquations> EquationsOf(const Rings& sums, const std::vector<std::size_t>& which,
-                                       const Eigen::MatrixX2d& corrections, double correlation) {
-  std::vector<RingEquations> equations;
-  for (std::size_t i = 0; i < which.size(); ++i) {
-    const RingEquations beyond = which[i] < sums.size() ? sums[which[i]].equations : RingEquations{};
-    const Eigen::Vector2d corrected = corrections.row(static_cast<Eigen::Index>(i));
-    equations.push_back(
-        {beyond.information / correlation, (beyond.gradient - beyond.information * corrected) / correlation});
+// Of some of a LiDAR's rings, about no correction. correlation: by which the points' information is too
+// large.
+RingEquations EquationsOf(const RingEquations& beyond, const std::vector<std::size_t>& which,
+                          const Eigen::MatrixX2d& corrections, double correlation) {
+  std::vector<Eigen::Index> places;
+  for (const Eigen::Index start : {Eigen::Index{0}, beyond.Rings()}) {
+    for (const std::size_t ring : which) places.push_back(start + static_cast<Eigen::Index>(ring));
   }
+  RingEquations equations{beyond.information(places, places) / correlation,
+                          beyond.gradient(places) / correlation};
+  const Eigen::Index rings = corrections.rows();
+  equations.gradient -= equations.information.leftCols(rings) * corrections.col(0) +
+                        equations.information.rightCols(rings) * corrections.col(1);
   return equations;
 }
 
-// Of the quarters: early, late, left and right ones. from: structural
-constexpr std::size_t kHalves[4][2] = {{0, 1}, {2, 3}, {0, 2}, {1, 3}};
-
-std::vector<RingEquations> Sum(std::vector<RingEquations> a, const std::vector<RingEquations>& b) {
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    a[i].information += b[i].information;
-    a[i].gradient += b[i].gradient;
-  }
-  return a;
+RingEquations Sum(const RingEquations& a, const RingEquations& b) {
+  return {a.information + b.information, a.gradient + b.gradient};
 }
 
 // What the points show of a LiDAR's rings, all together and by quarters.
 struct RingEvidence {
-  std::vector<RingEquations> all;
-  std::vector<std::vector<RingEquations>> quarters;
+  std::vector<RingEquations> quarters;
+  RingEquations all;
   Eigen::MatrixXd trend;
+  RingVariances found;
+
+  RingEvidence(const QuartersOfRings& sums, const SortedRings& sorted, const Eigen::MatrixX2d& corrections,
+               double correlation);
+  RingEquations HalfWithoutTrend(std::size_t a, std::size_t b) const {
+    return WithoutTrend(Sum(quarters[a], quarters[b]), trend);
+  }
+
+ private:
+  // Of all points, less sure by what quarters differ by beyond the noise of their points.
+  RingEquations WithScatter(bool in_elevation) const;
 };
 
-// Of all points, less sure by what quarters differ by beyond the noise of their points.
-std::vector<RingEquations> WithScatter(const RingEvidence& rings, bool in_elevation) {
-  const Eigen::Vector2d variances = MeasureRingVariances(rings.all, in_elevation).variances;
-  const Eigen::MatrixX2d errors = PredictRingErrors(rings.all, rings.trend, variances);
-  const double scatter = std::max(1.0, ScatterOfParts(rings.quarters, rings.trend, errors));
-  std::vector<RingEquations> all = rings.all;
-  for (RingEquations& ring : all) {
-    ring.information /= scatter;
-    ring.gradient /= scatter;
+RingEvidence::RingEvidence(const QuartersOfRings& sums, const SortedRings& sorted,
+                           const Eigen::MatrixX2d& corrections, double correlation)
+    : all(RingEquations::Zero(corrections.rows())), trend(RingTrend(sorted.elevations)) {
+  for (const RingSum& quarter : sums) {
+    quarters.push_back(EquationsOf(quarter.equations, sorted.which, corrections, correlation));
+    all = Sum(all, quarters.back());
   }
-  return all;
+  const RingEquations of_ranges = WithScatter(false), of_both = WithScatter(true);
+  found = MeasureRingVariances(of_ranges, false);
+  const RingVariances both = MeasureRingVariances(of_both, true);
+  const bool in_elevation = both.evidence > found.evidence + kLeastEvidence;
+  if (in_elevation) found = both;
+  all = in_elevation ? of_both : of_ranges;
+}
+
+RingEquations RingEvidence::WithScatter(bool in_elevation) const {
+  const RingVariances variances = MeasureRingVariances(all, in_elevation);
+  const RingPrediction prediction = PredictRingErrors(WithoutTrend(all, trend), variances.variances);
+  std::vector<RingEquations> parts;
+  for (const RingEquations& quarter : quarters) parts.push_back(WithoutTrend(quarter, trend));
+  const double scatter = std::max(1.0, ScatterOfParts(parts, trend.cols(), prediction.errors));
+  return {all.information / scatter, all.gradient / scatter};
 }
 
 // The errors that the rings show and all halves of the points confirm; zero where they do not.
 Eigen::MatrixX2d ConfirmedErrors(const RingEvidence& rings) {
   const Eigen::MatrixX2d none = Eigen::MatrixX2d::Zero(rings.trend.rows(), 2);
-  std::vector<RingEquations> all = WithScatter(rings, false);
-  RingVariances found = MeasureRingVariances(all, false);
-  if (MeasureRingVariances(all, true).evidence > found.evidence + kLeastEvidence) {
-    all = WithScatter(rings, true);
-    found = MeasureRingVariances(all, true);
-  }
-  if (found.evidence < kLeastEvidence) return none;
+  if (rings.found.evidence < kLeastEvidence) return none;
   for (const auto& [a, b] : kHalves) {
-    const auto half = Sum(rings.quarters[a], rings.quarters[b]);
-    const auto other = Sum(rings.quarters[3 - a], rings.quarters[3 - b]);
-    const Eigen::MatrixX2d errors = PredictRingErrors(half, rings.trend, found.variances);
-    if (GainOfCorrections(other, rings.trend, errors) <= 0.0) return none;
+    const RingPrediction of_half = PredictRingErrors(rings.HalfWithoutTrend(a, b), rings.found.variances);
+    if (GainOfCorrections(rings.HalfWithoutTrend(3 - a, 3 - b), of_half.errors) <= 0.0) return none;
   }
-  return PredictRingErrors(all, rings.trend, found.variances);
+  return PredictRingErrors(WithoutTrend(rings.all, rings.trend), rings.found.variances).errors;
 }
 
 // Root mean square over what the rings show, in its sigmas.
-double InSigmas(const std::vector<RingEquations>& rings, const Eigen::MatrixX2d& change) {
-  double squares = 0.0;
-  for (std::size_t i = 0; i < rings.size(); ++i) {
-    const Eigen::Vector2d own = change.row(static_cast<Eigen::Index>(i));
-    squares += own.dot(rings[i].information * own);
-  }
-  return std::sqrt(squares / (2.0 * static_cast<double>(rings.size())));
+double InSigmas(const RingEquations& rings, const Eigen::MatrixX2d& change) {
+  const Eigen::Index count = rings.Rings();
+  const Eigen::VectorXd moved =
+      rings.information.leftCols(count) * change.col(0) + rings.information.rightCols(count) * change.col(1);
+  const double squares = change.col(0).dot(moved.head(count)) + change.col(1).dot(moved.tail(count));
+  return std::sqrt(squares / static_cast<double>(2 * count));
 }
 
 // False where they stay.
-bool Improve(const Quarters& quarters, double correlation, RingCorrections* corrections) {
-  std::array<Rings, 4> sums;
-  for (int h = 0; h < 4; ++h) {
-    for (const std::size_t quarter : kHalves[h]) AddTo(quarters[quarter], &sums[h]);
-  }
-  const std::vector<std::size_t> which = RichRings(sums);
-  if (which.size() < kFewestRings) return false;
-  Rings both = sums[0];
-  AddTo(sums[1], &both);
-  const Eigen::MatrixX2d before = CorrectionsOf(*corrections, which);
-  Eigen::VectorXd elevations(before.rows());
-  for (std::size_t i = 0; i < which.size(); ++i) {
-    elevations[static_cast<Eigen::Index>(i)] = both[which[i]].elevation / both[which[i]].count;
-  }
-  RingEvidence rings{EquationsOf(both, which, before, correlation), {}, RingTrend(elevations)};
-  for (const Rings& quarter : quarters) {
-    rings.quarters.push_back(EquationsOf(quarter, which, before, correlation));
-  }
+bool Improve(const QuartersOfRings& sums, double correlation, RingCorrections* corrections) {
+  const SortedRings sorted(sums, kFewestPoints);
+  if (sorted.which.size() < kFewestRings) return false;
+  const Eigen::MatrixX2d before = CorrectionsOf(*corrections, sorted.which);
+  const RingEvidence rings(sums, sorted, before, correlation);
   const Eigen::MatrixX2d errors = ConfirmedErrors(rings);
   if (InSigmas(rings.all, errors - before) < kLeastMove) return false;
   if (errors.isZero(0.0)) {
     corrections->clear();
     return true;
   }
-  const std::size_t highest = *std::max_element(which.begin(), which.end());
+  const std::size_t highest = *std::max_element(sorted.which.begin(), sorted.which.end());
   corrections->resize(std::max(corrections->size(), highest + 1));
-  for (std::size_t i = 0; i < which.size(); ++i) {
+  for (std::size_t i = 0; i < sorted.which.size(); ++i) {
     const auto error = errors.row(static_cast<Eigen::Index>(i));
-    (*corrections)[which[i]] = {static_cast<float>(error[0]), static_cast<float>(error[1])};
+    (*corrections)[sorted.which[i]] = {static_cast<float>(error[0]), static_cast<float>(error[1])};
   }
   return true;
 }
 
-}  // namespace
-
-Eigen::Vector2d RingJacobian(const PlaneObservation& o, const MapPlane& plane, const SensorCalibration& lidar,
-                             const SplitSpline& trajectory) {
-  const So3Spline& rotation = trajectory.rotation;
-  const double t = lidar.OnImuClock(o.time, trajectory.Middle());
-  const Eigen::Matrix3d R_map_imu = rotation.Evaluate(SplineBasis(rotation.knots(), t)).rotation;
-  const Eigen::Vector3d normal =
-      lidar.T_imu_sensor.rotation.conjugate() * (R_map_imu.transpose() * plane.plane.normal);
-  return {-1.0, normal.dot(ElevationTangent(o.position.cast<double>())) / o.cos_incidence};
+// Of one LiDAR, by the rings' numbers. ranges: what of the trend of its ranges is found elsewhere
+// (range_errors.h).
+Eigen::MatrixXd DoubtOf(const QuartersOfRings& sums, double correlation, const RingCorrections& corrections,
+                        const RangeCorrection& ranges) {
+  const auto rings = static_cast<Eigen::Index>(sums[0].points.size());
+  Eigen::MatrixXd doubt = Eigen::MatrixXd::Zero(2 * rings, 2 * rings);
+  const SortedRings sorted(sums, 0.0);
+  if (sorted.which.size() < kFewestRings) return doubt;
+  const Eigen::MatrixX2d corrected = CorrectionsOf(corrections, sorted.which);
+  const RingEvidence evidence(sums, sorted, corrected, correlation);
+  const double elevation_variance = corrected.col(1).isZero(0.0) ? 0.0 : evidence.found.variances[1];
+  Eigen::MatrixXd of_sorted = MeanSquareBeyond(evidence.all, evidence.trend, elevation_variance, corrected);
+  const bool found[2] = {ranges.offset != 0.0, ranges.slope != 0.0};
+  for (int k = 0; k < 2; ++k) {
+    if (!found[k]) continue;
+    Eigen::VectorXd along = Eigen::VectorXd::Zero(of_sorted.rows());
+    along.head(corrected.rows()) = evidence.trend.col(k);
+    const Eigen::MatrixXd others =
+        Eigen::MatrixXd::Identity(along.size(), along.size()) - along * along.transpose();
+    of_sorted = others * of_sorted * others;
+  }
+  std::vector<Eigen::Index> places;
+  for (const Eigen::Index start : {Eigen::Index{0}, rings}) {
+    for (const std::size_t ring : sorted.which) places.push_back(start + static_cast<Eigen::Index>(ring));
+  }
+  doubt(places, places) = of_sorted;
+  return doubt;
 }
+
+}  // namespace
 
 Eigen::MatrixX2d RingTrend(const Eigen::VectorXd& elevations) {
   Eigen::MatrixX2d trend(elevations.size(), 2);
@@ -261,11 +198,6 @@ Eigen::MatrixX2d RingTrend(const Eigen::VectorXd& elevations) {
   trend.col(1) = elevations.array() - elevations.mean();
   for (int k = 0; k < 2; ++k) trend.col(k) /= std::max(1e-12, trend.col(k).norm());
   return trend;
-}
-
-double ElevationOf(const Eigen::Vector3f& position) {
-  const Eigen::Vector3d x = position.cast<double>();
-  return std::asin(x.z() / x.norm());
 }
 
 double DecadesOfStrength(float intensity, double reference) {
@@ -302,31 +234,24 @@ PointCorrection CorrectionOfRings(const CalibrationState& state) {
   return [&state](std::size_t lidar, const LidarPoint& point) { return CorrectedPoint(point, state, lidar); };
 }
 
-bool CorrectRings(const std::vector<DriveTerms>& drives, double correlation,
-                  const std::vector<PlaneNoise>& noise, std::vector<UncorrectedMap>* uncorrected,
-                  CalibrationState* state) {
-  const std::vector<Quarters> sums = SumRings(drives, *state);
-  std::vector<std::size_t> points(state->lidars.size(), 0);
-  for (const DriveTerms& drive : drives) {
-    for (const PlaneObservation& o : drive.planes.observations) ++points[o.lidar];
-  }
+bool CorrectRings(const std::vector<DriveTerms>& drives, double correlation, CalibrationState* state) {
+  const std::vector<QuartersOfRings> sums = SumRings(drives, *state);
   state->rings.resize(state->lidars.size());
-  uncorrected->resize(state->lidars.size());
   bool changed = false;
-  for (std::size_t l = 0; l < sums.size(); ++l) {
-    RingCorrections& corrections = state->rings[l];
-    UncorrectedMap& without = (*uncorrected)[l];
-    if (without.is_better) continue;
-    if (corrections.empty()) without = {points[l], noise[l].Sigma(1.0)};
-    without.is_better = points[l] < without.points && noise[l].Sigma(1.0) > without.noise;
-    if (without.is_better) {
-      corrections.clear();
-      changed = true;
-    } else {
-      changed |= Improve(sums[l], correlation, &corrections);
-    }
-  }
+  for (std::size_t l = 0; l < sums.size(); ++l) changed |= Improve(sums[l], correlation, &state->rings[l]);
   return changed;
+}
+
+std::vector<Eigen::MatrixXd> DoubtOfRings(const std::vector<DriveTerms>& drives, double correlation,
+                                          const CalibrationState& state) {
+  std::vector<Eigen::MatrixXd> doubts;
+  const std::vector<QuartersOfRings> sums = SumRings(drives, state);
+  for (std::size_t l = 0; l < sums.size(); ++l) {
+    doubts.push_back(DoubtOf(sums[l], correlation,
+                             l < state.rings.size() ? state.rings[l] : RingCorrections{},
+                             l < state.ranges.size() ? state.ranges[l] : RangeCorrection{}));
+  }
+  return doubts;
 }
 
 RingCorrection TypicalCorrection(const RingCorrections& corrections) {

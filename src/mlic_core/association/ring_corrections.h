@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "mlic_core/association/ring_sums.h"
 #include "mlic_core/crossmodal/intensity_map.h"
 #include "mlic_core/problem/joint_problem.h"
 #include "mlic_core/problem/state.h"
@@ -12,9 +13,6 @@ namespace mlic {
 
 // The point as its ring's correction has it. Elevation is measured from the plane across the LiDAR's z axis.
 Eigen::Vector3f CorrectedPoint(const Eigen::Vector3f& position, const RingCorrection& correction);
-
-// Above the plane across the LiDAR's z axis: rad.
-double ElevationOf(const Eigen::Vector3f& position);
 
 // Powers of ten by which an echo is stronger than the usual one of its LiDAR, at most two either way; 0 where
 // the LiDAR reports no intensities.
@@ -26,21 +24,9 @@ Eigen::Vector3f CorrectedPoint(const LidarPoint& point, const CalibrationState& 
 // The same for drawing maps; nothing where no LiDAR has any. The state must outlive it.
 PointCorrection CorrectionOfRings(const CalibrationState& state);
 
-// By how much a point's residual (along the beam) grows when its ring's range and elevation do: m per m, m
-// per rad. The point lies within the trajectory.
-Eigen::Vector2d RingJacobian(const PlaneObservation& point, const MapPlane& plane,
-                             const SensorCalibration& lidar, const SplitSpline& trajectory);
-
 // What corrections of rings at these elevations (rad) leave alone, as extrinsics look like it: a mean, and a
 // slope over the elevation. Columns are orthonormal.
 Eigen::MatrixX2d RingTrend(const Eigen::VectorXd& elevations);
-
-// How a LiDAR's map was without corrections of its rings.
-struct UncorrectedMap {
-  std::size_t points = 0;  // of the LiDAR on planes, when its rings were first corrected
-  double noise = 0.0;      // m, of these points seen at right angles
-  bool is_better = false;  // than with corrections, of which there are none any more
-};
 
 // What the lasers of a LiDAR err by, each for itself: a range too long, an elevation too high. No number of
 // points averages it out. Found from the residuals of each ring's points to the planes of all, as far as
@@ -50,15 +36,16 @@ struct UncorrectedMap {
 // not corrected (RingTrend). Corrections are cross-validated: those from the first half of the
 // drive must lower the squared residuals of the second and the other way round, and those of the left half of
 // the view the right's. They are judged as a whole each time, those that are no longer confirmed taken back.
-// LiDARs of fewer than 8 rings, or whose points carry none, have no corrections. Right ones sharpen the map:
-// where it, drawn anew with them, has fewer of the LiDAR's points on planes although they scatter more, they
-// are taken back for good. Rough ground seen at grazing angles would else feed them from round to round, as
-// points that contradict them leave the planes. correlation: of the residuals (CorrelationFactor). noise,
-// uncorrected: of each LiDAR, its noise now and what is kept from call to call. Corrects those of the state;
-// true if any LiDAR's changed by a tenth of their sigmas.
-bool CorrectRings(const std::vector<DriveTerms>& drives, double correlation,
-                  const std::vector<PlaneNoise>& noise, std::vector<UncorrectedMap>* uncorrected,
-                  CalibrationState* state);
+// LiDARs of fewer than 8 rings, or whose points carry none, have no corrections. correlation: of the
+// residuals (CorrelationFactor). Corrects those of the state; true if any LiDAR's changed by a tenth of their
+// sigmas.
+bool CorrectRings(const std::vector<DriveTerms>& drives, double correlation, CalibrationState* state);
+
+// What the rings of each LiDAR may err by beyond their corrections, those without any and those with few
+// points included: the mean of the errors' products, ranges (m) of all rings by their numbers, then
+// elevations (rad). Zero for LiDARs of fewer than 8 rings.
+std::vector<Eigen::MatrixXd> DoubtOfRings(const std::vector<DriveTerms>& drives, double correlation,
+                                          const CalibrationState& state);
 
 // Root mean square over the rings that were corrected: m, rad; zero for none.
 RingCorrection TypicalCorrection(const RingCorrections& corrections);

@@ -4,17 +4,19 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mlic_core/common/sizes_of_draws.h"
 #include "mlic_core/geometry/symmetric_matrix.h"
 
 namespace mlic {
 namespace {
 
 constexpr Eigen::Index kRingsPerKnot = 4;  // from: structural, of what is taken for smooth
+constexpr double kRank = 1e-9;             // from: guard, rounding
 // Standard deviations that are compared, each so many times the last. m, rad.
 constexpr double kLeastRange = 1e-4;      // from: structural, far below what a ring shows of itself
 constexpr double kLeastElevation = 1e-5;  // from: structural, likewise
 constexpr double kStep = 1.5;             // from: structural; the likelihood is flat about its maximum
-constexpr int kSteps = 17;                // from: structural; up to 4 cm and 4 mrad
+constexpr double kRangeOfSizes = 400.0;   // from: structural; up to 4 cm and 4 mrad
 
 // Hat functions over the rings, one row for each ring.
 Eigen::MatrixXd SmoothBasis(Eigen::Index rings) {
@@ -30,149 +32,140 @@ Eigen::MatrixXd SmoothBasis(Eigen::Index rings) {
   return basis;
 }
 
-// Coefficients of the trend, of ranges and then of elevations, whose rings' own errors have been solved for.
-class TrendEquations {
- public:
-  explicit TrendEquations(Eigen::Index columns)
-      : columns_(columns),
-        information_(Eigen::MatrixXd::Zero(2 * columns, 2 * columns)),
-        gradient_(Eigen::VectorXd::Zero(2 * columns)) {}
-
-  void Add(const Eigen::MatrixXd& trend, Eigen::Index ring, const Eigen::Matrix2d& information,
-           const Eigen::Vector2d& gradient) {
-    for (int a = 0; a < 2; ++a) {
-      gradient_.segment(a * columns_, columns_) += gradient[a] * trend.row(ring).transpose();
-      for (int b = 0; b < 2; ++b) {
-        information_.block(a * columns_, b * columns_, columns_, columns_) +=
-            information(a, b) * trend.row(ring).transpose() * trend.row(ring);
-      }
-    }
-  }
-
-  // What no ring shows stays at zero.
-  void Solve() {
-    scale_ = information_.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    Eigen::MatrixXd scaled = scale_.asDiagonal() * information_ * scale_.asDiagonal();
-    scaled.diagonal().array() += 1e-9;
-    solver_.compute(scaled);
-    solution_ = -scale_.cwiseProduct(solver_.solve(scale_.cwiseProduct(gradient_)));
-  }
-  Eigen::Vector2d At(const Eigen::MatrixXd& trend, Eigen::Index ring) const {
-    return {trend.row(ring).dot(solution_.head(columns_)), trend.row(ring).dot(solution_.tail(columns_))};
-  }
-  // By how much the trend lowers the cost.
-  double Gain() const { return -0.5 * gradient_.dot(solution_); }
-  double HalfLogDeterminant() const {
-    return 0.5 * solver_.vectorD().array().max(1e-300).log().sum() - scale_.array().log().sum();
-  }
-
- private:
-  Eigen::Index columns_;
-  Eigen::MatrixXd information_;
-  Eigen::VectorXd gradient_, scale_, solution_;
-  Eigen::LDLT<Eigen::MatrixXd> solver_;
-};
-
-// A ring's covariance, given the trend: (H + T^-1)^-1, for variances T that may be zero.
-struct RingPosterior {
-  Eigen::Matrix2d covariance;
+// (H + T^-1)^-1 for variances T that may be zero, of ranges alone where elevations do not err.
+struct Posterior {
+  Eigen::MatrixXd covariance;
   double half_log_determinant;  // of I + T H
 
-  RingPosterior(const Eigen::Matrix2d& information, const Eigen::Vector2d& variances) {
-    const Eigen::Vector2d root = variances.cwiseSqrt();
-    const Eigen::Matrix2d whole =
-        Eigen::Matrix2d::Identity() + Eigen::Matrix2d(root.asDiagonal() * information * root.asDiagonal());
-    covariance = root.asDiagonal() * whole.inverse() * root.asDiagonal();
-    half_log_determinant = 0.5 * std::log(whole.determinant());
+  Posterior(const RingEquations& rings, const Eigen::Vector2d& variances) {
+    const Eigen::Index n = variances[1] > 0.0 ? 2 * rings.Rings() : rings.Rings();
+    Eigen::VectorXd root = Eigen::VectorXd::Constant(n, std::sqrt(variances[0]));
+    root.tail(n - rings.Rings()).setConstant(std::sqrt(variances[1]));
+    Eigen::MatrixXd whole = root.asDiagonal() * rings.information.topLeftCorner(n, n) * root.asDiagonal();
+    whole.diagonal().array() += 1.0;
+    const Eigen::LLT<Eigen::MatrixXd> solver(whole);
+    covariance = solver.solve(Eigen::MatrixXd(root.asDiagonal()));
+    covariance = root.asDiagonal() * covariance;
+    half_log_determinant = solver.matrixLLT().diagonal().array().log().sum();
+  }
+  Eigen::VectorXd Errors(const Eigen::VectorXd& gradient) const {
+    return -(covariance * gradient.head(covariance.rows()));
   }
 };
 
-struct Solution {
-  TrendEquations trend;
-  double minus_log_likelihood;  // restricted, but for a constant
-};
-
-Solution SolveTrend(const std::vector<RingEquations>& rings, const Eigen::MatrixXd& basis,
-                    const Eigen::Vector2d& variances) {
-  Solution solution{TrendEquations(basis.cols()), 0.0};
-  for (std::size_t i = 0; i < rings.size(); ++i) {
-    const Eigen::Matrix2d& H = rings[i].information;
-    const Eigen::Vector2d& g = rings[i].gradient;
-    const RingPosterior ring(H, variances);
-    solution.trend.Add(basis, static_cast<Eigen::Index>(i), H - H * ring.covariance * H,
-                       g - H * (ring.covariance * g));
-    solution.minus_log_likelihood += ring.half_log_determinant - 0.5 * g.dot(ring.covariance * g);
-  }
-  solution.trend.Solve();
-  solution.minus_log_likelihood += solution.trend.HalfLogDeterminant() - solution.trend.Gain();
-  return solution;
+// The logarithm of the likelihood's ratio to no errors. without_trend: what is smooth.
+double Evidence(const RingEquations& without_trend, const Eigen::Vector2d& variances) {
+  const Posterior posterior(without_trend, variances);
+  const Eigen::VectorXd errors = posterior.Errors(without_trend.gradient);
+  return -0.5 * errors.dot(without_trend.gradient.head(errors.size())) - posterior.half_log_determinant;
 }
+
+Eigen::VectorXd Stacked(const Eigen::MatrixX2d& errors) {
+  Eigen::VectorXd stacked(errors.size());
+  stacked << errors.col(0), errors.col(1);
+  return stacked;
+}
+
+// Standard deviations from none on.
+std::vector<double> Deviations(double least) {
+  std::vector<double> deviations = SizesBetween(least, kRangeOfSizes * least, kStep);
+  deviations.insert(deviations.begin(), 0.0);
+  return deviations;
+}
+
+// For MeanSquareOfSizes; sizes: of the errors of ranges.
+struct DrawsOfRings {
+  RingEquations rings, smooth_solved;
+  double elevation_variance;
+  Eigen::VectorXd corrected;
+
+  Eigen::Vector2d Variances(double size) const { return {size * size, elevation_variance}; }
+  double Gain(double size) const { return 2.0 * Evidence(smooth_solved, Variances(size)); }
+  Eigen::MatrixXd MeanSquare(double size) const {
+    const RingPrediction prediction = PredictRingErrors(rings, Variances(size));
+    const Eigen::VectorXd beyond = Stacked(prediction.errors) - corrected;
+    return prediction.covariance + beyond * beyond.transpose();
+  }
+};
 
 }  // namespace
 
-RingVariances MeasureRingVariances(const std::vector<RingEquations>& rings, bool in_elevation) {
-  const Eigen::MatrixXd basis = SmoothBasis(static_cast<Eigen::Index>(rings.size()));
-  const auto deviation = [](double least, int step) {
-    return step == 0 ? 0.0 : least * std::pow(kStep, step - 1);
-  };
+RingEquations WithoutTrend(const RingEquations& rings, const Eigen::MatrixXd& trend) {
+  const Eigen::Index n = rings.Rings(), columns = trend.cols();
+  Eigen::MatrixXd both = Eigen::MatrixXd::Zero(2 * n, 2 * columns);
+  both.topLeftCorner(n, columns) = trend;
+  both.bottomRightCorner(n, columns) = trend;
+  const Eigen::MatrixXd coupling = rings.information * both;
+  Eigen::MatrixXd of_trend = both.transpose() * coupling;
+  // Elevations and ranges have other units. What no ring shows stays.
+  const Eigen::VectorXd scale = of_trend.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const SymmetricEigen<Eigen::Dynamic> eigen(scale.asDiagonal() * of_trend * scale.asDiagonal());
+  const Eigen::VectorXd inverse =
+      eigen.eigenvalues().unaryExpr([](double value) { return value > kRank ? 1.0 / value : 0.0; });
+  const Eigen::MatrixXd root = scale.asDiagonal() * eigen.eigenvectors() * inverse.cwiseSqrt().asDiagonal();
+  const Eigen::MatrixXd shown = coupling * root;
+  const Eigen::VectorXd along = root.transpose() * (both.transpose() * rings.gradient);
+  return {rings.information - shown * shown.transpose(), rings.gradient - shown * along};
+}
+
+RingVariances MeasureRingVariances(const RingEquations& rings, bool in_elevation) {
+  const RingEquations rough = WithoutTrend(rings, SmoothBasis(rings.Rings()));
   RingVariances best;
-  const double none = SolveTrend(rings, basis, Eigen::Vector2d::Zero()).minus_log_likelihood;
-  for (int r = 0; r <= kSteps; ++r) {
-    for (int e = 0; e <= (in_elevation ? kSteps : 0); ++e) {
-      const Eigen::Vector2d deviations(deviation(kLeastRange, r), deviation(kLeastElevation, e));
-      const Eigen::Vector2d variances = deviations.cwiseAbs2();
-      const double evidence = none - SolveTrend(rings, basis, variances).minus_log_likelihood;
-      if (evidence > best.evidence) best = {variances, evidence};
+  // The best of one kind for what is best of the other, from none on, until neither moves.
+  for (bool improved = true; improved;) {
+    improved = false;
+    for (int kind = 0; kind < (in_elevation ? 2 : 1); ++kind) {
+      for (const double deviation : Deviations(kind == 0 ? kLeastRange : kLeastElevation)) {
+        Eigen::Vector2d variances = best.variances;
+        variances[kind] = deviation * deviation;
+        const double evidence = Evidence(rough, variances);
+        if (evidence <= best.evidence) continue;
+        best = {variances, evidence};
+        improved = in_elevation;
+      }
     }
   }
   return best;
 }
 
-Eigen::MatrixX2d PredictRingErrors(const std::vector<RingEquations>& rings, const Eigen::MatrixXd& trend,
-                                   const Eigen::Vector2d& variances) {
-  const Solution solution = SolveTrend(rings, trend, variances);
-  Eigen::MatrixX2d errors(trend.rows(), 2);
-  for (Eigen::Index i = 0; i < trend.rows(); ++i) {
-    const RingEquations& ring = rings[static_cast<std::size_t>(i)];
-    errors.row(i) = -(RingPosterior(ring.information, variances).covariance *
-                      (ring.gradient + ring.information * solution.trend.At(trend, i)))
-                         .transpose();
-  }
-  return errors;
+RingPrediction PredictRingErrors(const RingEquations& without_trend, const Eigen::Vector2d& variances) {
+  const Posterior posterior(without_trend, variances);
+  const Eigen::Index rings = without_trend.Rings(), n = posterior.covariance.rows();
+  RingPrediction prediction{Eigen::MatrixX2d::Zero(rings, 2), Eigen::MatrixXd::Zero(2 * rings, 2 * rings)};
+  const Eigen::VectorXd errors = posterior.Errors(without_trend.gradient);
+  prediction.errors.col(0) = errors.head(rings);
+  prediction.errors.col(1).head(n - rings) = errors.tail(n - rings);
+  prediction.covariance.topLeftCorner(n, n) = posterior.covariance;
+  return prediction;
 }
 
-double GainOfCorrections(const std::vector<RingEquations>& rings, const Eigen::MatrixXd& trend,
-                         const Eigen::MatrixX2d& errors) {
-  std::vector<RingEquations> corrected = rings;
-  double gain = 0.0;
-  for (std::size_t i = 0; i < rings.size(); ++i) {
-    const Eigen::Vector2d error = errors.row(static_cast<Eigen::Index>(i));
-    gain -= error.dot(rings[i].gradient + 0.5 * rings[i].information * error);
-    corrected[i].gradient += rings[i].information * error;
-  }
-  return gain + SolveTrend(corrected, trend, Eigen::Vector2d::Zero()).trend.Gain() -
-         SolveTrend(rings, trend, Eigen::Vector2d::Zero()).trend.Gain();
+Eigen::MatrixXd MeanSquareBeyond(const RingEquations& rings, const Eigen::MatrixXd& trend,
+                                 double elevation_variance, const Eigen::MatrixX2d& corrected) {
+  const Eigen::MatrixX2d trendless = corrected - trend * (trend.transpose() * corrected);
+  const DrawsOfRings draws{WithoutTrend(rings, trend), WithoutTrend(rings, SmoothBasis(rings.Rings())),
+                           elevation_variance, Stacked(trendless)};
+  return MeanSquareOfSizes(draws, SizesBetween(kLeastRange, kRangeOfSizes * kLeastRange, kStep));
 }
 
-double ScatterOfParts(const std::vector<std::vector<RingEquations>>& parts, const Eigen::MatrixXd& trend,
+double GainOfCorrections(const RingEquations& without_trend, const Eigen::MatrixX2d& errors) {
+  const Eigen::VectorXd by = Stacked(errors);
+  return -by.dot(without_trend.gradient + 0.5 * without_trend.information * by);
+}
+
+double ScatterOfParts(const std::vector<RingEquations>& parts, Eigen::Index trend_columns,
                       const Eigen::MatrixX2d& errors) {
-  constexpr double kRank = 1e-9;  // from: guard, rounding
   double squares = 0.0;
-  Eigen::Index freedom = 2 * trend.cols() - errors.size();
-  for (const std::vector<RingEquations>& part : parts) {
-    const double by_trend = SolveTrend(part, trend, Eigen::Vector2d::Zero()).trend.Gain();
-    squares -= 2.0 * (GainOfCorrections(part, trend, errors) + by_trend);
-    freedom -= 2 * trend.cols();
-    for (const RingEquations& ring : part) {
-      // What the ring's own best errors would lower them by: along eigenvectors, as one may not be shown.
-      const Eigen::Vector2d scale = ring.information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-      const SymmetricEigen<Eigen::Dynamic> eigen(scale.asDiagonal() * ring.information * scale.asDiagonal());
-      const Eigen::Vector2d along = eigen.eigenvectors().transpose() * scale.cwiseProduct(ring.gradient);
-      for (int k = 0; k < 2; ++k) {
-        if (eigen.eigenvalues()[k] < kRank) continue;
-        squares += along[k] * along[k] / eigen.eigenvalues()[k];
-        ++freedom;
-      }
+  Eigen::Index freedom = 2 * trend_columns - errors.size();
+  for (const RingEquations& part : parts) {
+    squares -= 2.0 * GainOfCorrections(part, errors);
+    // What the part's own best errors would lower them by: along eigenvectors, as some may not be shown.
+    const Eigen::VectorXd scale = part.information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    const SymmetricEigen<Eigen::Dynamic> eigen(scale.asDiagonal() * part.information * scale.asDiagonal());
+    const Eigen::VectorXd along = eigen.eigenvectors().transpose() * scale.cwiseProduct(part.gradient);
+    for (Eigen::Index k = 0; k < along.size(); ++k) {
+      if (eigen.eigenvalues()[k] < kRank) continue;
+      squares += along[k] * along[k] / eigen.eigenvalues()[k];
+      ++freedom;
     }
   }
   return freedom > 0 ? squares / static_cast<double>(freedom) : 1.0;

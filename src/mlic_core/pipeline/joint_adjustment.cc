@@ -180,8 +180,7 @@ void MeasureNoiseAndScale(const AdjustmentContext& context, Adjustment* adjustme
 // again where they do. True if any correction has moved.
 bool ReviewRanges(Adjustment* adjustment) {
   const double correlation = CorrelationFactor(adjustment->problem.drives, adjustment->state);
-  const bool rings_moved = CorrectRings(adjustment->problem.drives, correlation, adjustment->plane_noise,
-                                        &adjustment->uncorrected, &adjustment->state);
+  const bool rings_moved = CorrectRings(adjustment->problem.drives, correlation, &adjustment->state);
   if (adjustment->rounds.ranges_measured && !AnyRangeCorrected(adjustment->state)) return rings_moved;
   adjustment->rounds.ranges_measured = true;
   return CorrectRanges(adjustment->problem, correlation, &adjustment->rounds.walks_dropped,

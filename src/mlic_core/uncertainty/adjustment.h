@@ -92,8 +92,7 @@ struct Adjustment {
   Eigen::Matrix3d alignment_covariance = Eigen::Matrix3d::Zero();  // AlignmentReview::covariance
   // NoiseInformation at an earlier solve of the same calibration parameters; empty before.
   Eigen::MatrixXd noise_information;
-  std::vector<PlaneNoise> plane_noise;      // of each LiDAR
-  std::vector<UncorrectedMap> uncorrected;  // of each LiDAR, for CorrectRings
+  std::vector<PlaneNoise> plane_noise;  // of each LiDAR
   AdjustedCameras cameras;
   MapMatching map;
   JointRounds rounds;

@@ -6,13 +6,13 @@
 #include <optional>
 #include <vector>
 
+#include "mlic_core/common/sizes_of_draws.h"
 #include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/problem/layout.h"
 #include "mlic_core/problem/priors.h"
 #include "mlic_core/solver/submatrix.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
 #include "mlic_core/uncertainty/marginal_equations.h"
-#include "mlic_core/uncertainty/sizes_of_draws.h"
 
 namespace mlic {
 namespace {

@@ -15,40 +15,26 @@
 namespace mlic {
 namespace {
 
-// What the errors of a LiDAR's rings do to the gradient.
-struct RingResponse {
-  Eigen::MatrixXd range, elevation;  // a column for each ring
-  Eigen::VectorXd elevations;        // sums over the points: rad
-  Eigen::VectorXd points;
-};
-
 struct Scatter {
-  Eigen::MatrixXd found;            // sum of m m^T
-  Eigen::MatrixXd white;            // sum of V
-  std::vector<RingResponse> rings;  // of each LiDAR; without columns where nothing was corrected
+  Eigen::MatrixXd found;  // sum of m m^T
+  Eigen::MatrixXd white;  // sum of V
+  std::vector<Eigen::MatrixXd>
+      rings;  // of each LiDAR, what errors of its rings (DoubtOfRings) do to the gradient
 
-  Scatter(Eigen::Index parameters, const CalibrationState& state);
+  Scatter(Eigen::Index parameters, const std::vector<Eigen::MatrixXd>& doubts);
   void Add(const Scatter& other);
 };
 
-Scatter::Scatter(Eigen::Index parameters, const CalibrationState& state)
+Scatter::Scatter(Eigen::Index parameters, const std::vector<Eigen::MatrixXd>& doubts)
     : found(Eigen::MatrixXd::Zero(parameters, parameters)), white(found) {
-  for (std::size_t l = 0; l < state.lidars.size(); ++l) {
-    const auto count = static_cast<Eigen::Index>(l < state.rings.size() ? state.rings[l].size() : 0);
-    const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(parameters, count);
-    rings.push_back({none, none, Eigen::VectorXd::Zero(count), Eigen::VectorXd::Zero(count)});
-  }
+  for (const Eigen::MatrixXd& doubt : doubts)
+    rings.emplace_back(Eigen::MatrixXd::Zero(parameters, doubt.rows()));
 }
 
 void Scatter::Add(const Scatter& other) {
   found += other.found;
   white += other.white;
-  for (std::size_t l = 0; l < rings.size(); ++l) {
-    rings[l].range += other.rings[l].range;
-    rings[l].elevation += other.rings[l].elevation;
-    rings[l].elevations += other.rings[l].elevations;
-    rings[l].points += other.rings[l].points;
-  }
+  for (std::size_t l = 0; l < rings.size(); ++l) rings[l] += other.rings[l];
 }
 
 // The rows of a plane's points by the calibration, control points left free: a column for each.
@@ -81,15 +67,15 @@ void AddRings(const LinearizationPoint& at, std::size_t drive, std::size_t plane
   const PlaneAssociation& association = at.problem.drives[drive].planes;
   for (Eigen::Index i = 0; i < reduced.cols(); ++i) {
     const PlaneObservation& o = association.observations[rows.observations[i]];
-    RingResponse& response = scatter->rings[o.lidar];
-    if (o.ring >= response.points.size()) continue;
-    const Eigen::Vector2d row = rows.units[i] / o.sigma *
-                                RingJacobian(o, association.planes[plane], at.state.lidars[o.lidar],
-                                             at.state.drives[drive].trajectory);
-    response.range.col(o.ring) += row[0] * reduced.col(i);
-    response.elevation.col(o.ring) += row[1] * reduced.col(i);
-    response.elevations[o.ring] += ElevationOf(o.position);
-    response.points[o.ring] += 1.0;
+    Eigen::MatrixXd& response = scatter->rings[o.lidar];
+    const Eigen::Index count = response.cols() / 2;
+    if (o.ring >= count) continue;
+    const double whiten = rows.units[i] / o.sigma;
+    const Eigen::Vector2d row =
+        whiten * RingJacobian(o, rows.residuals[i] / whiten, association.planes[plane],
+                              at.state.lidars[o.lidar], at.state.drives[drive].trajectory);
+    response.col(o.ring) += row[0] * reduced.col(i);
+    response.col(count + o.ring) += row[1] * reduced.col(i);
   }
 }
 
@@ -114,40 +100,6 @@ void AddPlane(const LinearizationPoint& at, const Eigen::MatrixXd& knot_response
     scatter->white.noalias() -= followed * solver.solve(followed.transpose());
   }
   AddRings(at, drive, plane, rows, reduced, scatter);
-}
-
-// Of the errors that corrections leave in: the trend as far as rings that err like these have one, and all
-// that rings without a correction may err by. ranges_found: the trend of the ranges is estimated
-// (range_errors.h).
-Eigen::MatrixXd LeftOfRings(const RingResponse& response, const RingCorrections& corrections,
-                            bool ranges_found) {
-  const RingCorrection typical = TypicalCorrection(corrections);
-  Eigen::MatrixXd left = Eigen::MatrixXd::Zero(response.range.rows(), response.range.rows());
-  const auto add = [&](double sigma, const Eigen::MatrixXd& columns) {
-    left.noalias() += sigma * sigma * columns * columns.transpose();
-  };
-  std::vector<Eigen::Index> corrected;
-  for (Eigen::Index r = 0; r < response.points.size(); ++r) {
-    if (response.points[r] == 0.0) continue;
-    if (corrections[r].range != 0.0f || corrections[r].elevation != 0.0f) {
-      corrected.push_back(r);
-    } else {
-      add(typical.range, response.range.col(r));
-      add(typical.elevation, response.elevation.col(r));
-    }
-  }
-  const auto count = static_cast<Eigen::Index>(corrected.size());
-  Eigen::VectorXd elevations(count);
-  Eigen::MatrixXd range(left.rows(), count), elevation(left.rows(), count);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const Eigen::Index r = corrected[i];
-    elevations[i] = response.elevations[r] / response.points[r];
-    range.col(i) = response.range.col(r);
-    elevation.col(i) = response.elevation.col(r);
-  }
-  if (!ranges_found) add(typical.range, range * RingTrend(elevations));
-  add(typical.elevation, elevation * RingTrend(elevations));
-  return left;
 }
 
 // Of `found` along the directions in which it exceeds `usual` times `white`, by the excess. limits: steps of
@@ -176,7 +128,8 @@ Eigen::MatrixXd ScatterOfPoints(const LinearizedProblem& linearized, double usua
   const CalibrationState& state = linearized.state;
   if (!linearized.solved) return Eigen::MatrixXd::Zero(layout.calibration, layout.calibration);
   const LinearizationPoint at = linearized.At();
-  std::vector<Scatter> parts(kLinearizationChunks, Scatter(layout.calibration, state));
+  const std::vector<Eigen::MatrixXd> doubts = DoubtOfRings(at.problem.drives, usual, state);
+  std::vector<Scatter> parts(kLinearizationChunks, Scatter(layout.calibration, doubts));
   for (std::size_t d = 0; d < at.problem.drives.size(); ++d) {
     ParallelChunks(at.problem.drives[d].planes.planes.size(), parts.size(),
                    [&](std::size_t chunk, std::size_t begin, std::size_t end) {
@@ -187,10 +140,9 @@ Eigen::MatrixXd ScatterOfPoints(const LinearizedProblem& linearized, double usua
   }
   for (std::size_t c = 1; c < parts.size(); ++c) parts[0].Add(parts[c]);
   Eigen::MatrixXd scatter = Excess(parts[0], usual, CalibrationLimits(state, layout));
-  for (std::size_t l = 0; l < state.rings.size(); ++l) {
-    if (state.rings[l].empty()) continue;
-    const bool ranges_found = l < state.ranges.size() && state.ranges[l].offset != 0.0;
-    scatter += LeftOfRings(parts[0].rings[l], state.rings[l], ranges_found) / usual;
+  for (std::size_t l = 0; l < doubts.size(); ++l) {
+    const Eigen::MatrixXd& response = parts[0].rings[l];
+    scatter += response * doubts[l] * response.transpose() / usual;
   }
   return scatter;
 }

@@ -14,9 +14,8 @@ namespace mlic {
 // sum(V_g) (Liang and Zeger, Biometrika 1986): along the directions where their ratio q exceeds `usual` it is
 //   sum(V_g)^(1/2) U diag(q / usual - 1) U^T sum(V_g)^(1/2),
 // calibration x calibration, of information. There are hundreds of groups for each parameter. Errors of rings
-// last for the whole drive and are few, so what corrections leave of them (RingTrend, that of ranges only
-// where it is not estimated; rings with too few points) is added by its variance: G_r v_r G_r^T / usual, G_r
-// the gradient's change with a ring's error (all else followed), v_r the mean square of the corrections. Zero
+// last for the whole drive and are few, so they are added by what they may be (DoubtOfRings):
+// G E[u u^T] G^T / usual, G the gradient's change with them, all else followed. Zero
 // where the equations have no solution or no points take part. docs/method.md, section 11.
 Eigen::MatrixXd ScatterOfPoints(const LinearizedProblem& linearized, double usual);
 

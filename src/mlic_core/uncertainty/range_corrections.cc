@@ -5,10 +5,10 @@
 #include <optional>
 #include <vector>
 
+#include "mlic_core/common/sizes_of_draws.h"
 #include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/problem/layout.h"
 #include "mlic_core/uncertainty/range_errors.h"
-#include "mlic_core/uncertainty/sizes_of_draws.h"
 
 namespace mlic {
 namespace {

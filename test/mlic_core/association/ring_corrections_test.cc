@@ -83,9 +83,7 @@ DriveTerms Scan(const CalibrationState& state, const ErrorsAt& errors_at) {
 }
 
 bool Correct(const std::vector<DriveTerms>& drives, CalibrationState* state) {
-  std::vector<UncorrectedMap> uncorrected;
-  const std::vector<PlaneNoise> noise(state->lidars.size(), {kNoise, 0.0});
-  return CorrectRings(drives, 1.0, noise, &uncorrected, state);
+  return CorrectRings(drives, 1.0, state);
 }
 
 const auto kAlways = [](int, int) { return true; };
@@ -112,6 +110,19 @@ TEST(RingCorrections, AreNoneForNoiseNorWithoutRings) {
   for (PlaneObservation& o : without.planes.observations) o.ring = 0;
   EXPECT_FALSE(Correct({without}, &state));
   EXPECT_TRUE(state.rings[0].empty());
+}
+
+// What the points say of the rings is as sure as it claims: where a plane is near, the noise of the ranges
+// must not stand in the derivatives.
+TEST(RingCorrections, AreJudgedByEquationsOfTheirNoise) {
+  const CalibrationState state = AtRest();
+  DriveTerms scan = Scan(state, kNever);
+  for (PlaneObservation& o : scan.planes.observations) o.sigma = static_cast<float>(kNoise);
+  const QuartersOfRings quarters = SumRings({scan}, state)[0];
+  const Eigen::MatrixX2d trend = RingTrend(Eigen::VectorXd::LinSpaced(kRings, -0.5, 0.3));
+  std::vector<RingEquations> parts;
+  for (const RingSum& quarter : quarters) parts.push_back(WithoutTrend(quarter.equations, trend));
+  EXPECT_NEAR(ScatterOfParts(parts, 2, Eigen::MatrixX2d::Zero(kRings, 2)), 1.0, 0.35);
 }
 
 TEST(RingCorrections, AreNoneWhereHalvesOfTheDriveOrOfTheViewDiffer) {
@@ -146,27 +157,6 @@ TEST(RingCorrections, AreNoneForWhatNeighboursShare) {
   EXPECT_FALSE(Correct({scan}, &state));
 }
 
-// The map drawn anew has fewer points on planes, which scatter more.
-TEST(RingCorrections, ThatBlurTheMapAreTakenBackForGood) {
-  CalibrationState state = AtRest();
-  const DriveTerms scan = Scan(state, kAlways);
-  DriveTerms less = scan;
-  less.planes.observations.pop_back();
-  for (std::size_t& begin : less.planes.begin) begin = std::min(begin, less.planes.observations.size());
-  for (const double noise : {0.9 * kNoise, 1.1 * kNoise}) {
-    state.rings.clear();
-    std::vector<UncorrectedMap> uncorrected;
-    ASSERT_TRUE(CorrectRings({scan}, 1.0, {{kNoise, 0.0}}, &uncorrected, &state));
-    const bool blurred = noise > kNoise;
-    const bool moved = CorrectRings({less}, 1.0, {{noise, 0.0}}, &uncorrected, &state);
-    EXPECT_TRUE(moved || !blurred);
-    EXPECT_EQ(state.rings[0].empty(), blurred);
-    EXPECT_EQ(uncorrected[0].is_better, blurred);
-    CorrectRings({scan}, 1.0, {{noise, 0.0}}, &uncorrected, &state);
-    EXPECT_EQ(state.rings[0].empty(), blurred);
-  }
-}
-
 DriveTerms Corrected(DriveTerms scan, const RingCorrections& corrections) {
   for (PlaneObservation& o : scan.planes.observations) {
     o.position = CorrectedPoint(o.position, corrections[o.ring]);
@@ -182,7 +172,7 @@ TEST(RingCorrections, ComeToAnEnd) {
   const float range = state.rings[0][0].range;
   int rounds = 0;
   while (Correct({Corrected(scan, state.rings[0])}, &state)) ASSERT_LT(++rounds, 3);
-  EXPECT_NEAR(state.rings[0][0].range, range, 1e-4);
+  EXPECT_NEAR(state.rings[0][0].range, range, 5e-4);  // as sure as what points beyond the cut leave
 }
 
 // Points that are right without their corrections undo them.

@@ -23,13 +23,17 @@ Eigen::Matrix2d InformationOf(int ring, double weakly) {
 }
 
 // Rings that err by `errors`, seen with noise of the information's size.
-std::vector<RingEquations> Seen(const Eigen::MatrixX2d& errors, Random* random) {
-  std::vector<RingEquations> rings(kRings);
+RingEquations Seen(const Eigen::MatrixX2d& errors, Random* random) {
+  RingEquations rings = RingEquations::Zero(kRings);
   for (int i = 0; i < kRings; ++i) {
-    rings[i].information = InformationOf(i, 1e-2);
-    const Eigen::Matrix2d root = rings[i].information.llt().matrixL();
+    const Eigen::Matrix2d information = InformationOf(i, 1e-2);
+    const Eigen::Matrix2d root = information.llt().matrixL();
     const Eigen::Vector2d noise(random->Normal(), random->Normal());
-    rings[i].gradient = -(rings[i].information * errors.row(i).transpose() + root * noise);
+    const Eigen::Vector2d gradient = -(information * errors.row(i).transpose() + root * noise);
+    for (int a = 0; a < 2; ++a) {
+      rings.gradient[a * kRings + i] = gradient[a];
+      for (int b = 0; b < 2; ++b) rings.information(a * kRings + i, b * kRings + i) = information(a, b);
+    }
   }
   return rings;
 }
@@ -59,10 +63,11 @@ TEST(RingErrors, AreAsWideAsTheyWereDrawn) {
 TEST(RingErrors, AreNoneForNoiseOfRingsThatSeeGround) {
   for (int seed = 1; seed <= 20; ++seed) {
     Random random(seed);
-    const std::vector<RingEquations> rings = Seen(Drawn(0.0, 0.0, &random), &random);
+    const RingEquations rings = Seen(Drawn(0.0, 0.0, &random), &random);
     const RingVariances found = MeasureRingVariances(rings, true);
     EXPECT_LT(found.evidence, 4.0) << seed;
-    EXPECT_LT(PredictRingErrors(rings, Trend(), found.variances).col(0).cwiseAbs().maxCoeff(), 3e-4) << seed;
+    const RingPrediction prediction = PredictRingErrors(WithoutTrend(rings, Trend()), found.variances);
+    EXPECT_LT(prediction.errors.col(0).cwiseAbs().maxCoeff(), 3e-4) << seed;
   }
 }
 
@@ -78,42 +83,95 @@ TEST(RingErrors, AreNoneForWhatNeighboursShare) {
 TEST(RingErrors, ArePredictedWithoutTheirTrend) {
   Random random(3);
   const Eigen::MatrixX2d errors = Drawn(5e-3, 0.0, &random);
-  const std::vector<RingEquations> rings = Seen(errors, &random);
   const Eigen::MatrixXd trend = Trend();
-  const Eigen::MatrixX2d found = PredictRingErrors(rings, trend, {25e-6, 0.0});
-  EXPECT_LT((trend.transpose() * found).norm(), 1e-9);
-  EXPECT_EQ(found.col(1).norm(), 0.0);
-  const Eigen::VectorXd left = errors.col(0) - trend * (trend.transpose() * errors.col(0)) - found.col(0);
+  const RingPrediction found = PredictRingErrors(WithoutTrend(Seen(errors, &random), trend), {25e-6, 0.0});
+  EXPECT_LT((trend.transpose() * found.errors).norm(), 1e-9);
+  EXPECT_EQ(found.errors.col(1).norm(), 0.0);
+  const Eigen::VectorXd left =
+      errors.col(0) - trend * (trend.transpose() * errors.col(0)) - found.errors.col(0);
   EXPECT_LT(left.norm() / std::sqrt(double{kRings}), 0.6e-3);
+  // Of what is along the trend the data say nothing.
+  const Eigen::MatrixXd of_ranges = found.covariance.topLeftCorner(kRings, kRings);
+  for (int k = 0; k < 2; ++k) EXPECT_NEAR(trend.col(k).dot(of_ranges * trend.col(k)), 25e-6, 1e-9);
+  const double expected = of_ranges.trace() - 2.0 * 25e-6;
+  EXPECT_NEAR(left.squaredNorm() / expected, 1.0, 0.4);
+}
+
+// A mean that a plane's own errors hide: rings that differ from their neighbours alone are seen.
+TEST(RingErrors, AreSeenThroughWhatPlanesShare) {
+  Random random(6);
+  const Eigen::MatrixX2d errors = Drawn(5e-3, 0.0, &random);
+  RingEquations rings = Seen(errors, &random);
+  constexpr int kWidth = 6;  // rings that see one plane
+  RingEquations hidden = RingEquations::Zero(kRings);
+  for (int first = 0; first + kWidth <= kRings; ++first) {
+    const auto on_plane = [&](int i) { return i >= first && i < first + kWidth ? 1.0 : 0.0; };
+    Eigen::MatrixXd of_plane = Eigen::MatrixXd::Zero(2 * kRings, 1);
+    for (int i = 0; i < kRings; ++i) of_plane(i, 0) = on_plane(i) * std::sqrt(1e7 / kWidth);
+    RingEquations plane = RingEquations::Zero(kRings);
+    for (int i = 0; i < kRings; ++i) plane.information(i, i) = 1e7 * on_plane(i);
+    plane.information -= of_plane * of_plane.transpose();
+    Eigen::VectorXd stacked(2 * kRings);
+    stacked << errors.col(0), errors.col(1);
+    plane.gradient = -(plane.information * stacked);
+    hidden.information += plane.information;
+    hidden.gradient += plane.gradient;
+  }
+  const RingVariances found = MeasureRingVariances(hidden, false);
+  EXPECT_NEAR(std::sqrt(found.variances[0]), 5e-3, 1.5e-3);
+  const Eigen::MatrixXd trend = Trend();
+  const RingPrediction prediction = PredictRingErrors(WithoutTrend(hidden, trend), found.variances);
+  const Eigen::VectorXd left =
+      errors.col(0) - trend * (trend.transpose() * errors.col(0)) - prediction.errors.col(0);
+  EXPECT_LT(left.norm() / std::sqrt(double{kRings}), 0.3e-3);
 }
 
 TEST(RingErrors, LowerTheCostOfOtherPointsIfTheyAreReal) {
   Random random(4);
   const Eigen::MatrixXd trend = Trend();
+  const auto seen = [&](const Eigen::MatrixX2d& errors) {
+    return WithoutTrend(Seen(errors, &random), trend);
+  };
   const Eigen::MatrixX2d errors = Drawn(2e-3, 1e-4, &random), others = Drawn(2e-3, 1e-4, &random);
-  const Eigen::MatrixX2d predicted = PredictRingErrors(Seen(errors, &random), trend, {4e-6, 1e-8});
-  EXPECT_GT(GainOfCorrections(Seen(errors, &random), trend, predicted), 100.0);
-  EXPECT_LT(GainOfCorrections(Seen(others, &random), trend, predicted), 0.0);
+  const Eigen::MatrixX2d predicted = PredictRingErrors(seen(errors), {4e-6, 1e-8}).errors;
+  EXPECT_GT(GainOfCorrections(seen(errors), predicted), 100.0);
+  EXPECT_LT(GainOfCorrections(seen(others), predicted), 0.0);
   // A trend is no gain.
   const Eigen::MatrixX2d along = 0.01 * trend;
-  EXPECT_NEAR(GainOfCorrections(Seen(errors, &random), trend, along), 0.0, 1e-3);
+  EXPECT_NEAR(GainOfCorrections(seen(errors), along), 0.0, 1e-3);
+}
+
+// Rings that were corrected by half of what they err by: what they show counts, whatever its size.
+TEST(RingErrors, BeyondCorrectionsAreWhatTheDataShow) {
+  Random random(7);
+  const Eigen::MatrixX2d errors = Drawn(5e-3, 0.0, &random);
+  const Eigen::MatrixXd trend = Trend();
+  const RingEquations rings = Seen(errors, &random);
+  const auto rms = [](const Eigen::MatrixXd& square) {
+    return std::sqrt(square.topLeftCorner(kRings, kRings).trace() / kRings);
+  };
+  const Eigen::MatrixX2d none = Eigen::MatrixX2d::Zero(kRings, 2);
+  EXPECT_NEAR(rms(MeanSquareBeyond(rings, trend, 0.0, none)), 5e-3, 1e-3);
+  const RingPrediction best = PredictRingErrors(WithoutTrend(rings, trend), {25e-6, 0.0});
+  EXPECT_NEAR(rms(MeanSquareBeyond(rings, trend, 0.0, 0.5 * best.errors)), 2.6e-3, 0.6e-3);
+  // What is left then is the trend's, 5 mm * sqrt(2 / 64), and noise.
+  EXPECT_NEAR(rms(MeanSquareBeyond(rings, trend, 0.0, best.errors)), 1e-3, 0.3e-3);
 }
 
 // Of four parts, each of which sees rings that err by `same` and by `own` of the part, about what all show.
 double Scatter(const Eigen::MatrixX2d& same, double own, std::uint64_t seed) {
   Random random(seed);
-  std::vector<std::vector<RingEquations>> parts;
-  std::vector<RingEquations> all(kRings);
+  std::vector<RingEquations> parts;
+  RingEquations all = RingEquations::Zero(kRings);
   for (int part = 0; part < 4; ++part) {
     Eigen::MatrixX2d errors = same + Drawn(own, 0.0, &random);
     errors.col(0) += part * 0.01 * Trend().col(1);  // a trend of its own
-    parts.push_back(Seen(errors, &random));
-    for (int i = 0; i < kRings; ++i) {
-      all[i].information += parts.back()[i].information;
-      all[i].gradient += parts.back()[i].gradient;
-    }
+    const RingEquations seen = Seen(errors, &random);
+    parts.push_back(WithoutTrend(seen, Trend()));
+    all.information += seen.information;
+    all.gradient += seen.gradient;
   }
-  return ScatterOfParts(parts, Trend(), PredictRingErrors(all, Trend(), {25e-6, 9e-8}));
+  return ScatterOfParts(parts, 2, PredictRingErrors(WithoutTrend(all, Trend()), {25e-6, 9e-8}).errors);
 }
 
 TEST(RingErrors, OfPartsScatterByTheirNoiseWhereTheyAreReal) {

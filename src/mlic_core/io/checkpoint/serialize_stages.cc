@@ -130,21 +130,19 @@ auto Members(DriveTerms& drive) {
 auto Members(StampCourse& course) { return std::tie(course.times, course.shifts, course.walk); }
 auto Members(CameraTerms& camera) { return std::tie(camera.fixed, camera.given_intrinsics); }
 auto Members(RoundSummary& round) { return std::tie(round.stage, round.change); }
-auto Members(UncorrectedMap& map) { return std::tie(map.points, map.noise, map.is_better); }
 auto Members(Adjustment& adjustment) {
   return std::tie(
-      adjustment.state, adjustment.contradicted_guesses, adjustment.plane_noise, adjustment.uncorrected,
-      adjustment.problem.drives, adjustment.problem.cameras, adjustment.cameras.landmark_options.noise,
-      adjustment.cameras.stamp_courses, adjustment.cameras.twins, adjustment.cameras.sigmas,
-      adjustment.map.cameras_before, adjustment.map.noise, adjustment.map.held_out,
-      adjustment.rounds.landmarks, adjustment.rounds.done, adjustment.rounds.reviewed,
-      adjustment.rounds.points_per_scan, adjustment.rounds.noise_measured, adjustment.rounds.clocks_freed,
-      adjustment.rounds.matrices_judged, adjustment.rounds.biases_judged, adjustment.rounds.ranges_measured,
-      adjustment.rounds.walks_dropped, adjustment.rounds.history, adjustment.alignment_covariance,
-      adjustment.noise_information, adjustment.problem.imu.estimate_alignment,
-      adjustment.problem.imu.alignment_shown, adjustment.problem.imu.alignment_sigma,
-      adjustment.problem.imu.gravity_sigma, adjustment.problem.imu.matrix_sigma,
-      adjustment.problem.estimate_imu_matrices, adjustment.lines);
+      adjustment.state, adjustment.contradicted_guesses, adjustment.plane_noise, adjustment.problem.drives,
+      adjustment.problem.cameras, adjustment.cameras.landmark_options.noise, adjustment.cameras.stamp_courses,
+      adjustment.cameras.twins, adjustment.cameras.sigmas, adjustment.map.cameras_before,
+      adjustment.map.noise, adjustment.map.held_out, adjustment.rounds.landmarks, adjustment.rounds.done,
+      adjustment.rounds.reviewed, adjustment.rounds.points_per_scan, adjustment.rounds.noise_measured,
+      adjustment.rounds.clocks_freed, adjustment.rounds.matrices_judged, adjustment.rounds.biases_judged,
+      adjustment.rounds.ranges_measured, adjustment.rounds.walks_dropped, adjustment.rounds.history,
+      adjustment.alignment_covariance, adjustment.noise_information,
+      adjustment.problem.imu.estimate_alignment, adjustment.problem.imu.alignment_shown,
+      adjustment.problem.imu.alignment_sigma, adjustment.problem.imu.gravity_sigma,
+      adjustment.problem.imu.matrix_sigma, adjustment.problem.estimate_imu_matrices, adjustment.lines);
 }
 
 template <>
