@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "mlic_core/common/order_statistics.h"
-#include "mlic_core/imu/accelerometer_lag.h"
 #include "mlic_core/imu/excitation.h"
 #include "mlic_core/imu/gravity_lever_arm.h"
 #include "mlic_core/imu/hand_eye.h"
@@ -37,24 +36,6 @@ std::string WhyNoneAgrees(const Dataset& dataset) {
          "it turns enough, but the LiDARs' scans cannot be followed (they see too little structure, such as "
          "a floor alone, or come from another drive) or lie more than 1 s off; record among walls and "
          "objects";
-}
-
-// Says when gyroscope and accelerometer do not keep one clock.
-void CheckAccelerometerLag(const Drive& drive, const std::vector<TimedPose>& odometry,
-                           const AngularRateAlignment& alignment,
-                           const std::optional<LeverArmGuess>& lever_guess, Initialization* result) {
-  constexpr double kLeast = 0.01;  // s: what an offset can hide between the two
-  const AccelerometerLag lag = MeasureAccelerometerLag(drive.imu, odometry, alignment, lever_guess);
-  if (!lag.valid || std::abs(lag.lag) < std::max(kLeast, 4.0 * lag.sigma)) return;
-  char line[300];
-  std::snprintf(
-      line, sizeof(line),
-      "the IMU's %s is %.0f ms later than its %s (sigma %.0f ms), as the filtered rates of navigation "
-      "systems are: no time offset serves both, so the offsets are off by a part of that; record "
-      "the raw IMU",
-      lag.lag > 0.0 ? "accelerometer" : "gyroscope", 1e3 * std::abs(lag.lag),
-      lag.lag > 0.0 ? "gyroscope" : "accelerometer", 1e3 * lag.sigma);
-  result->problems.push_back(line);
 }
 
 // Starts the drive's trajectory from the base LiDAR's odometry: gravity-aligned, position and yaw of the
@@ -195,15 +176,12 @@ Initialization Initialize(const Rig& rig, const Dataset& dataset, const std::vec
   result.state.lidars.resize(lidars);
   result.unaligned.assign(lidars, false);
   RigidTransform T_imu_base;
-  const std::optional<LeverArmGuess> lever_guess = LeverArmGuessOf(rig.lidars[base]);
   for (std::size_t d = 0; d < dataset.drives.size(); ++d) {
     cancellation.ThrowIfCancelled();
     if (!InitializeDrive(dataset, d, odometry[d].lidars[base], odometry[d].alignments[base], arms[d], &result,
                          &T_imu_base)) {
       return result;
     }
-    CheckAccelerometerLag(dataset.drives[d], odometry[d].lidars[base], odometry[d].alignments[base],
-                          lever_guess, &result);
   }
   for (std::size_t l = 0; l < lidars; ++l) {
     SensorCalibration& calibration = result.state.lidars[l];

@@ -35,7 +35,7 @@ constexpr double kPointsOnPlanes = 500.0;  // from: measured, kitti_0005 and the
 constexpr int kLeastRounds = 5;
 constexpr int kMostRounds = 15;  // from: guard, time
 // What a review frees or corrects moves the calibration once more: so many rounds may follow, in all.
-constexpr int kRoundsAfterReview = 5, kMostWithReviews = 20;  // from: guard, time
+constexpr int kRoundsAfterReview = 5, kMostWithReviews = 30;  // from: guard, time
 // Rounds that find landmarks and matches anew; later ones keep them, as which of them just agree and which
 // just do not would change for ever. from: measured, paper rig, seeds 1 to 3
 constexpr int kLandmarkRounds = 3;

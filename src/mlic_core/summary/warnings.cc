@@ -1,5 +1,6 @@
 #include "mlic_core/summary/warnings.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -15,6 +16,20 @@ void WarnOfMovement(double moved, std::vector<std::string>* warnings) {
                 "the calibration has hardly converged: the last round moved it by %.2f of its sigma, which "
                 "the sigmas here include",
                 moved);
+  warnings->push_back(text);
+}
+
+void WarnOfLag(double lag, double sigma, std::vector<std::string>* warnings) {
+  constexpr double kLeast = 0.01;  // s; from: standard, low-pass filters of raw IMUs delay by less
+  constexpr double kShown = 4.0;   // sigmas; from: derivation, 1 of 16000 normal errors lies beyond
+  if (std::abs(lag) < std::max(kLeast, kShown * sigma)) return;
+  char text[300];
+  std::snprintf(text, sizeof(text),
+                "the IMU's %s is %.0f ms later than its %s (sigma %.1f ms), as the filtered rates of "
+                "navigation systems are: time offsets are to the gyroscope, and programs that take both for "
+                "one time lose by it; record the raw IMU",
+                lag > 0.0 ? "accelerometer" : "gyroscope", 1e3 * std::abs(lag),
+                lag > 0.0 ? "gyroscope" : "accelerometer", 1e3 * sigma);
   warnings->push_back(text);
 }
 

@@ -12,6 +12,10 @@ namespace mlic {
 // moved: by the last round of all that were allowed, in sigmas; 0 where the calibration stood still before.
 void WarnOfMovement(double moved, std::vector<std::string>* warnings);
 
+// An accelerometer and a gyroscope of one IMU that do not keep one time. lag, sigma: of the accelerometer
+// behind the gyroscope, s.
+void WarnOfLag(double lag, double sigma, std::vector<std::string>* warnings);
+
 // A clock that drifts: the sensor's time offset is right for this drive alone.
 void WarnOfDrift(const SensorResult& sensor, std::vector<std::string>* warnings);
 

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include "mlic_core/imu/accelerometer_lag.h"
 #include "mlic_core/imu/angular_rate_alignment.h"
 #include "mlic_core/imu/gravity_lever_arm.h"
 #include "support/test_motion.h"
@@ -193,32 +192,6 @@ TEST(GravityLeverArm, RecoversTruthWithoutNoise) {
   EXPECT_LT(lever, 1e-5);
   EXPECT_LT((result.gravity - recording.gravity).norm(), 1e-5);
   EXPECT_LT((result.accelerometer_bias - rig.accelerometer_bias).norm(), 1e-5);
-}
-
-// A navigation system whose rates come 54 ms later than its accelerations, and a true IMU.
-TEST(AccelerometerLag, IsFoundWhereThereIsOneAndNotWhereThereIsNone) {
-  const test::Rig rig;
-  for (const double lag : {0.0, -0.054, 0.03}) {
-    for (const bool hand_held : {true, false}) {
-      const double rate = hand_held ? 200.0 : 20.0;
-      auto recording = Record(hand_held ? HandHeld() : Planar(), rig, kOrdinaryNoise, rate, 30.0, 5);
-      const auto motion = hand_held ? HandHeld() : Planar();
-      for (ImuSample& sample : recording.imu) {
-        const ImuSample true_now = motion.Sample(sample.time), true_then = motion.Sample(sample.time - lag);
-        sample.specific_force += true_then.specific_force - true_now.specific_force;
-      }
-      RotationGuess guess;
-      guess.R_imu_lidar = rig.T_imu_lidar.rotation;
-      const auto alignment = AlignAngularRates(recording.imu, recording.poses, guess);
-      const auto result = MeasureAccelerometerLag(recording.imu, recording.poses, alignment,
-                                                  LeverArmGuess{rig.T_imu_lidar.translation});
-      ASSERT_TRUE(result.valid);
-      std::printf("lag %.1f ms, found %.2f ms, sigma %.2f ms\n", 1e3 * lag, 1e3 * result.lag,
-                  1e3 * result.sigma);
-      EXPECT_NEAR(result.lag, lag, std::max(2e-3, 4.0 * result.sigma));
-      EXPECT_LT(result.sigma, hand_held ? 2e-3 : 15e-3);
-    }
-  }
 }
 
 TEST(GravityLeverArm, ErrorsAgreeWithSigmas) {

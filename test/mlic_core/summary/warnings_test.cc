@@ -26,6 +26,19 @@ TEST(Warnings, AreGivenOfStampsWhoseWanderIsMostOfTheOffsetsSigma) {
   EXPECT_EQ(warnings.size(), 1u);
 }
 
+// As of kitti_0005's navigation system; a raw IMU's filters delay by milliseconds.
+TEST(Warnings, AreGivenOfAnAccelerometerBehindItsGyroscope) {
+  std::vector<std::string> warnings;
+  WarnOfLag(4e-3, 1e-4, &warnings);
+  WarnOfLag(-30e-3, 10e-3, &warnings);
+  EXPECT_TRUE(warnings.empty());
+  WarnOfLag(47e-3, 2e-3, &warnings);
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_NE(warnings[0].find("accelerometer is 47 ms later than its gyroscope (sigma 2.0 ms)"),
+            std::string::npos)
+      << warnings[0];
+}
+
 TEST(Warnings, AreGivenOfClocksThatDriftByMoreThanThreeSigmas) {
   SensorResult camera = Camera(1e-4);
   std::vector<std::string> warnings;
