@@ -14,8 +14,9 @@ namespace {
 constexpr std::size_t kFewestRings = 8;  // from: guard
 constexpr double kFewestPoints = 30.0;   // of a ring, in either half; from: guard, fewer are no sample
 constexpr double kLeastEvidence = 2.0;   // of two variances more; from: derivation, Akaike (1974)
-constexpr double kLeastMove = 0.1;       // of what a ring shows, in its sigmas; from: structural
-constexpr double kMostDecades = 2.0;     // from: guard, what a LiDAR of 8 bits tells apart
+constexpr double kLeastMove =
+    0.5;  // of what a ring shows, in its sigmas; from: structural, the doubt has what is left
+constexpr double kMostDecades = 2.0;  // from: guard, what a LiDAR of 8 bits tells apart
 
 // Of the quarters: early, late, left and right ones. from: structural
 constexpr std::size_t kHalves[4][2] = {{0, 1}, {2, 3}, {0, 2}, {1, 3}};
@@ -58,14 +59,20 @@ Eigen::MatrixX2d CorrectionsOf(const RingCorrections& corrections, const std::ve
   return values;
 }
 
+// Where the ranges of some rings stand, then their elevations, among those of `rings`.
+std::vector<Eigen::Index> PlacesOf(const std::vector<std::size_t>& which, Eigen::Index rings) {
+  std::vector<Eigen::Index> places;
+  for (const Eigen::Index start : {Eigen::Index{0}, rings}) {
+    for (const std::size_t ring : which) places.push_back(start + static_cast<Eigen::Index>(ring));
+  }
+  return places;
+}
+
 // Of some of a LiDAR's rings, about no correction. correlation: by which the points' information is too
 // large.
 RingEquations EquationsOf(const RingEquations& beyond, const std::vector<std::size_t>& which,
                           const Eigen::MatrixX2d& corrections, double correlation) {
-  std::vector<Eigen::Index> places;
-  for (const Eigen::Index start : {Eigen::Index{0}, beyond.Rings()}) {
-    for (const std::size_t ring : which) places.push_back(start + static_cast<Eigen::Index>(ring));
-  }
+  const std::vector<Eigen::Index> places = PlacesOf(which, beyond.Rings());
   RingEquations equations{beyond.information(places, places) / correlation,
                           beyond.gradient(places) / correlation};
   const Eigen::Index rings = corrections.rows();
@@ -182,10 +189,7 @@ Eigen::MatrixXd DoubtOf(const QuartersOfRings& sums, double correlation, const R
         Eigen::MatrixXd::Identity(along.size(), along.size()) - along * along.transpose();
     of_sorted = others * of_sorted * others;
   }
-  std::vector<Eigen::Index> places;
-  for (const Eigen::Index start : {Eigen::Index{0}, rings}) {
-    for (const std::size_t ring : sorted.which) places.push_back(start + static_cast<Eigen::Index>(ring));
-  }
+  const std::vector<Eigen::Index> places = PlacesOf(sorted.which, rings);
   doubt(places, places) = of_sorted;
   return doubt;
 }

@@ -37,8 +37,8 @@ Eigen::MatrixX2d RingTrend(const Eigen::VectorXd& elevations);
 // drive must lower the squared residuals of the second and the other way round, and those of the left half of
 // the view the right's. They are judged as a whole each time, those that are no longer confirmed taken back.
 // LiDARs of fewer than 8 rings, or whose points carry none, have no corrections. correlation: of the
-// residuals (CorrelationFactor). Corrects those of the state; true if any LiDAR's changed by a tenth of their
-// sigmas.
+// residuals (CorrelationFactor). Corrects those of the state that move by half of their
+// sigmas; true if any LiDAR's do.
 bool CorrectRings(const std::vector<DriveTerms>& drives, double correlation, CalibrationState* state);
 
 // What the rings of each LiDAR may err by beyond their corrections, those without any and those with few
