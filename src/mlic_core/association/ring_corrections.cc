@@ -99,8 +99,8 @@ struct RingEvidence {
   }
 
  private:
-  // Of all points, less sure by what quarters differ by beyond the noise of their points.
-  RingEquations WithScatter(bool in_elevation) const;
+  // Less sure by what quarters differ by beyond the noise of their points. given: of all points.
+  RingEquations WithScatter(const RingEquations& given, bool in_elevation) const;
 };
 
 RingEvidence::RingEvidence(const QuartersOfRings& sums, const SortedRings& sorted,
@@ -110,21 +110,21 @@ RingEvidence::RingEvidence(const QuartersOfRings& sums, const SortedRings& sorte
     quarters.push_back(EquationsOf(quarter.equations, sorted.which, corrections, correlation));
     all = Sum(all, quarters.back());
   }
-  const RingEquations of_ranges = WithScatter(false), of_both = WithScatter(true);
-  found = MeasureRingVariances(of_ranges, false);
-  const RingVariances both = MeasureRingVariances(of_both, true);
-  const bool in_elevation = both.evidence > found.evidence + kLeastEvidence;
-  if (in_elevation) found = both;
-  all = in_elevation ? of_both : of_ranges;
+  const RingEquations given = all;
+  all = WithScatter(given, false);
+  found = MeasureRingVariances(all, false);
+  if (MeasureRingVariances(all, true).evidence < found.evidence + kLeastEvidence) return;
+  all = WithScatter(given, true);
+  found = MeasureRingVariances(all, true);
 }
 
-RingEquations RingEvidence::WithScatter(bool in_elevation) const {
-  const RingVariances variances = MeasureRingVariances(all, in_elevation);
-  const RingPrediction prediction = PredictRingErrors(WithoutTrend(all, trend), variances.variances);
+RingEquations RingEvidence::WithScatter(const RingEquations& given, bool in_elevation) const {
+  const RingVariances variances = MeasureRingVariances(given, in_elevation);
+  const RingPrediction prediction = PredictRingErrors(WithoutTrend(given, trend), variances.variances);
   std::vector<RingEquations> parts;
   for (const RingEquations& quarter : quarters) parts.push_back(WithoutTrend(quarter, trend));
   const double scatter = std::max(1.0, ScatterOfParts(parts, trend.cols(), prediction.errors));
-  return {all.information / scatter, all.gradient / scatter};
+  return {given.information / scatter, given.gradient / scatter};
 }
 
 // The errors that the rings show and all halves of the points confirm; zero where they do not.
