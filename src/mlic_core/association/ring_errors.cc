@@ -32,32 +32,40 @@ Eigen::MatrixXd SmoothBasis(Eigen::Index rings) {
   return basis;
 }
 
-// (H + T^-1)^-1 for variances T that may be zero, of ranges alone where elevations do not err.
-struct Posterior {
-  Eigen::MatrixXd covariance;
-  double half_log_determinant;  // of I + T H
-
+// What rings err by given their equations H, g, for variances T that may be zero; of ranges alone where
+// elevations do not err.
+class Posterior {
+ public:
   Posterior(const RingEquations& rings, const Eigen::Vector2d& variances) {
     const Eigen::Index n = variances[1] > 0.0 ? 2 * rings.Rings() : rings.Rings();
-    Eigen::VectorXd root = Eigen::VectorXd::Constant(n, std::sqrt(variances[0]));
-    root.tail(n - rings.Rings()).setConstant(std::sqrt(variances[1]));
-    Eigen::MatrixXd whole = root.asDiagonal() * rings.information.topLeftCorner(n, n) * root.asDiagonal();
+    root_ = Eigen::VectorXd::Constant(n, std::sqrt(variances[0]));
+    root_.tail(n - rings.Rings()).setConstant(std::sqrt(variances[1]));
+    Eigen::MatrixXd whole = root_.asDiagonal() * rings.information.topLeftCorner(n, n) * root_.asDiagonal();
     whole.diagonal().array() += 1.0;
-    const Eigen::LLT<Eigen::MatrixXd> solver(whole);
-    covariance = solver.solve(Eigen::MatrixXd(root.asDiagonal()));
-    covariance = root.asDiagonal() * covariance;
-    half_log_determinant = solver.matrixLLT().diagonal().array().log().sum();
+    solver_.compute(whole);
   }
+
   Eigen::VectorXd Errors(const Eigen::VectorXd& gradient) const {
-    return -(covariance * gradient.head(covariance.rows()));
+    return -root_.cwiseProduct(solver_.solve(root_.cwiseProduct(gradient.head(root_.size()))));
   }
+  // (H + T^-1)^-1
+  Eigen::MatrixXd Covariance() const {
+    const Eigen::MatrixXd solved = solver_.solve(Eigen::MatrixXd(root_.asDiagonal()));
+    return root_.asDiagonal() * solved;
+  }
+  // Of I + T H.
+  double HalfLogDeterminant() const { return solver_.matrixLLT().diagonal().array().log().sum(); }
+
+ private:
+  Eigen::VectorXd root_;
+  Eigen::LLT<Eigen::MatrixXd> solver_;
 };
 
 // The logarithm of the likelihood's ratio to no errors. without_trend: what is smooth.
 double Evidence(const RingEquations& without_trend, const Eigen::Vector2d& variances) {
   const Posterior posterior(without_trend, variances);
   const Eigen::VectorXd errors = posterior.Errors(without_trend.gradient);
-  return -0.5 * errors.dot(without_trend.gradient.head(errors.size())) - posterior.half_log_determinant;
+  return -0.5 * errors.dot(without_trend.gradient.head(errors.size())) - posterior.HalfLogDeterminant();
 }
 
 Eigen::VectorXd Stacked(const Eigen::MatrixX2d& errors) {
@@ -130,12 +138,13 @@ RingVariances MeasureRingVariances(const RingEquations& rings, bool in_elevation
 
 RingPrediction PredictRingErrors(const RingEquations& without_trend, const Eigen::Vector2d& variances) {
   const Posterior posterior(without_trend, variances);
-  const Eigen::Index rings = without_trend.Rings(), n = posterior.covariance.rows();
+  const Eigen::Index rings = without_trend.Rings();
   RingPrediction prediction{Eigen::MatrixX2d::Zero(rings, 2), Eigen::MatrixXd::Zero(2 * rings, 2 * rings)};
   const Eigen::VectorXd errors = posterior.Errors(without_trend.gradient);
+  const Eigen::Index n = errors.size();
   prediction.errors.col(0) = errors.head(rings);
   prediction.errors.col(1).head(n - rings) = errors.tail(n - rings);
-  prediction.covariance.topLeftCorner(n, n) = posterior.covariance;
+  prediction.covariance.topLeftCorner(n, n) = posterior.Covariance();
   return prediction;
 }
 

@@ -34,8 +34,8 @@ constexpr std::size_t kMostPoints = 6000;  // from: guard, time
 constexpr double kPointsOnPlanes = 500.0;  // from: measured, kitti_0005 and the car of 4 LiDARs
 constexpr int kLeastRounds = 5;
 constexpr int kMostRounds = 15;  // from: guard, time
-// What a review frees or corrects moves the calibration once more: so many rounds may follow, in all.
-constexpr int kRoundsAfterReview = 5, kMostWithReviews = 30;  // from: guard, time
+// After a move of a sigma, or what a review frees or corrects, so many rounds may follow, in all.
+constexpr int kRoundsAfterMove = 5, kMostAfterMoves = 30;  // from: guard, time
 // Rounds that find landmarks and matches anew; later ones keep them, as which of them just agree and which
 // just do not would change for ever. from: measured, paper rig, seeds 1 to 3
 constexpr int kLandmarkRounds = 3;
@@ -46,13 +46,13 @@ constexpr int kLandmarkRounds = 3;
 constexpr double kLeastMatchNoise = 4.0;
 
 int MostRounds(const JointRounds& rounds) {
-  return std::clamp(rounds.reviewed + kRoundsAfterReview, kMostRounds, kMostWithReviews);
+  return std::clamp(rounds.last_move + kRoundsAfterMove, kMostRounds, kMostAfterMoves);
 }
 
 void BeginRounds(Landmarks landmarks, Adjustment* adjustment) {
   adjustment->rounds.landmarks = landmarks;
   adjustment->rounds.done = 0;
-  adjustment->rounds.reviewed = 0;
+  adjustment->rounds.last_move = 0;
   adjustment->rounds.noise_measured = false;
   adjustment->rounds.clocks_freed = false;
   adjustment->rounds.matrices_judged = false;
@@ -330,7 +330,7 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     context.monitor.progress(std::min(0.95, (round + 1.0) / (least_rounds + 2)));
     const bool reviews_moved = clocks_moved || lenses_moved || stamps_moved || matrices_moved ||
                                biases_moved || ranges_moved || axes_moved;
-    if (reviews_moved) rounds.reviewed = round + 1;
+    if (reviews_moved || change >= 1.0) rounds.last_move = round + 1;
     const bool more = many && TakeMorePoints(context.dataset, &adjustment);
     const bool guess_dropped =
         round + 1 < MostRounds(rounds) && FindContradictedGuesses(context, before, &adjustment);

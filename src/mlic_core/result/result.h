@@ -52,6 +52,7 @@ struct HalvesDifference {
   std::vector<double> difference;  // rad (small left rotation), m, s; of intrinsics each in its own unit
   std::vector<double> sigma;       // of the difference
   int directions = 0;              // that both parts show
+  double squares = 0.0;            // of the differences along these, each of variance one
   // What a normal variable exceeds, in its sigmas, as rarely as these directions together differ by so much.
   double deviation = 0.0;
   double largest = 0.0;  // of the single parameters, in sigmas

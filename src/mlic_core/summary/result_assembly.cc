@@ -290,7 +290,7 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
   const bool refused = GiveReasons(rig, dataset, adjustment, result);
   WarnOfMovement(adjustment.rounds.unsettled, &result->warnings);
   const Layout layout(state, adjustment.problem.estimate_imu_matrices);
-  WarnOfLag(state.accelerometer_lag, std::sqrt(analysis.covariance(layout.lag, layout.lag)),
+  WarnOfLag(state.accelerometer_lag, std::sqrt(analysis.whole_covariance(layout.lag, layout.lag)),
             &result->warnings);
   std::vector<bool> shown;
   const bool drifting = ClocksDrift(state, adjustment.problem.estimate_imu_matrices, analysis);

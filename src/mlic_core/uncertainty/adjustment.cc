@@ -7,6 +7,7 @@
 #include "mlic_core/problem/layout.h"
 #include "mlic_core/problem/noise_information.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
+#include "mlic_core/uncertainty/split_halves.h"
 
 namespace mlic {
 namespace {
@@ -53,6 +54,65 @@ void AddWanderOfExposure(const Adjustment& adjustment, ObservabilityAnalysis* an
     analysis->whole_covariance(layout.drift[s], layout.drift[s]) += of_drift / (drives * drives);
     analysis->sensors[s].drift_sigma =
         std::sqrt(analysis->whole_covariance(layout.drift[s], layout.drift[s]));
+  }
+}
+
+// Of each parameter of the calibration (Layout), GrowthOfSigmas of what the parts of the drive differ by.
+// Poses and offsets grow alike for all sensors, by the most of any that is given: what they share, as the
+// IMU's errors, they err by together, and pairs are not to grow by it.
+Eigen::VectorXd GrowthByHalves(const Adjustment& adjustment, const Layout& layout) {
+  using Quantity = HalvesDifference::Quantity;
+  const double by_chance = LargestByChance(adjustment.halves);
+  Eigen::VectorXd growth = Eigen::VectorXd::Ones(layout.calibration);
+  Eigen::Matrix<double, Layout::kOfSensor, 1> of_pose = Eigen::Matrix<double, Layout::kOfSensor, 1>::Ones();
+  const auto raise = [](double by, auto&& parameters) { parameters = parameters.cwiseMax(by); };
+  for (std::size_t s = 0; s < adjustment.halves.size(); ++s) {
+    const SensorHalves& halves = adjustment.halves[s];
+    if (WorstOf(halves) > by_chance) continue;  // it is not given
+    const SensorId id = layout.order.At(s);
+    for (const HalvesDifference& of : halves.quantities) {
+      const double by = GrowthOfSigmas(of);
+      if (of.quantity == Quantity::kRotation) {
+        raise(by, of_pose.segment<3>(0));
+      } else if (of.quantity == Quantity::kTranslation) {
+        raise(by, of_pose.segment<3>(3));
+      } else if (of.quantity == Quantity::kIntrinsics) {
+        const std::vector<double>& lens = adjustment.state.cameras[id.index].intrinsics.parameters;
+        raise(by, growth.segment(layout.Intrinsics(id.index), static_cast<Eigen::Index>(lens.size())));
+        if (const int readout = layout.Readout(id.index); readout >= 0) growth[readout] = by;
+      } else if (id.IsLidar() || StampWander(adjustment, id.index) == 0.0) {  // of others the sigma has it
+        of_pose[6] = std::max(of_pose[6], by);
+      }
+    }
+  }
+  for (std::size_t s = 0; s < layout.order.size(); ++s) {
+    growth.segment<Layout::kOfSensor>(Layout::Sensor(s)) = of_pose;
+  }
+  return growth;
+}
+
+void GrowByHalves(const Adjustment& adjustment, ObservabilityAnalysis* analysis) {
+  if (adjustment.halves.empty()) return;
+  const Layout layout(adjustment.state, adjustment.problem.estimate_imu_matrices);
+  const Eigen::VectorXd growth = GrowthByHalves(adjustment, layout);
+  for (Eigen::MatrixXd* covariance :
+       {&analysis->covariance, &analysis->data_covariance, &analysis->whole_covariance}) {
+    const Eigen::VectorXd of_these = growth.head(covariance->rows());
+    *covariance = of_these.asDiagonal() * *covariance * of_these.asDiagonal();
+  }
+  for (std::size_t s = 0; s < layout.order.size(); ++s) {
+    const auto of_pose = growth.segment<Layout::kOfSensor>(Layout::Sensor(s));
+    PoseSigma& sigma = analysis->sigmas[s];
+    sigma.rotation = sigma.rotation.cwiseProduct(of_pose.segment<3>(0));
+    sigma.translation = sigma.translation.cwiseProduct(of_pose.segment<3>(3));
+    sigma.time_offset *= of_pose[6];
+  }
+  for (std::size_t c = 0; c < analysis->cameras.size(); ++c) {
+    ObservabilityAnalysis::Intrinsics& lens = analysis->cameras[c];
+    for (std::size_t i = 0; i < lens.sigmas.size(); ++i) {
+      lens.sigmas[i] *= growth[layout.Intrinsics(c) + static_cast<Eigen::Index>(i)];
+    }
+    if (layout.Readout(c) >= 0) lens.readout_sigma *= growth[layout.Readout(c)];
   }
 }
 
@@ -107,6 +167,7 @@ ObservabilityAnalysis Analyze(const Adjustment& adjustment, const Dataset& datas
       AnalyzeCalibration(adjustment.problem, adjustment.state, freed.information / scale,
                          WithGradient(freed.by_gradient, adjustment.scale.inflation), scale);
   AddWanderOfExposure(adjustment, &analysis);
+  GrowByHalves(adjustment, &analysis);
   for (std::size_t c = 0; c < adjustment.cameras.twins.size(); ++c) {
     const std::vector<double>& twin = adjustment.cameras.twins[c];
     std::vector<double>& sigmas = analysis.cameras[c].sigmas;

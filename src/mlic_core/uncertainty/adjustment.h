@@ -51,7 +51,8 @@ struct MapMatching {
 struct JointRounds {
   Landmarks landmarks = Landmarks::kNone;  // with which `done` counts
   int done = 0;
-  int reviewed = 0;                 // rounds done when a review last freed or corrected something
+  // Rounds done when one last moved the calibration by its sigma, or a review freed or corrected something.
+  int last_move = 0;
   std::size_t points_per_scan = 0;  // that take part in the map
   bool clocks_freed = false;        // the sensors' clocks may drift
   bool matrices_judged = false;     // whether the IMU has errors of scale and shear
@@ -124,7 +125,8 @@ Eigen::MatrixXd ScaledInformation(const Adjustment& adjustment, const Dataset& d
 
 // What the data show at the last linearisation, with sigmas that grow by the VarianceScale and, for cameras,
 // by camera_covariance.h. The offsets of cameras whose stamps drift faster than crystals (kFastestCrystals)
-// or wander are as unsure as they move in the drive.
+// or wander are as unsure as they move in the drive. Once parts of the drive were compared, sigmas grow by
+// what these differ by (GrowthOfSigmas).
 ObservabilityAnalysis Analyze(const Adjustment& adjustment, const Dataset& dataset);
 
 // The same from the measured noise alone, taken for white, with nothing that covariances grow by: the

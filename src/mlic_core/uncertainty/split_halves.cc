@@ -20,6 +20,9 @@ namespace {
 using Quantity = HalvesDifference::Quantity;
 
 constexpr std::size_t kComparisons = 3;  // DriveParts; from: structural
+// Degrees of freedom with which our sigmas are known: to a sixth. from: measured, lidar open 1 to 16, the
+// mean squares of errors over sigmas of the kinds of parameters are 0.76 to 1.63 (docs/benchmark.md)
+constexpr int kFreedom = 20;
 
 // What two parts say of each calibration parameter (Layout).
 struct Compared {
@@ -154,8 +157,8 @@ std::optional<HalvesDifference> CompareAt(const Compared& compared, Quantity qua
   }
   result.directions = static_cast<int>(shown.cols());
   const Eigen::VectorXd along = shown.transpose() * difference;
-  const double squares = SquaredMahalanobis(shown.transpose() * covariance * shown, along);
-  result.deviation = EquivalentDeviation(std::max(0.0, squares), result.directions);
+  result.squares = std::max(0.0, SquaredMahalanobis(shown.transpose() * covariance * shown, along));
+  result.deviation = EquivalentDeviation(result.squares, result.directions);
   return result;
 }
 
@@ -262,9 +265,6 @@ std::vector<SensorHalves> CompareHalves(const Adjustment& adjustment, const Data
 
 double LargestByChance(const std::vector<SensorHalves>& sensors) {
   constexpr double kFalseAlarms = 3e-3;  // from: definition, with which three sigmas are exceeded
-  // Of the sigmas: known to a sixth. from: measured, lidar open 1 to 16, the mean squares of errors over
-  // sigmas of the kinds of parameters are 0.76 to 1.63 (docs/benchmark.md)
-  constexpr int kFreedom = 20;
   std::size_t comparisons = 0;
   for (const SensorHalves& sensor : sensors) {
     for (const HalvesDifference& difference : sensor.quantities) {
@@ -275,6 +275,10 @@ double LargestByChance(const std::vector<SensorHalves>& sensors) {
   }
   return StudentDeviation(kFalseAlarms / static_cast<double>(std::max<std::size_t>(1, comparisons)),
                           kFreedom);
+}
+
+double GrowthOfSigmas(const HalvesDifference& difference) {
+  return std::sqrt(std::max(1.0, (kFreedom + difference.squares) / (kFreedom + difference.directions)));
 }
 
 double WorstOf(const SensorHalves& sensor) {

@@ -35,6 +35,10 @@ std::vector<SensorHalves> CompareHalves(const Adjustment& adjustment, const Data
 // sigmas are as good as ours.
 double LargestByChance(const std::vector<SensorHalves>& sensors);
 
+// By what factor sigmas of a quantity are larger than claimed, as its parts differ: the claim counts as if it
+// came from 20 squares, to which the differences add theirs. Never less than one.
+double GrowthOfSigmas(const HalvesDifference& difference);
+
 // The largest of a sensor's deviations and differences of single parameters, sigmas.
 double WorstOf(const SensorHalves& sensor);
 

@@ -9,7 +9,7 @@
 namespace mlic::joint_adjustment_test {
 namespace {
 
-constexpr int kMostWithReviews = 20;
+constexpr int kMostAfterMoves = 30;
 
 // The joint adjustment of a simulated hand-held drive after so many rounds have gone by.
 class JointAdjustment : public testing::Test {
@@ -29,7 +29,7 @@ class JointAdjustment : public testing::Test {
     Adjustment adjustment = adjustment_;
     adjustment.state.lidars[0].T_imu_sensor.translation += off;
     adjustment.rounds.done = rounds_done;
-    adjustment.rounds.reviewed = rounds_done;
+    adjustment.rounds.last_move = rounds_done;
     adjustment = AdjustJointly(std::move(adjustment), context_, {});
     unsettled_ = adjustment.rounds.unsettled;
     MeasureUncertainty(context_, &adjustment);
@@ -48,7 +48,7 @@ class JointAdjustment : public testing::Test {
 
 TEST_F(JointAdjustment, WhatStillMovesByMoreThanItsSigmaIsNotTrusted) {
   // Only the last round is left, and it brings the LiDAR back by many sigmas.
-  const CalibrationResult result = ResultAfter(kMostWithReviews - 1, {0.05, -0.05, 0.05});
+  const CalibrationResult result = ResultAfter(kMostAfterMoves - 1, {0.05, -0.05, 0.05});
   EXPECT_GT(unsettled_, 10.0);
   EXPECT_FALSE(result.Trusted());
   ASSERT_FALSE(result.reasons.empty());

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "mlic_core/association/landmark_noise.h"
 #include "mlic_core/association/point_landmarks.h"
@@ -161,6 +162,45 @@ TEST(CompareHalves, OfACameraThatComesLooseDiffer) {
         180.0 / M_PI;
     EXPECT_NEAR(turned, degrees, 0.1 * degrees);
   }
+}
+
+TEST(GrowthOfSigmas, IsWhatTheDifferencesAddToTwentySquares) {
+  HalvesDifference difference;
+  difference.directions = 3;
+  difference.squares = 1.0;
+  EXPECT_EQ(GrowthOfSigmas(difference), 1.0);
+  difference.squares = 33.0;
+  EXPECT_NEAR(GrowthOfSigmas(difference), std::sqrt(53.0 / 23.0), 1e-12);
+}
+
+// Differences that chance allows widen what is claimed; a sensor that is not given widens nothing.
+TEST(GrowthOfSigmas, IsInThoseOfTheCalibration) {
+  CameraWithImu c;
+  Adjustment adjustment = AdjustLoose(0.0, 0.5, &c);
+  const ObservabilityAnalysis before = Analyze(adjustment, c.dataset);
+  HalvesDifference translation, lens;
+  translation.quantity = HalvesDifference::Quantity::kTranslation;
+  translation.directions = 3;
+  translation.squares = 33.0;
+  lens.quantity = HalvesDifference::Quantity::kIntrinsics;
+  lens.directions = 5;
+  lens.squares = 15.0;
+  SensorHalves halves;
+  halves.quantities = {translation, lens};
+  adjustment.halves = {halves};
+  const ObservabilityAnalysis after = Analyze(adjustment, c.dataset);
+  const double of_translation = 53.0 / 23.0, of_lens = 35.0 / 25.0;
+  const int pose = Layout::Sensor(0);
+  EXPECT_NEAR(after.covariance(pose + 4, pose + 4) / before.covariance(pose + 4, pose + 4), of_translation,
+              1e-9);
+  EXPECT_NEAR(after.covariance(pose + 4, pose + 1) / before.covariance(pose + 4, pose + 1),
+              std::sqrt(of_translation), 1e-9);
+  EXPECT_NEAR(std::pow(after.sigmas[0].translation[2] / before.sigmas[0].translation[2], 2), of_translation,
+              1e-9);
+  EXPECT_EQ(after.sigmas[0].rotation, before.sigmas[0].rotation);
+  EXPECT_NEAR(std::pow(after.cameras[0].sigmas[0] / before.cameras[0].sigmas[0], 2), of_lens, 1e-9);
+  adjustment.halves[0].quantities[0].deviation = 100.0;
+  EXPECT_EQ(Analyze(adjustment, c.dataset).covariance, before.covariance);
 }
 
 // The half in which it turns sides with its own larger piece.

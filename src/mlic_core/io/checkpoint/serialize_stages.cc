@@ -136,7 +136,7 @@ auto Members(Adjustment& adjustment) {
       adjustment.problem.cameras, adjustment.cameras.landmark_options.noise, adjustment.cameras.stamp_courses,
       adjustment.cameras.twins, adjustment.cameras.sigmas, adjustment.map.cameras_before,
       adjustment.map.noise, adjustment.map.held_out, adjustment.rounds.landmarks, adjustment.rounds.done,
-      adjustment.rounds.reviewed, adjustment.rounds.points_per_scan, adjustment.rounds.noise_measured,
+      adjustment.rounds.last_move, adjustment.rounds.points_per_scan, adjustment.rounds.noise_measured,
       adjustment.rounds.clocks_freed, adjustment.rounds.matrices_judged, adjustment.rounds.biases_judged,
       adjustment.rounds.ranges_measured, adjustment.rounds.walks_dropped, adjustment.rounds.history,
       adjustment.alignment_covariance, adjustment.noise_information,
