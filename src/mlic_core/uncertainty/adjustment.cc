@@ -6,8 +6,8 @@
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/problem/layout.h"
 #include "mlic_core/problem/noise_information.h"
+#include "mlic_core/uncertainty/halves_statistics.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
-#include "mlic_core/uncertainty/split_halves.h"
 
 namespace mlic {
 namespace {

@@ -8,6 +8,7 @@
 #include "mlic_core/result/result.h"
 #include "mlic_core/sensors/measurements.h"
 #include "mlic_core/uncertainty/adjustment.h"
+#include "mlic_core/uncertainty/halves_statistics.h"
 
 namespace mlic {
 
@@ -30,17 +31,6 @@ Halves CutByTurning(const CalibrationState& state, double share);
 // docs/method.md, section 12.
 std::vector<SensorHalves> CompareHalves(const Adjustment& adjustment, const Dataset& dataset,
                                         const CancellationToken& cancellation);
-
-// What deviations and largest differences of all these exceed by chance in 3 of 1000 calibrations whose
-// sigmas are as good as ours.
-double LargestByChance(const std::vector<SensorHalves>& sensors);
-
-// By what factor sigmas of a quantity are larger than claimed, as its parts differ: the claim counts as if it
-// came from 20 squares, to which the differences add theirs. Never less than one.
-double GrowthOfSigmas(const HalvesDifference& difference);
-
-// The largest of a sensor's deviations and differences of single parameters, sigmas.
-double WorstOf(const SensorHalves& sensor);
 
 // For people: each quantity's difference, in units of its own and in sigmas.
 std::string Describe(const SensorHalves& sensor);
