@@ -14,11 +14,11 @@ namespace {
 constexpr std::size_t kFewestRings = 8;  // from: guard
 constexpr double kFewestPoints = 30.0;   // of a ring, in either half; from: guard, fewer are no sample
 constexpr double kLeastEvidence = 2.0;   // of two variances more; from: derivation, Akaike (1974)
-constexpr double kLeastMove =
-    0.5;  // of what a ring shows, in its sigmas; from: structural, the doubt has what is left
+// Of what a ring shows, in its sigmas; from: structural, the doubt has what is left
+constexpr double kLeastMove = 0.5;
 constexpr double kMostDecades = 2.0;  // from: guard, what a LiDAR of 8 bits tells apart
 
-// Of the quarters: early, late, left and right ones. from: structural
+// Of the quarters: early, late, left and right ones, each beside its other half. from: structural
 constexpr std::size_t kHalves[4][2] = {{0, 1}, {2, 3}, {0, 2}, {1, 3}};
 
 // The rings that have so many points in every half, from the lowest to the highest; their mean elevations.
@@ -94,9 +94,6 @@ struct RingEvidence {
 
   RingEvidence(const QuartersOfRings& sums, const SortedRings& sorted, const Eigen::MatrixX2d& corrections,
                double correlation);
-  RingEquations HalfWithoutTrend(std::size_t a, std::size_t b) const {
-    return WithoutTrend(Sum(quarters[a], quarters[b]), trend);
-  }
 
  private:
   // Less sure by what quarters differ by beyond the noise of their points. given: of all points.
@@ -131,9 +128,13 @@ RingEquations RingEvidence::WithScatter(const RingEquations& given, bool in_elev
 Eigen::MatrixX2d ConfirmedErrors(const RingEvidence& rings) {
   const Eigen::MatrixX2d none = Eigen::MatrixX2d::Zero(rings.trend.rows(), 2);
   if (rings.found.evidence < kLeastEvidence) return none;
+  std::vector<RingEquations> halves;
   for (const auto& [a, b] : kHalves) {
-    const RingPrediction of_half = PredictRingErrors(rings.HalfWithoutTrend(a, b), rings.found.variances);
-    if (GainOfCorrections(rings.HalfWithoutTrend(3 - a, 3 - b), of_half.errors) <= 0.0) return none;
+    halves.push_back(WithoutTrend(Sum(rings.quarters[a], rings.quarters[b]), rings.trend));
+  }
+  for (std::size_t h = 0; h < halves.size(); ++h) {
+    const RingPrediction of_half = PredictRingErrors(halves[h], rings.found.variances);
+    if (GainOfCorrections(halves[h ^ 1], of_half.errors) <= 0.0) return none;
   }
   return PredictRingErrors(WithoutTrend(rings.all, rings.trend), rings.found.variances).errors;
 }

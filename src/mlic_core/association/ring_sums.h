@@ -20,7 +20,7 @@ struct RingPoints {
 // Each plane is free for each LiDAR and part, so that only differences between rings on one plane count: what
 // all of them share there (uneven ground, the LiDAR's place, the trajectory) is not taken for the rings'.
 struct RingSum {
-  RingEquations equations = RingEquations::Zero(0);
+  RingEquations equations;
   std::vector<RingPoints> points;
 
   explicit RingSum(std::size_t rings = 0)
