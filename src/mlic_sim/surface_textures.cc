@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mlic_sim/procedural_noise.h"
+
 namespace mlic::sim {
 namespace {
 
@@ -256,17 +258,27 @@ std::unique_ptr<SurfaceTextures::Tile> SurfaceTextures::Bake(const Surface& s, b
                                                              int column, int row) const {
   auto tile = std::make_unique<Tile>();
   const TileLight light(*this, s, back, level, column, row);
-  // A texel is the mean over a square of its own size; distant levels have more to average.
-  const int samples = level == 0 ? 1 : level < 5 ? 2 : 3;
+  // A texel is the mean over the places about it, weighed as the interpolation between texels weighs it
+  // there: so detail that is finer than texels stays where it is, whatever its place between them. The places
+  // are random in the cells of a grid, as even ones would show joints where these happen to lie.
+  const int samples = level < 5 ? 2 : 3;  // along an edge; distant levels have more to average
+  const auto random = [&](int i, int j, int k, std::uint32_t seed) {
+    return static_cast<float>(
+        Cell(Eigen::Vector2d(samples * samples * (column * kTile + i) + k, row * kTile + j),
+             seed + static_cast<std::uint32_t>(level)));
+  };
   const Vector3d normal = s.normal.cast<double>();
   for (int j = 0; j < light.rows; ++j) {
     for (int i = 0; i < light.columns; ++i) {
       Vector3f sum = Vector3f::Zero();
       for (int k = 0; k < samples * samples; ++k) {
-        const float x = static_cast<float>(i) +
-                        (static_cast<float>(k % samples) + 0.5f) / static_cast<float>(samples) - 0.5f;
-        const float y = static_cast<float>(j) +
-                        (static_cast<float>(k / samples) + 0.5f) / static_cast<float>(samples) - 0.5f;
+        // The sum of two even draws, one of them from the cell, falls off as the weights do.
+        const float x =
+            static_cast<float>(i) - 1.0f + random(i, j, k, 300) +
+            (static_cast<float>(k % samples) + random(i, j, k, 400)) / static_cast<float>(samples);
+        const float y =
+            static_cast<float>(j) - 1.0f + random(i, j, k, 500) +
+            (static_cast<float>(k / samples) + random(i, j, k, 600)) / static_cast<float>(samples);
         const Vector3f p = light.Place(x, y);
         const Vector3f albedo = ReflectanceOf(s.material, p.cast<double>(), normal, s.object).albedo;
         sum += albedo.cwiseProduct(light.At(x, y, p));
