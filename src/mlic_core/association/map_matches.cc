@@ -3,8 +3,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <tuple>
 
 #include "mlic_core/association/ring_corrections.h"
 #include "mlic_core/camera/features/image_quality.h"
@@ -128,7 +126,7 @@ std::vector<Photo*> ToMatchAgain(std::vector<Photo>& photos, std::size_t first, 
 // scatter says. Share of those that do.
 double KeepAgreeing(const CalibrationState& state, int camera, const MapMatchingOptions& map_options,
                     const std::vector<Photo*>& photos) {
-  const double scale = map_options.noise_scale.empty() ? 1.0 : map_options.noise_scale[camera];
+  const double scale = map_options.noise.empty() ? 1.0 : map_options.noise[camera].scale;
   const CameraCalibration& calibration = state.cameras[camera];
   std::vector<PointCorrespondence> correspondences;
   for (const Photo* photo : photos) {
@@ -266,39 +264,6 @@ MapMatches MatchCamerasToMap(const Dataset& dataset, const CalibrationState& sta
   for (LandmarkSet& set : result.landmarks) set.begin.push_back(0);
   for (const Photo& photo : photos) AddPoints(photo, state, options, &result.landmarks[photo.drive]);
   return result;
-}
-
-std::vector<double> MeasureMatchNoise(const std::vector<DriveTerms>& drives, const CalibrationState& state) {
-  constexpr double kBlock = 160.0;  // px
-  struct Block {
-    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-    double count = 0.0;
-  };
-  std::vector<std::map<std::tuple<std::size_t, double, int, int>, Block>> blocks(state.cameras.size());
-  for (std::size_t d = 0; d < drives.size(); ++d) {
-    const LandmarkSet& set = drives[d].landmarks;
-    const std::vector<Eigen::Vector2d> residuals = LandmarkResiduals(set, state, d);
-    for (std::size_t p = 0; p < set.points.size(); ++p) {
-      if (!set.IsOnMap(p)) continue;
-      const LandmarkObservation& o = set.observations[set.begin[p]];
-      const Eigen::Vector2d& residual = residuals[set.begin[p]];
-      if (!residual.allFinite()) continue;
-      Block& block = blocks[o.camera][{d, o.time, static_cast<int>(o.pixel.x() / kBlock),
-                                       static_cast<int>(o.pixel.y() / kBlock)}];
-      block.sum += o.shape.cast<double>() * residual / o.sigma;
-      block.count += 1.0;
-    }
-  }
-  std::vector<double> scale(state.cameras.size(), 1.0);
-  for (std::size_t c = 0; c < scale.size(); ++c) {
-    double squares = 0.0, count = 0.0;
-    for (const auto& [place, block] : blocks[c]) {
-      squares += block.sum.squaredNorm() / (2.0 * block.count) * block.count;
-      count += block.count;
-    }
-    if (count > 0.0) scale[c] = std::sqrt(squares / count);
-  }
-  return scale;
 }
 
 void AddMatch(const LandmarkSet& from, std::size_t point, LandmarkSet* to) {

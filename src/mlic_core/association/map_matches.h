@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "mlic_core/association/match_noise.h"
 #include "mlic_core/camera/features/feature_matcher.h"
 #include "mlic_core/camera/tracks/tracks.h"
 #include "mlic_core/common/progress.h"
@@ -22,7 +23,7 @@ struct MapMatchingOptions {
   double sigma_along = 5e-3;         // m, of a place of the map along its beam
   double sigma_across = 3e-3;        // m
   const FeatureMatcher* features = nullptr;  // what finds the map in photos; null: its structure
-  std::vector<double> noise_scale;           // of each camera: of the claimed sigmas; empty: as claimed
+  std::vector<MatchNoise> noise;             // of each camera: its scale counts; empty: as claimed
   // from: guard, cameras that see the map have hundreds (kitti_0005: 306).
   int fewest_matches = 30;  // of a camera; with fewer it has none
 };
@@ -51,12 +52,6 @@ struct MatchedCameras {
 MapMatches MatchCamerasToMap(const Dataset& dataset, const CalibrationState& state,
                              const MatchedCameras& cameras, const MapMatchingOptions& options,
                              const Monitor& monitor);
-
-// By what factor the claimed sigmas of matches are too small, for each camera (1 without matches): matches
-// of one part of a photo share what is wrong with the map and the rendering there, so that many are little
-// better than one. From the mean whitened residuals of blocks of the photos against what independent ones
-// would give, at a solved state.
-std::vector<double> MeasureMatchNoise(const std::vector<DriveTerms>& drives, const CalibrationState& state);
 
 // Adds a point of one set that a LiDAR measured, with its only observation, to another.
 void AddMatch(const LandmarkSet& from, std::size_t point, LandmarkSet* to);

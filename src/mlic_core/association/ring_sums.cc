@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kMostRings = 256;  // from: guard, LiDARs have up to 128
 constexpr std::size_t kChunks = 4;       // from: structural, each has matrices of its own
-constexpr double kRank = 1e-9;           // from: guard, rounding
+constexpr double kLeastSpread = 1e-9;    // from: guard, rounding
 
 // The middle of each LiDAR's view, as far as it takes part.
 std::vector<Eigen::Vector3d> ViewCentres(const PlaneAssociation& association, std::size_t lidars) {
@@ -96,7 +96,7 @@ class PartOfPlane {
   // R R^T is the inverse of the plane's information, as far as the points show the plane.
   Eigen::Matrix3d RootOfInverse() const {
     const SymmetricEigen<3> eigen(information_);
-    const double least = kRank * std::max(1e-300, eigen.eigenvalues()[2]);
+    const double least = kLeastSpread * std::max(1e-300, eigen.eigenvalues()[2]);
     const Eigen::Vector3d inverse = eigen.eigenvalues().unaryExpr(
         [least](double value) { return value > least ? 1.0 / std::sqrt(value) : 0.0; });
     return eigen.eigenvectors() * inverse.asDiagonal();

@@ -55,20 +55,21 @@ void BeginRounds(Landmarks landmarks, Adjustment* adjustment) {
   adjustment->rounds.last_move = 0;
   adjustment->rounds.noise_measured = false;
   adjustment->rounds.clocks_freed = false;
+  adjustment->rounds.stamps_settled = false;
   adjustment->rounds.matrices_judged = false;
   adjustment->rounds.biases_judged = false;
   adjustment->rounds.ranges_measured = false;
   adjustment->rounds.walks_dropped = false;
   if (landmarks != Landmarks::kTracksAndMap) return;
   adjustment->map.cameras_before = adjustment->state.cameras;
-  adjustment->map.noise.assign(adjustment->state.cameras.size(), kLeastMatchNoise);
+  adjustment->map.noise.assign(adjustment->state.cameras.size(), {kLeastMatchNoise});
 }
 
 void MatchMap(const AdjustmentContext& context, Adjustment* adjustment) {
   const AdjustedCameras& cameras = adjustment->cameras;
   std::vector<DriveTerms>& drives = adjustment->problem.drives;
   MapMatchingOptions options;
-  options.noise_scale = adjustment->map.noise;
+  options.noise = adjustment->map.noise;
   options.features = context.features;
   const std::vector<TrackSet> tracks = OnTime(cameras);
   const MatchedCameras matched{tracks, cameras.sigmas, cameras.found, adjustment->rejected_lidars};
@@ -85,6 +86,7 @@ void MatchMap(const AdjustmentContext& context, Adjustment* adjustment) {
   adjustment->map.held_out.clear();
   for (std::size_t d = 0; d < drives.size(); ++d) {
     adjustment->map.held_out.push_back(TakeHeldOutMatches(&matches.landmarks[d]));
+    WeakenMatches(adjustment->map.noise, adjustment->state, d, &matches.landmarks[d]);
     Append(matches.landmarks[d], &drives[d].landmarks);
   }
 }
@@ -104,10 +106,8 @@ void MeasureLandmarks(Adjustment* adjustment) {
   LandmarkOptions& options = adjustment->cameras.landmark_options;
   options.noise = MeasureLandmarkNoise(drives, adjustment->state, options);
   if (adjustment->rounds.landmarks != Landmarks::kTracksAndMap) return;
-  const std::vector<double> noise = MeasureMatchNoise(drives, adjustment->state);
-  for (std::size_t c = 0; c < noise.size(); ++c) {
-    adjustment->map.noise[c] = std::max(kLeastMatchNoise, adjustment->map.noise[c] * noise[c]);
-  }
+  adjustment->map.noise = MeasureMatchNoise(drives, adjustment->state, adjustment->map.noise);
+  for (MatchNoise& noise : adjustment->map.noise) noise.scale = std::max(kLeastMatchNoise, noise.scale);
 }
 
 // For the next round: intrinsics that the present solve shows well enough move in it.
@@ -294,6 +294,7 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     const int round = rounds.done;
     const bool many = rounds.points_per_scan > kFewPoints;
     const CalibrationState before = adjustment.state;
+    const std::ptrdiff_t corrections = CountCorrections(before);
     const bool probe_matrices = options.find_sensor_errors && options.find_imu_axes && many;
     AssociateAndSolve(context, many, probe_matrices, &adjustment);
     const double change = ChangeInSigmas(adjustment, context.dataset, before);
@@ -311,7 +312,7 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
       lenses_moved = cameras && ReviewLenses(context, probe_matrices, &adjustment);
       clocks_moved = FreeClocks(context, probe_matrices, &adjustment);
     }
-    if (settled && cameras && !clocks_moved)
+    if (settled && cameras && !clocks_moved && !rounds.stamps_settled)
       stamps_moved = ReviewStamps(context, probe_matrices, &adjustment);
     if (settled && !clocks_moved && !stamps_moved) matrices_moved = ReviewMatrices(context, &adjustment);
     if (settled && !clocks_moved && !stamps_moved && !matrices_moved)
@@ -328,13 +329,15 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     context.monitor.line(DescribeRound(adjustment, change));
     ShowAdjustment(context, NameOf(options.landmarks), round, adjustment, change);
     context.monitor.progress(std::min(0.95, (round + 1.0) / (least_rounds + 2)));
-    const bool reviews_moved = clocks_moved || lenses_moved || stamps_moved || matrices_moved ||
-                               biases_moved || ranges_moved || axes_moved;
-    if (reviews_moved || change >= 1.0) rounds.last_move = round + 1;
+    // Corrections that are there already go on moving by less than the calibration's sigmas.
+    const bool corrected = CountCorrections(adjustment.state) != corrections;
+    const bool freed =
+        clocks_moved || lenses_moved || stamps_moved || matrices_moved || biases_moved || axes_moved;
+    if (freed || corrected || change >= 1.0) rounds.last_move = round + 1;
     const bool more = many && TakeMorePoints(context.dataset, &adjustment);
     const bool guess_dropped =
         round + 1 < MostRounds(rounds) && FindContradictedGuesses(context, before, &adjustment);
-    if (many && !more && !reviews_moved && !guess_dropped && change < options.until &&
+    if (many && !more && !freed && !ranges_moved && !guess_dropped && change < options.until &&
         round + 1 >= least_rounds) {
       break;
     }
@@ -371,7 +374,9 @@ void MeasureUncertainty(const AdjustmentContext& context, Adjustment* adjustment
     map.held_out_errors = EvaluateHeldOutMatches(map.held_out, state);
     for (std::size_t c = 0; c < map.held_out_errors.size(); ++c) {
       if (map.held_out_errors[c].count == 0) continue;
-      line(context.rig.cameras[c].name + DescribeHeldOut(map.held_out_errors[c]));
+      const std::string& name = context.rig.cameras[c].name;
+      line(name + DescribeMatchNoise(map.noise[c]));
+      line(name + DescribeHeldOut(map.held_out_errors[c]));
     }
   }
   const CovarianceScale& scale = adjustment->scale;

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "mlic_core/association/match_noise.h"
 #include "mlic_core/association/point_landmarks.h"
 #include "mlic_core/association/ring_corrections.h"
 #include "mlic_core/camera/tracks/tracks.h"
@@ -42,7 +43,7 @@ struct AdjustedCameras {
 // What the photos' matches with the LiDAR map add. Empty before Landmarks::kTracksAndMap.
 struct MapMatching {
   std::vector<CameraCalibration> cameras_before;  // the cameras when the first photos were matched
-  std::vector<double> noise;                      // of each camera, in the sigmas that matches claim
+  std::vector<MatchNoise> noise;                  // of each camera
   std::vector<LandmarkSet> held_out;              // of each drive: matches that no solve uses
   std::vector<HeldOutMatches> held_out_errors;    // of each camera, once the calibration is settled
 };
@@ -55,6 +56,7 @@ struct JointRounds {
   int last_move = 0;
   std::size_t points_per_scan = 0;  // that take part in the map
   bool clocks_freed = false;        // the sensors' clocks may drift
+  bool stamps_settled = false;      // the courses of cameras' stamps move no more
   bool matrices_judged = false;     // whether the IMU has errors of scale and shear
   bool biases_judged = false;       // whether the IMU's biases wander
   bool noise_measured = false;      // Adjustment::noise_information is of these rounds

@@ -269,6 +269,13 @@ bool AnyRangeCorrected(const CalibrationState& state) {
   return false;
 }
 
+std::ptrdiff_t CountCorrections(const CalibrationState& state) {
+  std::ptrdiff_t count = std::count_if(state.rings.begin(), state.rings.end(),
+                                       [](const RingCorrections& rings) { return !rings.empty(); });
+  for (const RangeCorrection& ranges : state.ranges) count += (ranges.offset != 0.0) + (ranges.walk != 0.0);
+  return count;
+}
+
 bool CorrectRanges(const JointProblem& problem, double correlation, bool* walks_dropped,
                    CalibrationState* state) {
   state->ranges.resize(state->lidars.size());

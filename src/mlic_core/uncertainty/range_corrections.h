@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <vector>
 
 #include "mlic_core/problem/joint_problem.h"
@@ -14,6 +15,9 @@ constexpr double kLargestRangeOffset = 0.1;
 
 // Whether the state corrects the ranges of any LiDAR.
 bool AnyRangeCorrected(const CalibrationState& state);
+
+// How many corrections of rings, offsets and walks it has.
+std::ptrdiff_t CountCorrections(const CalibrationState& state);
 
 // Corrects what LiDARs' ranges err by (RangeCorrection), where the data confirm it, now or before. An offset:
 // points on planes that are not level show more than three of its sigmas, and those that meet these planes

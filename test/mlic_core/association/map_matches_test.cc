@@ -125,30 +125,44 @@ TEST(MapMatches, AppendedPointsKeepTheirObservations) {
   EXPECT_EQ(all.observations[601].pixel, c.problem.drives[0].landmarks.observations[599].pixel);
 }
 
-// Photos full of matches. shared: of the error's variance, what the matches of one part of a photo have in
-// common.
-LandmarkSet PhotosOfMatches(double shared) {
+// What matches err by together.
+struct SharedErrors {
+  double of_part = 0.0;  // share of the error's variance that matches of one part of a photo have in common
+  double shift = 0.0;    // px, of a whole photo
+  double smear = 0.0;    // s, of a whole photo, along the motion of the image
+};
+
+// Photos full of matches that err by 0.5 px.
+LandmarkSet PhotosOfMatches(const SharedErrors& shared) {
   Case c = MakeCase();
   const SplitSpline& trajectory = c.truth.drives[0].trajectory;
   const CameraCalibration& camera = c.truth.cameras[0];
+  const SensorCalibration& lidar = c.truth.lidars[0];
   LandmarkSet set;
   set.begin.push_back(0);
   Random random(3);
+  const auto draw = [&] { return Eigen::Vector2d(random.Normal(), random.Normal()); };
   for (int photo = 0; photo < 40; ++photo) {
     const double stamp = 0.5 + 0.17 * photo;
     const RigidTransform T_map_camera = trajectory.Pose(stamp) * camera.sensor.T_imu_sensor;
     std::vector<Eigen::Vector2d> common(15);
-    for (Eigen::Vector2d& of_block : common) of_block = {random.Normal(), random.Normal()};
+    for (Eigen::Vector2d& of_block : common) of_block = draw();
+    const Eigen::Vector2d shift = shared.shift * draw();
+    const double late = shared.smear * random.Normal();
     for (int i = 0; i < 120; ++i) {
       const Eigen::Vector3d point = T_map_camera * Eigen::Vector3d(5.0 * random.Uniform(-0.8, 0.8),
                                                                    5.0 * random.Uniform(-0.5, 0.5), 5.0);
-      Eigen::Vector2d pixel;
+      Eigen::Vector2d pixel, later;
       if (!See(trajectory, camera, stamp, point, &pixel)) continue;
+      if (!See(trajectory, camera, stamp + late, point, &later)) continue;
       const int block = static_cast<int>(pixel.x() / 160.0) + 5 * static_cast<int>(pixel.y() / 160.0);
-      pixel += 0.5 * (std::sqrt(1.0 - shared) * Eigen::Vector2d(random.Normal(), random.Normal()) +
-                      std::sqrt(shared) * common[block]);
+      pixel = later + shift +
+              0.5 * (std::sqrt(1.0 - shared.of_part) * draw() + std::sqrt(shared.of_part) * common[block]);
       LidarPointObservation observation;
       observation.lidar = 0;
+      observation.time = stamp;
+      observation.position =
+          (trajectory.Pose(stamp + lidar.time_offset) * lidar.T_imu_sensor).Inverse() * point;
       set.points.push_back({point, T_map_camera.translation});
       set.lidar_points.push_back(observation);
       set.observations.push_back({0, 0.5f, stamp, pixel});
@@ -158,14 +172,15 @@ LandmarkSet PhotosOfMatches(double shared) {
   return set;
 }
 
-double NoiseOfMatches(double shared) {
+MatchNoise NoiseOfMatches(const SharedErrors& shared, const MatchNoise& made_with = {}) {
   std::vector<DriveTerms> drives(1);
   drives[0].landmarks = PhotosOfMatches(shared);
-  return MeasureMatchNoise(drives, MakeCase().truth)[0];
+  WeakenMatches({made_with}, MakeCase().truth, 0, &drives[0].landmarks);
+  return MeasureMatchNoise(drives, MakeCase().truth, {made_with})[0];
 }
 
 TEST(MapMatches, AboutATenthIsHeldOutByWholePartsOfPhotos) {
-  const LandmarkSet all = PhotosOfMatches(0.0);
+  const LandmarkSet all = PhotosOfMatches({});
   LandmarkSet kept = all;
   const LandmarkSet held_out = TakeHeldOutMatches(&kept);
   ASSERT_EQ(kept.points.size() + held_out.points.size(), all.points.size());
@@ -210,12 +225,40 @@ TEST(MapMatches, HeldOutMatchesFollowTheLidarAndTellTheCamerasError) {
 }
 
 TEST(MapMatches, MatchesThatErrTogetherCountForLess) {
-  EXPECT_NEAR(NoiseOfMatches(0.0), 1.0, 0.1);
+  const MatchNoise independent = NoiseOfMatches({});
+  EXPECT_NEAR(independent.scale, 1.0, 0.1);
+  EXPECT_LT(independent.shift, 0.05);
+  EXPECT_LT(independent.smear, 1e-4);
   // Of n matches with correlation 0.5 the mean errs by the square root of 1 + 0.5 (n - 1); some 8 lie in a
   // part.
-  const double together = NoiseOfMatches(0.5);
-  EXPECT_GT(together, 1.8);
-  EXPECT_LT(together, 3.0);
+  const MatchNoise together = NoiseOfMatches({0.5, 0.0, 0.0});
+  EXPECT_GT(together.scale, 1.8);
+  EXPECT_LT(together.scale, 3.0);
+}
+
+TEST(MapMatches, PhotosThatErrAsAWholeAreToldFromTheirParts) {
+  const SharedErrors errors{0.0, 0.3, 2e-3};
+  const MatchNoise found = NoiseOfMatches(errors);
+  EXPECT_NEAR(found.scale, 1.0, 0.1);
+  EXPECT_NEAR(found.shift, 0.3, 0.1);
+  EXPECT_NEAR(found.smear, 2e-3, 6e-4);
+  // The same with sigmas that are as large already.
+  const MatchNoise again = NoiseOfMatches(errors, found);
+  EXPECT_NEAR(again.scale, found.scale, 0.1);
+  EXPECT_NEAR(again.shift, found.shift, 1e-3);
+  EXPECT_NEAR(again.smear, found.smear, 1e-5);
+}
+
+TEST(MapMatches, ThePhotosMeanIsAsUnsureAsItsSharedError) {
+  LandmarkSet matches = PhotosOfMatches({});
+  WeakenMatches({{1.0, 0.3, 0.0}}, MakeCase().truth, 0, &matches);
+  double information = 0.0, count = 0.0;
+  for (const LandmarkObservation& o : matches.observations) {
+    if (o.time != matches.observations[0].time) continue;
+    information += std::pow(o.shape(0, 0) / o.sigma, 2);
+    count += 1.0;
+  }
+  EXPECT_NEAR(1.0 / information, 0.5 * 0.5 / count + 0.3 * 0.3, 1e-5);
 }
 
 }  // namespace

@@ -127,7 +127,10 @@ auto Members(ImuSigmaCourse& sigma) { return std::tie(sigma.usual, sigma.start, 
 auto Members(DriveTerms& drive) {
   return std::tie(drive.imu_sigma, drive.bias_steps, drive.plane_voxels, drive.landmarks);
 }
-auto Members(StampCourse& course) { return std::tie(course.times, course.shifts, course.walk); }
+auto Members(StampCourse& course) {
+  return std::tie(course.times, course.shifts, course.walk, course.jitter);
+}
+auto Members(MatchNoise& noise) { return std::tie(noise.scale, noise.shift, noise.smear); }
 auto Members(CameraTerms& camera) { return std::tie(camera.fixed, camera.given_intrinsics); }
 auto Members(RoundSummary& round) { return std::tie(round.stage, round.change); }
 auto Members(Adjustment& adjustment) {
@@ -137,9 +140,9 @@ auto Members(Adjustment& adjustment) {
       adjustment.cameras.twins, adjustment.cameras.sigmas, adjustment.map.cameras_before,
       adjustment.map.noise, adjustment.map.held_out, adjustment.rounds.landmarks, adjustment.rounds.done,
       adjustment.rounds.last_move, adjustment.rounds.points_per_scan, adjustment.rounds.noise_measured,
-      adjustment.rounds.clocks_freed, adjustment.rounds.matrices_judged, adjustment.rounds.biases_judged,
-      adjustment.rounds.ranges_measured, adjustment.rounds.walks_dropped, adjustment.rounds.history,
-      adjustment.alignment_covariance, adjustment.noise_information,
+      adjustment.rounds.clocks_freed, adjustment.rounds.stamps_settled, adjustment.rounds.matrices_judged,
+      adjustment.rounds.biases_judged, adjustment.rounds.ranges_measured, adjustment.rounds.walks_dropped,
+      adjustment.rounds.history, adjustment.alignment_covariance, adjustment.noise_information,
       adjustment.problem.imu.estimate_alignment, adjustment.problem.imu.alignment_shown,
       adjustment.problem.imu.alignment_sigma, adjustment.problem.imu.gravity_sigma,
       adjustment.problem.imu.matrix_sigma, adjustment.problem.estimate_imu_matrices, adjustment.lines);
