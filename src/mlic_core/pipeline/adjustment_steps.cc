@@ -12,6 +12,7 @@
 #include "mlic_core/summary/snapshot.h"
 #include "mlic_core/uncertainty/point_scatter.h"
 #include "mlic_core/uncertainty/range_corrections.h"
+#include "mlic_core/uncertainty/stamp_doubt.h"
 
 namespace mlic {
 namespace {
@@ -147,6 +148,7 @@ void MeasureScale(const LinearizedProblem& linearized, const Adjustment& adjustm
       linearized, adjustment.cameras.landmark_options,
       AnalyzeCalibration(problem, state, LastInformation(adjustment)).solved_covariance);
   if (scale->inflation.cameras.IsEmpty()) return;
+  scale->inflation.points += ScatterOfStamps(adjustment, scale->correlation);
   // Stamps whose errors last for seconds are too few for their scatter: what they err by, one after the
   // other, is counted.
   const Layout layout(state, problem.estimate_imu_matrices);

@@ -3,76 +3,54 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <optional>
+#include <utility>
 
-#include "mlic_core/uncertainty/stamp_wander.h"
+#include "mlic_core/uncertainty/stamp_doubt.h"
+#include "mlic_core/uncertainty/stamp_evidence.h"
 
 namespace mlic {
 namespace {
 
-// A step smaller than this share of the course is not taken. from: guard, what is left is far within what a
-// course is known to.
-constexpr double kNegligible = 0.05;
+// A step smaller than this share of the course, or than this, is not taken. from: guard, what is left is far
+// within what a course is known to, and an image moves by less than a thousandth of a pixel meanwhile
+constexpr double kNegligible = 0.05, kLeastStep = 2e-6;  // , s
 
-constexpr int kMostSteps = 12;  // of one review; from: guard, time
-
-// By how much more a step is taken than the errors say, as the trajectory has followed most of them: dynamic
-// relaxation (Irons and Tuck, 1969), from how the steps before it have shortened.
-struct Relaxation {
-  std::vector<double> last;  // step, before it was relaxed
-  double factor = 1.0;
-
-  double Next(const std::vector<double>& step) {
-    constexpr double kMost = 8.0;  // from: guard, a trajectory that follows nine tenths
-    if (last.size() == step.size()) {
-      double product = 0.0, square = 0.0;
-      for (std::size_t k = 0; k < step.size(); ++k) {
-        product += last[k] * (step[k] - last[k]);
-        square += (step[k] - last[k]) * (step[k] - last[k]);
-      }
-      if (square > 0.0) factor = std::clamp(-factor * product / square, 1.0, kMost);
-    }
-    last = step;
-    return factor;
-  }
-};
-
-// `step` is by the times as `course` has moved them.
-StampCourse Sum(const StampCourse& course, const StampCourse& step) {
-  StampCourse sum = step;
-  if (!course.IsEmpty()) {
-    sum.times = course.times;
-    sum.shifts.clear();
-    for (const double time : course.times) {
-      const double shift = course.At(time);
-      sum.shifts.push_back(shift + step.At(time + shift));
-    }
-  }
-  sum.walk = std::max(course.walk, step.walk);
-  return sum;
-}
-
-void Shift(const StampCourse& step, int camera, LandmarkSet* landmarks) {
+constexpr int kMostSteps = 4;  // of one review; from: guard, Gauss-Newton steps
+// Of the observations, which stand where `from` has them.
+void Shift(const ImageStamps& from, const std::vector<double>& to, LandmarkSet* landmarks) {
   for (LandmarkObservation& o : landmarks->observations) {
-    if (o.camera == camera) o.time += step.At(o.time);
+    if (o.camera == static_cast<int>(from.camera)) o.time = to[NearestImage(from.times, o.time)];
   }
 }
 
-// One camera in one drive. False where nothing is left to move.
-bool MoveStamps(const ScanSums& images, std::size_t d, std::size_t c, Relaxation* relaxation,
-                Adjustment* adjustment) {
-  StampCourse& course = adjustment->cameras.stamp_courses[d][c];
-  std::optional<StampCourse> step = FindStampCourse(images, !course.IsEmpty());
-  if (!step) return false;
-  const double factor = relaxation->Next(step->shifts);
-  for (double& shift : step->shifts) shift *= factor;
-  if (step->MeanSquare() < kNegligible * kNegligible * course.MeanSquare()) return false;
-  course = Sum(course, *step);
-  Shift(*step, static_cast<int>(c), &adjustment->problem.drives[d].landmarks);
-  if (d < adjustment->map.held_out.size()) {
-    Shift(*step, static_cast<int>(c), &adjustment->map.held_out[d]);
+// False where the course stays.
+bool MoveStamps(const CameraImages& images, const ImageStamps& now,
+                const std::vector<StampEvidence>& evidence, Adjustment* adjustment) {
+  StampCourse& course = adjustment->cameras.stamp_courses[images.drive][images.camera];
+  StampCourse next = LikeliestCourse(images.stamps, course, evidence);
+  double square = 0.0;
+  for (const double stamp : images.stamps) square += std::pow(next.At(stamp) - course.At(stamp), 2);
+  const double step = std::sqrt(square / static_cast<double>(images.stamps.size()));
+  if (step < std::max(kLeastStep, kNegligible * std::sqrt(next.MeanSquare()))) return false;
+  course = std::move(next);
+  std::vector<double> times = images.stamps;
+  for (double& time : times) time += course.At(time);
+  Shift(now, times, &adjustment->problem.drives[images.drive].landmarks);
+  if (images.drive < adjustment->map.held_out.size()) {
+    Shift(now, times, &adjustment->map.held_out[images.drive]);
   }
   return true;
+}
+
+void Describe(const AdjustmentContext& context, const Adjustment& adjustment, std::size_t camera) {
+  double square = 0.0;
+  for (const auto& of_drive : adjustment.cameras.stamp_courses) {
+    square = std::max(square, of_drive[camera].MeanSquare());
+  }
+  char text[120];
+  std::snprintf(text, sizeof(text), ": its stamps wander by %.3f ms (rms): followed",
+                1e3 * std::sqrt(square));
+  context.monitor.line(context.rig.cameras[camera].name + text);
 }
 
 }  // namespace
@@ -88,38 +66,30 @@ std::vector<TrackSet> OnTime(const AdjustedCameras& cameras) {
 }
 
 bool ReviewStamps(const AdjustmentContext& context, bool probe_matrices, Adjustment* adjustment) {
-  const std::size_t drives = adjustment->problem.drives.size(), cameras = adjustment->state.cameras.size();
-  adjustment->cameras.stamp_courses.resize(drives, std::vector<StampCourse>(cameras));
-  std::vector<std::vector<Relaxation>> relaxations(drives, std::vector<Relaxation>(cameras));
+  const std::size_t cameras = adjustment->state.cameras.size();
+  adjustment->cameras.stamp_courses.resize(adjustment->problem.drives.size(),
+                                           std::vector<StampCourse>(cameras));
+  std::vector<CameraImages> images = ImagesOfCameras(*adjustment);
   std::vector<bool> moved(cameras, false);
-  bool again = true;
-  for (int iteration = 0; again && iteration < kMostSteps; ++iteration) {
-    again = false;
-    const StampSums sums = SumStampErrors(adjustment->problem, adjustment->state);
-    for (std::size_t d = 0; d < drives; ++d) {
-      for (std::size_t c = 0; c < cameras; ++c) {
-        if (!adjustment->cameras.found[c] || adjustment->problem.cameras[c].fixed.time_offset) continue;
-        const std::size_t place = adjustment->state.Sensors().PlaceOf(CameraId(c));
-        if (!MoveStamps(sums[d][place], d, c, &relaxations[d][c], adjustment)) continue;
-        again = moved[c] = true;
-      }
+  for (int step = 0; step < kMostSteps && !images.empty(); ++step) {
+    const std::vector<ImageStamps> now = OnCourse(images, adjustment->cameras);
+    const auto evidence = EvidenceOfStamps(adjustment->problem, adjustment->state, now);
+    std::vector<CameraImages> again;
+    for (std::size_t i = 0; i < evidence.size(); ++i) {
+      if (!MoveStamps(images[i], now[i], evidence[i], adjustment)) continue;
+      moved[images[i].camera] = true;
+      again.push_back(std::move(images[i]));
     }
-    if (again) {
-      adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment, probe_matrices);
-    }
+    images = std::move(again);
+    if (images.empty()) break;
+    adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment, probe_matrices);
   }
   for (std::size_t c = 0; c < cameras; ++c) {
-    if (!moved[c]) continue;
-    double square = 0.0;
-    for (const auto& of_drive : adjustment->cameras.stamp_courses) {
-      square = std::max(square, of_drive[c].MeanSquare());
-    }
-    char text[120];
-    std::snprintf(text, sizeof(text), ": its stamps wander by %.3f ms (rms): followed",
-                  1e3 * std::sqrt(square));
-    context.monitor.line(context.rig.cameras[c].name + text);
+    if (moved[c]) Describe(context, *adjustment, c);
   }
-  return std::find(moved.begin(), moved.end(), true) != moved.end();
+  const bool any = std::find(moved.begin(), moved.end(), true) != moved.end();
+  adjustment->rounds.stamps_settled = !any;
+  return any;
 }
 
 }  // namespace mlic

@@ -9,9 +9,9 @@ namespace mlic {
 // The tracks of each drive with their cameras' stamps as the courses have them.
 std::vector<TrackSet> OnTime(const AdjustedCameras& cameras);
 
-// Moves the stamps of cameras to where their images' own time errors show a course (FindStampCourse), in
-// steps: the trajectory has followed a part of it. True if any have moved by what still counts; then the
-// state has been solved for anew.
+// Moves the stamps of cameras to their likeliest courses (LikeliestCourse), in steps, as the problem is not
+// linear. True if any have moved by what still counts; then the state has been solved for anew. If not, they
+// are settled (JointRounds).
 bool ReviewStamps(const AdjustmentContext& context, bool probe_matrices, Adjustment* adjustment);
 
 }  // namespace mlic

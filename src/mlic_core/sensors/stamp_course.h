@@ -14,6 +14,7 @@ struct StampCourse {
   std::vector<double> times;   // s, ascending
   std::vector<double> shifts;  // s, of each; mean and slope are zero
   double walk = 0.0;           // s^2/s, variance by which the shift changes with time
+  double jitter = 0.0;         // s^2, variance of what each image has of its own
 
   bool IsEmpty() const { return times.empty(); }
   double At(double time) const {

@@ -14,6 +14,7 @@
 #include "mlic_core/problem/priors.h"
 #include "mlic_core/problem/time_windows.h"
 #include "mlic_core/solver/normal_equations.h"
+#include "mlic_core/uncertainty/widened_equations.h"
 
 namespace mlic {
 namespace {
@@ -27,21 +28,6 @@ constexpr double kLeastCosine = 0.1;
 // How far planes' relief goes with their brightness, m for each power of ten: of those that are not level,
 // and of level ones. from: structural
 constexpr int kReliefs = 4;
-
-// Makes room for so many parameters after the calibration's.
-void Widen(Eigen::Index more, Accumulator* sum, std::vector<LandmarkCoupling>* couplings) {
-  const Eigen::Index old = sum->corner.rows(), wide = old + more;
-  const auto widen_rows = [&](auto* matrix) {
-    matrix->conservativeResize(wide, matrix->cols());
-    matrix->bottomRows(more).setZero();
-  };
-  widen_rows(&sum->border);
-  widen_rows(&sum->gradient_calibration);
-  sum->corner.conservativeResize(wide, wide);
-  sum->corner.bottomRows(more).setZero();
-  sum->corner.rightCols(more).setZero();
-  for (LandmarkCoupling& coupling : *couplings) widen_rows(&coupling.calibration);
-}
 
 bool Within45Degrees(double cosine) { return cosine * cosine > 0.5; }
 
@@ -206,24 +192,6 @@ Prior WidePrior(const LinearizationPoint& at, RangeModel model) {
     prior.gradient[slope] = at.state.ranges[l].slope * prior.information(slope, slope);
   }
   return prior;
-}
-
-// These rows and columns of the inverse, zero where not free.
-Eigen::MatrixXd PartOfCovariance(Eigen::MatrixXd information, const std::vector<bool>& free,
-                                 Eigen::Index begin, Eigen::Index count) {
-  const Eigen::Index size = information.rows();
-  for (Eigen::Index i = 0; i < size; ++i) {
-    if (free[i]) continue;
-    information.row(i).setZero();
-    information.col(i).setZero();
-    information(i, i) = 1.0;
-  }
-  const Eigen::MatrixXd part = Eigen::MatrixXd::Identity(size, size).middleCols(begin, count);
-  Eigen::MatrixXd covariance = SolveSymmetric(information, part).middleRows(begin, count);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    if (!free[begin + i]) covariance(i, i) = 0.0;
-  }
-  return covariance;
 }
 
 }  // namespace
