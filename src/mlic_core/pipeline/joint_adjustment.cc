@@ -36,9 +36,13 @@ constexpr int kLeastRounds = 5;
 constexpr int kMostRounds = 15;  // from: guard, time
 // After a move of a sigma, or what a review frees or corrects, so many rounds may follow, in all.
 constexpr int kRoundsAfterMove = 5, kMostAfterMoves = 30;  // from: guard, time
-// Rounds that find landmarks and matches anew; later ones keep them, as which of them just agree and which
-// just do not would change for ever. from: measured, paper rig, seeds 1 to 3
+// Rounds that find landmarks and matches anew, and further ones while they move the calibration by its sigma.
+// Later ones keep them, as which of them just agree and which just do not would change for ever. from:
+// measured, paper rig, seeds 1 to 3
 constexpr int kLandmarkRounds = 3;
+// As many more once the stamps of cameras have moved: what agrees now is found, then its noise. from:
+// structural
+constexpr int kLandmarkRoundsAfterStamps = 2;
 
 // Light, shade and the map move all matches of a camera by some 0.2 px together, which their scatter does not
 // show: so many of their claimed sigmas they count for at least. With less (paper rig, 60 s) they pull the
@@ -53,6 +57,7 @@ void BeginRounds(Landmarks landmarks, Adjustment* adjustment) {
   adjustment->rounds.landmarks = landmarks;
   adjustment->rounds.done = 0;
   adjustment->rounds.last_move = 0;
+  adjustment->rounds.landmark_rounds = kLandmarkRounds;
   adjustment->rounds.noise_measured = false;
   adjustment->rounds.clocks_freed = false;
   adjustment->rounds.stamps_settled = false;
@@ -234,7 +239,8 @@ void AssociateAndSolve(const AdjustmentContext& context, bool many, bool probe_m
   taking_part.flip();
   AssociateWithPlanes(context, taking_part, adjustment->rounds.points_per_scan, many, adjustment);
   // Landmarks that are kept were made with an earlier noise.
-  const bool landmarks = adjustment->rounds.landmarks != Landmarks::kNone && round < kLandmarkRounds;
+  const bool landmarks =
+      adjustment->rounds.landmarks != Landmarks::kNone && round < adjustment->rounds.landmark_rounds;
   if (landmarks) AssociateWithLandmarks(context, adjustment);
   adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment, probe_matrices);
   adjustment->plane_noise = MeasurePlaneNoise(problem.drives, adjustment->state, adjustment->plane_noise);
@@ -314,6 +320,8 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     }
     if (settled && cameras && !clocks_moved && !rounds.stamps_settled)
       stamps_moved = ReviewStamps(context, probe_matrices, &adjustment);
+    if (stamps_moved) rounds.landmark_rounds = round + 1 + kLandmarkRoundsAfterStamps;
+    if (round + 1 == rounds.landmark_rounds && change >= 1.0) ++rounds.landmark_rounds;
     if (settled && !clocks_moved && !stamps_moved) matrices_moved = ReviewMatrices(context, &adjustment);
     if (settled && !clocks_moved && !stamps_moved && !matrices_moved)
       biases_moved = ReviewBiases(context, &adjustment);
