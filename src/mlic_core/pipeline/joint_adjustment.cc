@@ -36,13 +36,10 @@ constexpr int kLeastRounds = 5;
 constexpr int kMostRounds = 15;  // from: guard, time
 // After a move of a sigma, or what a review frees or corrects, so many rounds may follow, in all.
 constexpr int kRoundsAfterMove = 5, kMostAfterMoves = 30;  // from: guard, time
-// Rounds that find landmarks and matches anew, and further ones while they move the calibration by its sigma.
-// Later ones keep them, as which of them just agree and which just do not would change for ever. from:
-// measured, paper rig, seeds 1 to 3
-constexpr int kLandmarkRounds = 3;
-// As many more once the stamps of cameras have moved: what agrees now is found, then its noise. from:
-// structural
-constexpr int kLandmarkRoundsAfterStamps = 2;
+// Rounds that find landmarks and matches anew, further ones while they move the calibration by its sigma, and
+// once the stamps of cameras have moved. Later ones keep them, as which of them just agree and which just do
+// not would change for ever. from: measured, paper rig, seeds 1 to 3; what agrees, then its noise
+constexpr int kLandmarkRounds = 3, kLandmarkRoundsAfterStamps = 2;
 
 // Light, shade and the map move all matches of a camera by some 0.2 px together, which their scatter does not
 // show: so many of their claimed sigmas they count for at least. With less (paper rig, 60 s) they pull the
