@@ -40,15 +40,7 @@ std::vector<HeldOutMatches> EvaluateHeldOutMatches(const std::vector<LandmarkSet
                                                    const CalibrationState& state) {
   std::vector<std::vector<double>> lengths(state.cameras.size());
   for (std::size_t d = 0; d < held_out.size(); ++d) {
-    LandmarkSet moved = held_out[d];
-    const SplitSpline& trajectory = state.drives[d].trajectory;
-    for (std::size_t p = 0; p < moved.points.size(); ++p) {
-      const LidarPointObservation& observation = moved.lidar_points[p];
-      const SensorCalibration& lidar = state.lidars[observation.lidar];
-      const double t = lidar.OnImuClock(observation.time, trajectory.Middle());
-      if (!trajectory.Contains(t)) continue;
-      moved.points[p].position = trajectory.Pose(t) * lidar.T_imu_sensor * observation.position;
-    }
+    const LandmarkSet moved = PlacedByLidars(held_out[d], state, d);
     const std::vector<Eigen::Vector2d> residuals = LandmarkResiduals(moved, state, d);
     for (std::size_t k = 0; k < residuals.size(); ++k) {
       if (residuals[k].allFinite()) lengths[moved.observations[k].camera].push_back(residuals[k].norm());

@@ -7,9 +7,9 @@
 #include <cstdio>
 #include <limits>
 #include <map>
-#include <tuple>
 #include <utility>
 
+#include "mlic_core/common/sizes_of_draws.h"
 #include "mlic_core/problem/landmark_terms.h"
 
 namespace mlic {
@@ -26,30 +26,19 @@ struct MatchError {
   Eigen::Vector2d velocity;  // px/s, of the image
 };
 // Of each photo, by its camera and time.
-
 using PhotoErrors = std::map<std::pair<int, double>, std::vector<MatchError>>;
-
-// Places follow the LiDAR that measured them. later: s, by which images are taken for later than they are.
-std::vector<Eigen::Vector2d> MatchErrors(LandmarkSet matches, const CalibrationState& state,
-                                         std::size_t drive, double later) {
-  const SplitSpline& trajectory = state.drives[drive].trajectory;
-  for (std::size_t p = 0; p < matches.points.size(); ++p) {
-    if (!matches.IsOnMap(p)) continue;
-    const LidarPointObservation& observation = matches.lidar_points[p];
-    const SensorCalibration& lidar = state.lidars[observation.lidar];
-    const double t = lidar.OnImuClock(observation.time, trajectory.Middle());
-    if (!trajectory.Contains(t)) continue;
-    matches.points[p].position = trajectory.Pose(t) * lidar.T_imu_sensor * observation.position;
-  }
-  for (LandmarkObservation& observation : matches.observations) observation.time += later;
-  return LandmarkResiduals(matches, state, drive);
-}
 
 PhotoErrors PhotosOf(const LandmarkSet& matches, const CalibrationState& state, std::size_t drive) {
   constexpr double kStep = 1e-3;  // s; from: guard, motion is even for so long
-  const std::vector<Eigen::Vector2d> errors = MatchErrors(matches, state, drive, 0.0);
-  const std::vector<Eigen::Vector2d> before = MatchErrors(matches, state, drive, -kStep);
-  const std::vector<Eigen::Vector2d> after = MatchErrors(matches, state, drive, kStep);
+  const LandmarkSet placed = PlacedByLidars(matches, state, drive);
+  // later: s, by which images are taken for later than they are
+  const auto errors_when = [&](double later) {
+    LandmarkSet moved = placed;
+    for (LandmarkObservation& observation : moved.observations) observation.time += later;
+    return LandmarkResiduals(moved, state, drive);
+  };
+  const std::vector<Eigen::Vector2d> errors = errors_when(0.0);
+  const std::vector<Eigen::Vector2d> before = errors_when(-kStep), after = errors_when(kStep);
   PhotoErrors photos;
   for (std::size_t p = 0; p < matches.points.size(); ++p) {
     if (!matches.IsOnMap(p)) continue;
@@ -143,13 +132,20 @@ double LikelihoodOfShared(const std::vector<SharedOfPhoto>& photos, const MatchN
   return sum;
 }
 
-std::vector<double> SizesFromZero(double least, double most, double step) {
-  std::vector<double> grid{0.0};
-  for (double size = least; size < most; size *= step) grid.push_back(size);
-  return grid;
-}
-
 }  // namespace
+
+LandmarkSet PlacedByLidars(LandmarkSet matches, const CalibrationState& state, std::size_t drive) {
+  const SplitSpline& trajectory = state.drives[drive].trajectory;
+  for (std::size_t p = 0; p < matches.points.size(); ++p) {
+    if (!matches.IsOnMap(p)) continue;
+    const LidarPointObservation& observation = matches.lidar_points[p];
+    const SensorCalibration& lidar = state.lidars[observation.lidar];
+    const double t = lidar.OnImuClock(observation.time, trajectory.Middle());
+    if (!trajectory.Contains(t)) continue;
+    matches.points[p].position = trajectory.Pose(t) * lidar.T_imu_sensor * observation.position;
+  }
+  return matches;
+}
 
 std::vector<MatchNoise> MeasureMatchNoise(const std::vector<DriveTerms>& drives,
                                           const CalibrationState& state,
@@ -165,8 +161,8 @@ std::vector<MatchNoise> MeasureMatchNoise(const std::vector<DriveTerms>& drives,
     }
   }
   // From what no photo shows to what no match is off by. from: guard
-  static const std::vector<double> shifts = SizesFromZero(0.02, 5.0, 1.25),
-                                   smears = SizesFromZero(2e-5, 2e-2, 1.3);
+  static const std::vector<double> shifts = SizesFromNone(0.02, 5.0, 1.25),
+                                   smears = SizesFromNone(2e-5, 2e-2, 1.3);
   for (std::size_t c = 0; c < noise.size(); ++c) {
     if (!(blocks[c].expected > 0.0)) continue;
     const double more = blocks[c].squares / blocks[c].expected;

@@ -20,6 +20,9 @@ struct MatchNoise {
   double smear = 0.0;  // s
 };
 
+// One drive's points, those on the map where the LiDARs that measured them have them at a state.
+LandmarkSet PlacedByLidars(LandmarkSet matches, const CalibrationState& state, std::size_t drive);
+
 // Of each camera, at a solved state whose matches were weakened by `made_with` (of each camera). From the
 // mean errors of the blocks of photos against those of independent matches, and of photos against those of
 // independent blocks, the latter by maximum likelihood. A camera without matches: as it was.

@@ -18,6 +18,13 @@ inline std::vector<double> SizesBetween(double finest, double coarsest, double s
   return sizes;
 }
 
+// None, and those.
+inline std::vector<double> SizesFromNone(double finest, double coarsest, double step) {
+  std::vector<double> sizes = SizesBetween(finest, coarsest, step);
+  sizes.insert(sizes.begin(), 0.0);
+  return sizes;
+}
+
 // The share of each size in the likelihood of all. draws.Gain(size): twice the logarithm of its likelihood's
 // ratio to no errors.
 template <typename Draws, typename Size>

@@ -24,17 +24,16 @@ void Shift(const ImageStamps& from, const std::vector<double>& to, LandmarkSet* 
 }
 
 // False where the course stays.
-bool MoveStamps(const CameraImages& images, const ImageStamps& now,
-                const std::vector<StampEvidence>& evidence, Adjustment* adjustment) {
+bool MoveStamps(const ImageStamps& images, const ImageStamps& now, const std::vector<StampEvidence>& evidence,
+                Adjustment* adjustment) {
   StampCourse& course = adjustment->cameras.stamp_courses[images.drive][images.camera];
-  StampCourse next = LikeliestCourse(images.stamps, course, evidence);
+  StampCourse next = LikeliestCourse(images.times, course, evidence);
   double square = 0.0;
-  for (const double stamp : images.stamps) square += std::pow(next.At(stamp) - course.At(stamp), 2);
-  const double step = std::sqrt(square / static_cast<double>(images.stamps.size()));
+  for (const double stamp : images.times) square += std::pow(next.At(stamp) - course.At(stamp), 2);
+  const double step = std::sqrt(square / static_cast<double>(images.times.size()));
   if (step < std::max(kLeastStep, kNegligible * std::sqrt(next.MeanSquare()))) return false;
   course = std::move(next);
-  std::vector<double> times = images.stamps;
-  for (double& time : times) time += course.At(time);
+  const std::vector<double> times = OnCourse({images}, adjustment->cameras)[0].times;
   Shift(now, times, &adjustment->problem.drives[images.drive].landmarks);
   if (images.drive < adjustment->map.held_out.size()) {
     Shift(now, times, &adjustment->map.held_out[images.drive]);
@@ -69,12 +68,12 @@ bool ReviewStamps(const AdjustmentContext& context, bool probe_matrices, Adjustm
   const std::size_t cameras = adjustment->state.cameras.size();
   adjustment->cameras.stamp_courses.resize(adjustment->problem.drives.size(),
                                            std::vector<StampCourse>(cameras));
-  std::vector<CameraImages> images = ImagesOfCameras(*adjustment);
+  std::vector<ImageStamps> images = StampsOfImages(*adjustment);
   std::vector<bool> moved(cameras, false);
   for (int step = 0; step < kMostSteps && !images.empty(); ++step) {
     const std::vector<ImageStamps> now = OnCourse(images, adjustment->cameras);
     const auto evidence = EvidenceOfStamps(adjustment->problem, adjustment->state, now);
-    std::vector<CameraImages> again;
+    std::vector<ImageStamps> again;
     for (std::size_t i = 0; i < evidence.size(); ++i) {
       if (!MoveStamps(images[i], now[i], evidence[i], adjustment)) continue;
       moved[images[i].camera] = true;

@@ -194,6 +194,19 @@ Prior WidePrior(const LinearizationPoint& at, RangeModel model) {
   return prior;
 }
 
+// These rows and columns of the inverse, zero where not free.
+Eigen::MatrixXd PartOfCovariance(Eigen::MatrixXd information, const std::vector<bool>& free,
+                                 Eigen::Index begin, Eigen::Index count) {
+  const Eigen::Index size = information.rows();
+  HoldFixed(free, &information);
+  const Eigen::MatrixXd part = Eigen::MatrixXd::Identity(size, size).middleCols(begin, count);
+  Eigen::MatrixXd covariance = SolveSymmetric(information, part).middleRows(begin, count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    if (!free[begin + i]) covariance(i, i) = 0.0;
+  }
+  return covariance;
+}
+
 }  // namespace
 
 std::optional<RangeErrors> MeasureRangeErrors(const JointProblem& given, const CalibrationState& state,

@@ -12,30 +12,28 @@ constexpr std::size_t kFewestImages = 20;  // that say something; from: guard
 
 }  // namespace
 
-std::vector<CameraImages> ImagesOfCameras(const Adjustment& adjustment) {
-  std::vector<CameraImages> all;
+std::vector<ImageStamps> StampsOfImages(const Adjustment& adjustment) {
+  std::vector<ImageStamps> all;
   for (std::size_t d = 0; d < adjustment.problem.drives.size(); ++d) {
     for (std::size_t c = 0; c < adjustment.state.cameras.size(); ++c) {
       if (!adjustment.cameras.found[c] || adjustment.problem.cameras[c].fixed.time_offset) continue;
-      CameraImages images{d, c, {}};
+      ImageStamps images{d, c, {}};
       for (const Keyframe& keyframe : adjustment.cameras.tracks[d].keyframes) {
-        if (keyframe.camera == static_cast<int>(c)) images.stamps.push_back(keyframe.time);
+        if (keyframe.camera == static_cast<int>(c)) images.times.push_back(keyframe.time);
       }
-      std::sort(images.stamps.begin(), images.stamps.end());
-      if (images.stamps.size() >= kFewestImages) all.push_back(std::move(images));
+      std::sort(images.times.begin(), images.times.end());
+      if (images.times.size() >= kFewestImages) all.push_back(std::move(images));
     }
   }
   return all;
 }
 
-std::vector<ImageStamps> OnCourse(const std::vector<CameraImages>& all, const AdjustedCameras& cameras) {
-  std::vector<ImageStamps> moved;
-  for (const CameraImages& images : all) {
-    moved.push_back({images.drive, images.camera, images.stamps});
+std::vector<ImageStamps> OnCourse(std::vector<ImageStamps> all, const AdjustedCameras& cameras) {
+  for (ImageStamps& images : all) {
     const StampCourse& course = cameras.stamp_courses[images.drive][images.camera];
-    for (double& time : moved.back().times) time += course.At(time);
+    for (double& time : images.times) time += course.At(time);
   }
-  return moved;
+  return all;
 }
 
 Eigen::MatrixXd ScatterOfStamps(const Adjustment& adjustment, double scale) {
@@ -43,10 +41,10 @@ Eigen::MatrixXd ScatterOfStamps(const Adjustment& adjustment, double scale) {
   Eigen::MatrixXd scatter = Eigen::MatrixXd::Zero(calibration, calibration);
   if (adjustment.cameras.stamp_courses.empty()) return scatter;
   const auto& courses = adjustment.cameras.stamp_courses;
-  std::vector<CameraImages> images = ImagesOfCameras(adjustment);
+  std::vector<ImageStamps> images = StampsOfImages(adjustment);
   images.erase(
       std::remove_if(images.begin(), images.end(),
-                     [&](const CameraImages& own) { return courses[own.drive][own.camera].IsEmpty(); }),
+                     [&](const ImageStamps& own) { return courses[own.drive][own.camera].IsEmpty(); }),
       images.end());
   const auto evidence =
       EvidenceOfStamps(adjustment.problem, adjustment.state, OnCourse(images, adjustment.cameras));

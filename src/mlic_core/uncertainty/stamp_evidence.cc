@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "mlic_core/common/sizes_of_draws.h"
 #include "mlic_core/factors/reprojection.h"
 #include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/problem/joint_solver.h"
@@ -108,12 +109,9 @@ bool EvidenceOf(const Ground& ground, const ImageStamps& camera, std::size_t fir
   Eigen::MatrixXd following(calibration, count + 1);
   following.leftCols(count) = solution.information.topRightCorner(calibration, count);
   following.rightCols<1>() = solution.gradient.head(calibration) + ground.prior_gradient;
+  HoldFixed(ground.free, &own);
   for (Eigen::Index i = 0; i < calibration; ++i) {
-    if (free[static_cast<std::size_t>(i)]) continue;
-    own.row(i).setZero();
-    own.col(i).setZero();
-    own(i, i) = 1.0;
-    following.row(i).setZero();
+    if (!ground.free[static_cast<std::size_t>(i)]) following.row(i).setZero();
   }
   const Eigen::MatrixXd steps = SolveSymmetric(own, following);
   evidence->first = first;
@@ -235,9 +233,7 @@ StampCourse LikeliestCourse(const std::vector<double>& stamps, const StampCourse
     return sum;
   };
   // s/sqrt(s) and s; from: guard, from what no drive shows to what no camera has
-  constexpr double kLeast = 1e-5, kMost = 2e-2, kStep = 2.0;
-  std::vector<double> sizes{0.0};
-  for (double size = kLeast; size < kMost; size *= kStep) sizes.push_back(size);
+  const std::vector<double> sizes = SizesFromNone(1e-5, 2e-2, 2.0);
   double best = likelihood(0.0, 0.0) + kShown;
   StampCourse found;
   for (const double walk : sizes) {

@@ -13,7 +13,7 @@ namespace mlic {
 // One camera's images in one drive.
 struct ImageStamps {
   std::size_t drive = 0, camera = 0;
-  std::vector<double> times;  // s, as the landmarks' observations have them, ascending
+  std::vector<double> times;  // s, ascending
 };
 
 // What the joint problem says of the stamps of consecutive images, each by itself, when all else is free:
@@ -28,8 +28,8 @@ struct StampEvidence {
 // The place of the image with that stamp.
 std::size_t NearestImage(const std::vector<double>& times, double time);
 
-// Of each of these cameras, in stretches of so many images as can be looked at together. Empty where the
-// trajectory is held or the equations have no solution.
+// Of each of these cameras, with times as the landmarks' observations have them, in stretches of so many
+// images as can be looked at together. Empty where the trajectory is held or the equations have no solution.
 std::vector<std::vector<StampEvidence>> EvidenceOfStamps(const JointProblem& given,
                                                          const CalibrationState& state,
                                                          const std::vector<ImageStamps>& cameras);

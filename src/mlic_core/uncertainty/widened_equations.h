@@ -13,9 +13,7 @@ namespace mlic {
 // Makes room for so many.
 void Widen(Eigen::Index more, Accumulator* sum, std::vector<LandmarkCoupling>* couplings);
 
-// The inverse's rows and columns [begin, begin + count), those zero that are not free. information: of all,
-// with what priors say.
-Eigen::MatrixXd PartOfCovariance(Eigen::MatrixXd information, const std::vector<bool>& free,
-                                 Eigen::Index begin, Eigen::Index count);
+// Makes those that are not free stand still: identity in their rows and columns.
+void HoldFixed(const std::vector<bool>& free, Eigen::MatrixXd* information);
 
 }  // namespace mlic
