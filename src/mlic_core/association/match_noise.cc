@@ -11,6 +11,7 @@
 
 #include "mlic_core/common/sizes_of_draws.h"
 #include "mlic_core/problem/landmark_terms.h"
+#include "mlic_core/problem/layout.h"
 
 namespace mlic {
 namespace {
@@ -18,6 +19,19 @@ namespace {
 constexpr double kBlock = 160.0;  // px; from: definition, docs/method.md
 // Of a match's covariance that is its own at least, whatever its photo shares. from: guard, rounding
 constexpr double kLeastOwn = 1e-6;
+
+// What the matches of one photo share: a shift (px) and by how much later the image was exposed (s).
+constexpr int kOfPhoto = 3;  // from: definition
+// What those of one camera share in all photos: what the camera's pose and offset are off by at the state,
+// and its focal lengths and centre.
+constexpr int kOfLens = 4;                              // from: definition
+constexpr int kOfCamera = Layout::kOfSensor + kOfLens;  // from: definition
+using OfPhoto = Eigen::Matrix<double, kOfPhoto, 1>;
+using OfCamera = Eigen::Matrix<double, kOfCamera, 1>;
+using PhotoByCamera = Eigen::Matrix<double, kOfPhoto, kOfCamera>;
+using CameraInformation = Eigen::Matrix<double, kOfCamera, kOfCamera>;
+using ErrorByPhoto = Eigen::Matrix<double, 2, kOfPhoto>;
+using ErrorByCamera = Eigen::Matrix<double, 2, kOfCamera>;
 
 // One match at a state.
 struct MatchError {
@@ -52,6 +66,36 @@ PhotoErrors PhotosOf(const LandmarkSet& matches, const CalibrationState& state, 
   return photos;
 }
 
+// Errors of all observations of one drive by what each one's camera is off by.
+std::vector<ErrorByCamera> ErrorsByCamera(const LandmarkSet& matches, const CalibrationState& state,
+                                          std::size_t drive) {
+  // rad, m, s and px: small against what bends the errors, large against rounding. from: guard
+  constexpr double kPoseStep = 1e-4, kLensStep = 1e-2;
+  const LandmarkSet placed = PlacedByLidars(matches, state, drive);
+  const Layout layout(state, false);
+  const auto errors_at = [&](int parameter, double step) {
+    Eigen::VectorXd delta = Eigen::VectorXd::Zero(layout.Total());
+    for (std::size_t c = 0; c < state.cameras.size(); ++c) {
+      const int first =
+          parameter < Layout::kOfSensor ? layout.Camera(c) : layout.Intrinsics(c) - Layout::kOfSensor;
+      delta[layout.knots + first + parameter] = step;
+    }
+    CalibrationState moved = state;
+    layout.Update(delta, &moved);
+    return LandmarkResiduals(placed, moved, drive);
+  };
+  std::vector<ErrorByCamera> by_camera(matches.observations.size());
+  for (int parameter = 0; parameter < kOfCamera; ++parameter) {
+    const double step = parameter < Layout::kOfSensor ? kPoseStep : kLensStep;
+    const std::vector<Eigen::Vector2d> before = errors_at(parameter, -step),
+                                       after = errors_at(parameter, step);
+    for (std::size_t k = 0; k < by_camera.size(); ++k) {
+      by_camera[k].col(parameter) = (after[k] - before[k]) / (2.0 * step);
+    }
+  }
+  return by_camera;
+}
+
 Eigen::Matrix2d Shared(const MatchNoise& noise, const Eigen::Vector2d& velocity) {
   return noise.shift * noise.shift * Eigen::Matrix2d::Identity() +
          noise.smear * noise.smear * velocity * velocity.transpose();
@@ -62,74 +106,121 @@ Eigen::Matrix2d WholeCovariance(const LandmarkObservation& o) {
   return (whitening.transpose() * whitening).inverse();
 }
 
-// What the matches of one photo seem to share, were they independent else: the shift (px) and by how much
-// later the image was exposed (s), with their covariance.
-struct SharedOfPhoto {
-  Eigen::Vector3d error;
-  Eigen::Matrix3d covariance;
-};
-
-// Sums over blocks of photos.
-struct BlockSums {
-  double squares = 0.0;   // whitened, of the blocks' sums
-  double expected = 0.0;  // the same of independent matches
-};
-
-// Sums over the matches of a block, whitened: their errors, and these by what their photo shares.
+// Sums over the matches of a block, whitened: their errors, and these by what their photo and camera share.
 struct Block {
   Eigen::Vector2d error = Eigen::Vector2d::Zero();
-  Eigen::Matrix<double, 2, 3> by_shared = Eigen::Matrix<double, 2, 3>::Zero();
+  ErrorByPhoto by_photo = ErrorByPhoto::Zero();
+  ErrorByCamera by_camera = ErrorByCamera::Zero();
   double count = 0.0;
 };
 
-// Also adds what the photo's blocks scatter about it. made_with: by which the matches were weakened.
-SharedOfPhoto SharedErrorOf(const LandmarkSet& set, const std::vector<MatchError>& matches,
-                            const MatchNoise& made_with, BlockSums* sums) {
+// What the matches of one photo seem to share, were they independent else: with its covariance, and by what
+// the camera is off by. within: what they tell of the camera by their differences.
+struct PhotoSums {
+  OfPhoto error;
+  Eigen::Matrix3d covariance;
+  PhotoByCamera by_camera;
+  CameraInformation within;
+  OfCamera within_gradient;
+  std::vector<Block> blocks;
+};
+
+// made_with: by which the matches were weakened.
+PhotoSums SumPhoto(const LandmarkSet& set, const std::vector<MatchError>& matches,
+                   const std::vector<ErrorByCamera>& errors_by_camera, const MatchNoise& made_with) {
   // px and s: a photo in which everything moves alike does not tell the two from each other. from: guard
-  const Eigen::Vector3d widest(100.0, 100.0, 1.0);
+  const OfPhoto widest(100.0, 100.0, 1.0);
   Eigen::Matrix3d information = widest.cwiseAbs2().cwiseInverse().asDiagonal();
-  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+  OfPhoto gradient = OfPhoto::Zero();
+  PhotoByCamera cross = PhotoByCamera::Zero();
+  PhotoSums sums;
+  sums.within.setZero();
+  sums.within_gradient.setZero();
   std::map<std::pair<int, int>, Block> blocks;
   for (const MatchError& match : matches) {
-    const LandmarkObservation& o = set.observations[set.begin[match.point]];
+    const std::size_t k = set.begin[match.point];
+    const LandmarkObservation& o = set.observations[k];
+    if (!errors_by_camera[k].allFinite()) continue;
     const Eigen::Matrix2d whole = WholeCovariance(o);
     const Eigen::Matrix2d rest =
         whole - static_cast<double>(matches.size()) * Shared(made_with, match.velocity);
     const bool is_rest = rest.determinant() > kLeastOwn * whole.determinant() && rest.trace() > 0.0;
     const Eigen::Matrix2d own = is_rest ? rest : Eigen::Matrix2d(kLeastOwn * whole);
-    const Eigen::Matrix2d L = own.llt().matrixL();
-    Eigen::Matrix<double, 2, 3> by_shared;
-    by_shared << Eigen::Matrix2d::Identity(), match.velocity;
-    by_shared = L.inverse() * by_shared;
-    const Eigen::Vector2d error = L.inverse() * match.error;
-    information += by_shared.transpose() * by_shared;
-    gradient += by_shared.transpose() * error;
+    const Eigen::Matrix2d whitening = Eigen::Matrix2d(own.llt().matrixL()).inverse();
+    ErrorByPhoto by_photo;
+    by_photo << Eigen::Matrix2d::Identity(), match.velocity;
+    by_photo = whitening * by_photo;
+    const ErrorByCamera by_camera = whitening * errors_by_camera[k];
+    const Eigen::Vector2d error = whitening * match.error;
+    information += by_photo.transpose() * by_photo;
+    gradient += by_photo.transpose() * error;
+    cross += by_photo.transpose() * by_camera;
+    sums.within += by_camera.transpose() * by_camera;
+    sums.within_gradient += by_camera.transpose() * error;
     Block& block = blocks[{static_cast<int>(o.pixel.x() / kBlock), static_cast<int>(o.pixel.y() / kBlock)}];
     block.error += error;
-    block.by_shared += by_shared;
+    block.by_photo += by_photo;
+    block.by_camera += by_camera;
     block.count += 1.0;
   }
-  SharedOfPhoto shared;
-  shared.covariance = information.inverse();
-  shared.error = shared.covariance * gradient;
-  for (const auto& [place, block] : blocks) {
-    sums->squares += (block.error - block.by_shared * shared.error).squaredNorm();
-    sums->expected +=
-        2.0 * block.count - (block.by_shared * shared.covariance * block.by_shared.transpose()).trace();
-  }
-  return shared;
+  sums.covariance = information.inverse();
+  sums.error = sums.covariance * gradient;
+  sums.by_camera = sums.covariance * cross;
+  sums.within -= cross.transpose() * sums.by_camera;
+  sums.within_gradient -= cross.transpose() * sums.error;
+  for (const auto& [place, block] : blocks) sums.blocks.push_back(block);
+  return sums;
 }
 
-// Twice the logarithm of the likelihood of what photos share, but for a constant.
-double LikelihoodOfShared(const std::vector<SharedOfPhoto>& photos, const MatchNoise& noise) {
-  const Eigen::Vector3d variances = Eigen::Vector3d(noise.shift, noise.shift, noise.smear).cwiseAbs2();
-  double sum = 0.0;
-  for (const SharedOfPhoto& photo : photos) {
-    Eigen::Matrix3d expected = photo.covariance;
-    expected.diagonal() += variances;
-    sum -= photo.error.dot(expected.inverse() * photo.error) + std::log(expected.determinant());
+// Of what the camera is off by, beyond what any is. from: guard
+CameraInformation LeastInformation() {
+  OfCamera widest;  // rad, m, s and px
+  widest << 1.0, 1.0, 1.0, 10.0, 10.0, 10.0, 1.0, OfCamera::Constant(1000.0).head<kOfLens>();
+  return widest.cwiseAbs2().cwiseInverse().asDiagonal();
+}
+
+// The variance of what blocks of photos err by over that of independent matches, apart from what photos and
+// the camera share.
+double ScatterOfBlocks(const std::vector<PhotoSums>& photos) {
+  CameraInformation information = LeastInformation();
+  OfCamera gradient = OfCamera::Zero();
+  for (const PhotoSums& photo : photos) {
+    information += photo.within;
+    gradient += photo.within_gradient;
   }
-  return sum;
+  const CameraInformation covariance = information.inverse();
+  const OfCamera off = covariance * gradient;
+  double squares = 0.0, expected = 0.0;
+  for (const PhotoSums& photo : photos) {
+    for (const Block& block : photo.blocks) {
+      const ErrorByCamera by_camera = block.by_camera - block.by_photo * photo.by_camera;
+      squares += (block.error - block.by_photo * photo.error - by_camera * off).squaredNorm();
+      expected += 2.0 * block.count -
+                  (block.by_photo * photo.covariance * block.by_photo.transpose()).trace() -
+                  (by_camera * covariance * by_camera.transpose()).trace();
+    }
+  }
+  return expected > 0.0 ? squares / expected : 0.0;
+}
+
+// Twice the logarithm of the likelihood of what photos share, but for a constant: restricted, as what the
+// camera is off by is to pass for no noise (Patterson and Thompson, Biometrika 1971).
+double LikelihoodOfShared(const std::vector<PhotoSums>& photos, double scatter, const MatchNoise& noise) {
+  const OfPhoto variances = OfPhoto(noise.shift, noise.shift, noise.smear).cwiseAbs2();
+  CameraInformation information = LeastInformation();
+  OfCamera gradient = OfCamera::Zero();
+  double sum = 0.0;
+  for (const PhotoSums& photo : photos) {
+    Eigen::Matrix3d expected = scatter * photo.covariance;
+    expected.diagonal() += variances;
+    const Eigen::Matrix3d weights = expected.inverse();
+    sum -= photo.error.dot(weights * photo.error) + std::log(expected.determinant());
+    const PhotoByCamera weighted = weights * photo.by_camera;
+    information += photo.within / scatter + photo.by_camera.transpose() * weighted;
+    gradient += photo.within_gradient / scatter + weighted.transpose() * photo.error;
+  }
+  const Eigen::LDLT<CameraInformation> solver(information);
+  return sum + gradient.dot(solver.solve(gradient)) - solver.vectorD().array().log().sum();
 }
 
 }  // namespace
@@ -151,27 +242,26 @@ std::vector<MatchNoise> MeasureMatchNoise(const std::vector<DriveTerms>& drives,
                                           const CalibrationState& state,
                                           const std::vector<MatchNoise>& made_with) {
   std::vector<MatchNoise> noise = made_with;
-  std::vector<BlockSums> blocks(noise.size());
-  std::vector<std::vector<SharedOfPhoto>> shared(noise.size());
+  std::vector<std::vector<PhotoSums>> photos(noise.size());
   for (std::size_t d = 0; d < drives.size(); ++d) {
     const LandmarkSet& set = drives[d].landmarks;
+    const std::vector<ErrorByCamera> by_camera = ErrorsByCamera(set, state, d);
     for (const auto& [photo, matches] : PhotosOf(set, state, d)) {
       const auto c = static_cast<std::size_t>(photo.first);
-      shared[c].push_back(SharedErrorOf(set, matches, made_with[c], &blocks[c]));
+      photos[c].push_back(SumPhoto(set, matches, by_camera, made_with[c]));
     }
   }
   // From what no photo shows to what no match is off by. from: guard
   static const std::vector<double> shifts = SizesFromNone(0.02, 5.0, 1.25),
                                    smears = SizesFromNone(2e-5, 2e-2, 1.3);
   for (std::size_t c = 0; c < noise.size(); ++c) {
-    if (!(blocks[c].expected > 0.0)) continue;
-    const double more = blocks[c].squares / blocks[c].expected;
-    for (SharedOfPhoto& photo : shared[c]) photo.covariance *= more;
+    const double scatter = ScatterOfBlocks(photos[c]);
+    if (!(scatter > 0.0)) continue;
     double best = -std::numeric_limits<double>::infinity();
     for (const double shift : shifts) {
       for (const double smear : smears) {
-        const MatchNoise own{made_with[c].scale * std::sqrt(more), shift, smear};
-        const double likelihood = LikelihoodOfShared(shared[c], own);
+        const MatchNoise own{made_with[c].scale * std::sqrt(scatter), shift, smear};
+        const double likelihood = LikelihoodOfShared(photos[c], scatter, own);
         if (likelihood > best) best = likelihood, noise[c] = own;
       }
     }

@@ -25,7 +25,8 @@ LandmarkSet PlacedByLidars(LandmarkSet matches, const CalibrationState& state, s
 
 // Of each camera, at a solved state whose matches were weakened by `made_with` (of each camera). From the
 // mean errors of the blocks of photos against those of independent matches, and of photos against those of
-// independent blocks, the latter by maximum likelihood. A camera without matches: as it was.
+// independent blocks, the latter by restricted maximum likelihood: what the camera's pose, offset, focal
+// lengths and centre are off by at the state is not taken for noise. A camera without matches: as it was.
 std::vector<MatchNoise> MeasureMatchNoise(const std::vector<DriveTerms>& drives,
                                           const CalibrationState& state,
                                           const std::vector<MatchNoise>& made_with);

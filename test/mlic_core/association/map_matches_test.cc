@@ -249,6 +249,20 @@ TEST(MapMatches, PhotosThatErrAsAWholeAreToldFromTheirParts) {
   EXPECT_NEAR(again.smear, found.smear, 1e-5);
 }
 
+TEST(MapMatches, WhatTheCameraIsOffByIsNoNoiseOfItsMatches) {
+  const Case c = MakeCase();
+  std::vector<DriveTerms> drives(1);
+  drives[0].landmarks = PhotosOfMatches({0.0, 0.3, 0.0});
+  // By 3 to 10 px and more in all photos alike.
+  CalibrationState off = c.truth;
+  Disturb(&off.cameras[0].sensor);
+  off.cameras[0].intrinsics.parameters[0] += 3.0;
+  const MatchNoise found = MeasureMatchNoise(drives, off, {{}})[0];
+  EXPECT_NEAR(found.scale, 1.0, 0.1);
+  EXPECT_NEAR(found.shift, 0.3, 0.1);
+  EXPECT_LT(found.smear, 1e-3);
+}
+
 TEST(MapMatches, ThePhotosMeanIsAsUnsureAsItsSharedError) {
   LandmarkSet matches = PhotosOfMatches({});
   WeakenMatches({{1.0, 0.3, 0.0}}, MakeCase().truth, 0, &matches);
