@@ -308,8 +308,8 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     }
     // Not before: extrinsics on their way look like clocks that drift, and like rings and ranges that err.
     const bool settled = options.find_sensor_errors && many && change < 1.0;
-    bool clocks_moved = false, lenses_moved = false, stamps_moved = false, matrices_moved = false;
-    bool biases_moved = false, ranges_moved = false;
+    bool clocks_moved = false, lenses_moved = false, stamps_moved = false;
+    bool matrices_moved = false, biases_moved = false, ranges_moved = false;
     if (settled && !rounds.clocks_freed) {
       rounds.clocks_freed = true;
       lenses_moved = cameras && ReviewLenses(context, probe_matrices, &adjustment);
@@ -324,8 +324,9 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
       biases_moved = ReviewBiases(context, &adjustment);
     if (settled && !clocks_moved && !stamps_moved && !matrices_moved && !biases_moved)
       ranges_moved = ReviewRanges(&adjustment);
-    // With its rings corrected a LiDAR may show what it did not before.
-    if (ranges_moved) rounds.matrices_judged = false;
+    // What stood for scale, axes or a bias that wanders is not the stamps'.
+    if (matrices_moved || biases_moved) rounds.stamps_settled = false;
+    if (ranges_moved) rounds.matrices_judged = false;  // a LiDAR may show what it did not before
     if (!adjustment.state.lidars.empty()) {
       adjustment.cameras.sigmas =
           SigmasAgainstLidar(Analyze(adjustment, context.dataset), adjustment.state, adjustment.base_lidar);

@@ -46,9 +46,11 @@ void Describe(const AdjustmentContext& context, const Adjustment& adjustment, st
   for (const auto& of_drive : adjustment.cameras.stamp_courses) {
     square = std::max(square, of_drive[camera].MeanSquare());
   }
-  char text[120];
-  std::snprintf(text, sizeof(text), ": its stamps wander by %.3f ms (rms): followed",
-                1e3 * std::sqrt(square));
+  char text[120] = ": its stamps do not wander any more";
+  if (square > 0.0) {
+    std::snprintf(text, sizeof(text), ": its stamps wander by %.3f ms (rms): followed",
+                  1e3 * std::sqrt(square));
+  }
   context.monitor.line(context.rig.cameras[camera].name + text);
 }
 
