@@ -4,12 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <numeric>
 
 #include "mlic_core/association/landmark_noise.h"
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/problem/landmark_terms.h"
-#include "mlic_core/uncertainty/intrinsics_observability.h"
+#include "mlic_core/uncertainty/image_pattern.h"
 
 namespace mlic {
 namespace {
@@ -68,13 +69,14 @@ struct PatternSums {
     squares += other.squares;
     observations += other.observations;
   }
-  // Of the gradient, where the errors' mean square is kPatternError^2 and no pattern is likelier than others.
-  Eigen::MatrixXd Covariance() const {
+  // Of the gradient, where the errors' root mean square is `size` (px) and no pattern is likelier than
+  // others.
+  Eigen::MatrixXd Covariance(double size) const {
     if (observations < kPatterns) return Eigen::MatrixXd::Zero(gradient_of_x.rows(), gradient_of_x.rows());
     Eigen::Matrix<double, kPatterns, kPatterns> mean = squares / observations;
     mean.diagonal().array() += 1e-9;  // an image of which only a corner is seen
     const auto inverse = mean.inverse().eval();
-    return kPatternError * kPatternError / (2.0 * kPatterns) *
+    return size * size / (2.0 * kPatterns) *
            (gradient_of_x * inverse * gradient_of_x.transpose() +
             gradient_of_y * inverse * gradient_of_y.transpose());
   }
@@ -85,14 +87,16 @@ struct Sums {
   Eigen::MatrixXd information, self_weighing;
   Eigen::VectorXd of_observations, of_landmarks;  // squared moves of the calibration by each alone
   Grouping stretches, later_stretches, cells;
-  std::vector<PatternSums> patterns;  // of each camera
+  std::vector<PatternSums> patterns;   // of each camera
+  std::vector<ImagePattern> in_cells;  // of each camera
 
   Sums(Eigen::Index parameters, Eigen::Index stretch_count, Eigen::Index cell_count, std::size_t cameras)
       : information(Eigen::MatrixXd::Zero(parameters, parameters)),
         self_weighing(information),
         of_observations(Eigen::VectorXd::Zero(parameters)),
         of_landmarks(of_observations),
-        patterns(cameras, PatternSums(parameters)) {
+        patterns(cameras, PatternSums(parameters)),
+        in_cells(cameras, ImagePattern(kCells * kCells)) {
     stretches.Resize(parameters, stretch_count);
     later_stretches.Resize(parameters, stretch_count);
     cells.Resize(parameters, cell_count);
@@ -106,6 +110,7 @@ struct Sums {
     later_stretches.Add(other.later_stretches);
     cells.Add(other.cells);
     for (std::size_t c = 0; c < patterns.size(); ++c) patterns[c].Add(other.patterns[c]);
+    for (std::size_t c = 0; c < in_cells.size(); ++c) in_cells[c].Add(other.in_cells[c]);
   }
 };
 
@@ -159,6 +164,12 @@ Eigen::MatrixXd ReducedRows(const std::vector<ReprojectionRows>& observations,
   return rows;
 }
 
+// Of one landmark's observations in one cell.
+struct CellSums {
+  Eigen::Vector2d errors = Eigen::Vector2d::Zero();  // px, by their weights
+  double weight = 0.0;                               // 1 / px^2
+};
+
 // What all landmarks are put together with.
 struct Ground {
   const LinearizationPoint& at;
@@ -174,6 +185,7 @@ void AddLandmark(const Ground& ground, std::size_t drive, const std::vector<std:
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(parameters), move = gradient;
   double dependence = 0.0;
   std::size_t count = 0;
+  std::map<Eigen::Index, CellSums> in_cells;
   for (const std::size_t part : parts) {
     const std::vector<ReprojectionRows> observations = RowsOfLandmark(ground.at, drive, part);
     if (observations.size() < 2) continue;
@@ -193,11 +205,15 @@ void AddLandmark(const Ground& ground, std::size_t drive, const std::vector<std:
       add(ground.groups.Stretch(drive, observation.time, 0.0), &sums->stretches);
       add(ground.groups.Stretch(drive, observation.time, 0.5), &sums->later_stretches);
       const CameraIntrinsics& intrinsics = ground.at.state.cameras[camera].intrinsics;
-      add(Groups::Cell(*observation.observation, intrinsics), &sums->cells);
       const LandmarkObservation& given = *observation.observation;
-      sums->patterns[static_cast<std::size_t>(camera)].Add(
-          rows.middleCols<2>(2 * k) * given.shape.cast<double>() / given.sigma,
-          PatternsAt(given, intrinsics));
+      const Eigen::Index cell = Groups::Cell(given, intrinsics);
+      add(cell, &sums->cells);
+      const Eigen::Matrix2d whitening = given.shape.cast<double>() / given.sigma;
+      sums->patterns[static_cast<std::size_t>(camera)].Add(rows.middleCols<2>(2 * k) * whitening,
+                                                           PatternsAt(given, intrinsics));
+      const double weight = 0.5 * whitening.squaredNorm();
+      in_cells[cell].errors += weight * (whitening.inverse() * observation.residual);
+      in_cells[cell].weight += weight;
       sums->of_observations += of_observation.cwiseAbs2();
       move += of_observation;
       gradient.noalias() += rows.middleCols<2>(2 * k) * observation.residual;
@@ -205,6 +221,10 @@ void AddLandmark(const Ground& ground, std::size_t drive, const std::vector<std:
     }
   }
   if (count == 0) return;
+  for (const auto& [cell, own] : in_cells) {
+    const auto camera = static_cast<std::size_t>(cell / (kCells * kCells));
+    sums->in_cells[camera].Add(static_cast<std::size_t>(cell % (kCells * kCells)), own.errors, own.weight);
+  }
   sums->of_landmarks += move.cwiseAbs2();
   if (!ground.made_with.noise_of_each) return;
   // Observations that count for less, by their dependence or for being many, have smaller gradients by as
@@ -289,9 +309,15 @@ CameraInflation MeasureCameraInflation(const LinearizedProblem& linearized, cons
   };
   const Eigen::VectorXd of_stretches = 0.5 * (beyond(all.stretches) + beyond(all.later_stretches));
   const Eigen::VectorXd of_cells = beyond(all.cells);
-  CameraInflation inflation{all.information, all.self_weighing, Eigen::VectorXd::Ones(layout.calibration),
-                            Eigen::MatrixXd::Zero(layout.calibration, layout.calibration)};
-  for (const PatternSums& camera : all.patterns) inflation.pattern += camera.Covariance();
+  CameraInflation inflation{all.information,
+                            all.self_weighing,
+                            Eigen::VectorXd::Ones(layout.calibration),
+                            Eigen::MatrixXd::Zero(layout.calibration, layout.calibration),
+                            {}};
+  for (std::size_t c = 0; c < all.patterns.size(); ++c) {
+    inflation.pattern_errors.push_back(all.in_cells[c].Rms());
+    inflation.pattern += all.patterns[c].Covariance(inflation.pattern_errors.back());
+  }
   for (const std::vector<int>& part : Parts(at.problem, at.state, layout)) {
     double landmarks = 0.0, stretches = 0.0, cells = 0.0;
     for (const int i : part) {
@@ -340,6 +366,8 @@ std::vector<std::string> DescribeInflation(const CameraInflation& inflation, con
       std::snprintf(text, sizeof(text), ", of the readout by %.2f", inflation.growth[layout.Readout(c)]);
       line += text;
     }
+    std::snprintf(text, sizeof(text), "; parts of its image err by %.4f px", inflation.pattern_errors[c]);
+    line += text;
     lines.push_back(line);
   }
   return lines;

@@ -27,13 +27,14 @@ namespace mlic {
 //   over their parameters, and never less than one.
 //
 // A third thing no observation shows: an error with a smooth pattern over the image, of which the lens model
-// takes up what looks like a lens. It is kPatternError in size, in any shape up to the third order, which is
-// what lens models bend to.
+// takes up what looks like a lens. It is as large as the pattern that it does not take up (ImagePattern), in
+// any shape up to the third order, which is what lens models bend to.
 struct CameraInflation {
-  Eigen::MatrixXd information;    // of the calibration (Layout): what observations of tracks add to it
-  Eigen::MatrixXd self_weighing;  // what the first point takes of it
-  Eigen::VectorXd growth;         // by the second, of each parameter's sigma as far as it is tracks'
-  Eigen::MatrixXd pattern;        // covariance of the third's part in the calibration's gradient
+  Eigen::MatrixXd information;         // of the calibration (Layout): what observations of tracks add to it
+  Eigen::MatrixXd self_weighing;       // what the first point takes of it
+  Eigen::VectorXd growth;              // by the second, of each parameter's sigma as far as it is tracks'
+  Eigen::MatrixXd pattern;             // covariance of the third's part in the calibration's gradient
+  std::vector<double> pattern_errors;  // of each camera, px (ImagePattern::Rms)
 
   bool IsEmpty() const { return growth.size() == 0; }
 };

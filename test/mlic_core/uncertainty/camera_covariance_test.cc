@@ -12,7 +12,6 @@
 #include "mlic_core/common/random.h"
 #include "mlic_core/problem/joint_solver.h"
 #include "mlic_core/problem/layout.h"
-#include "mlic_core/uncertainty/intrinsics_observability.h"
 #include "mlic_core/uncertainty/observability.h"
 #include "support/camera_with_imu.h"
 
@@ -136,7 +135,8 @@ TEST(CameraInflation, HasTheDoubtOfAPatternOverTheImage) {
   constexpr int kDraws = 16;
   constexpr double kSize = 0.1;  // px, rms
   const Outcome without = Calibrate(MakeCameraWithImu(3, 3000, NoCommonError), false);
-  const Eigen::MatrixXd expected = without.covariance * without.inflation.pattern * without.covariance;
+  const Eigen::MatrixXd expected = without.covariance * without.inflation.pattern * without.covariance /
+                                   std::pow(without.inflation.pattern_errors[0], 2);
   const int lens = without.layout.Intrinsics(0);
   double squares = 0.0;
   Random random(5);
@@ -154,12 +154,27 @@ TEST(CameraInflation, HasTheDoubtOfAPatternOverTheImage) {
     const Outcome with = Calibrate(MakeCameraWithImu(3, 3000, pattern), false);
     for (int i = 0; i < 4; ++i) {
       const double moved = with.intrinsics[i] - without.intrinsics[i];
-      squares += moved * moved / (std::pow(kSize / kPatternError, 2) * expected(lens + i, lens + i));
+      squares += moved * moved / (kSize * kSize * expected(lens + i, lens + i));
     }
   }
   std::printf("mean square of the shifts, in what is expected: %.2f\n", squares / (4 * kDraws));
   EXPECT_GT(squares / (4 * kDraws), 0.6);
   EXPECT_LT(squares / (4 * kDraws), 1.6);
+}
+
+// That of a pattern which no lens has is what the image is seen to have.
+TEST(CameraInflation, MeasuresThePatternOverTheImage) {
+  const CameraInflation none = Calibrate(MakeCameraWithImu(3, 3000, NoCommonError), false).inflation;
+  EXPECT_LT(none.pattern_errors[0], 0.03);
+  constexpr double kSize = 0.1;  // px, rms of both coordinates
+  const auto waves = [&](double, const Eigen::Vector2d& pixel) -> Eigen::Vector2d {
+    const double phase = 2.0 * M_PI / 250.0;
+    return kSize * Eigen::Vector2d(std::sin(phase * pixel.y()), std::sin(phase * pixel.x()));
+  };
+  const CameraInflation seen = Calibrate(MakeCameraWithImu(3, 3000, waves), false).inflation;
+  EXPECT_GT(seen.pattern_errors[0], 0.04);
+  EXPECT_LT(seen.pattern_errors[0], 0.1);
+  EXPECT_GT(seen.pattern.trace(), 4.0 * none.pattern.trace());
 }
 
 }  // namespace
