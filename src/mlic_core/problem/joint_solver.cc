@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <optional>
 
 #include "mlic_core/common/error.h"
@@ -139,6 +140,11 @@ void FixCamera(const FixedCameraParameters& held, const Layout& layout, std::siz
 // A step of the solve on trial: its whole, or a share of it. The problem's landmarks are where it leads.
 class StepTrial {
  public:
+  // The normal equations at a state, with which their cost comes.
+  using Linearize = std::function<Accumulator(const CalibrationState&)>;
+  // By how much an undamped step from a state and its equations would move the accelerometer's lag, s.
+  using LagStep = std::function<double(const CalibrationState&, const Accumulator&)>;
+
   // cost: where the step begins, as the priors. All must outlive the trial.
   StepTrial(const CalibrationState& start, double cost, const Priors& priors, const NormalSolution& solution,
             const Layout& layout, const std::vector<LandmarkCoupling>& couplings, JointProblem* problem)
@@ -152,9 +158,8 @@ class StepTrial {
     MoveLandmarks(LandmarkSteps(couplings, solution.delta), problem);
   }
 
-  // False where the cost rises by too much, or is not a number. linearize: the normal equations at a state,
-  // with which their cost comes; empty: the step is the last.
-  bool TakeWhole(const std::function<Accumulator(const CalibrationState&)>& linearize) {
+  // False where the cost rises by too much, or is not a number. linearize: empty where the step is the last.
+  bool TakeWhole(const Linearize& linearize) {
     const double least = -kAllowedIncrease * start_cost_ - 1e-9;
     Move();
     if (linearize) sum_ = linearize(state_);
@@ -172,6 +177,27 @@ class StepTrial {
       if (Falls(Cost({problem_, state_, layout_}), least) || FallsWithPointsSettled(least)) return true;
     }
     return false;
+  }
+  // The whole, after TakeShare, where the cost rises by no more than the accelerometer's lag adds by itself.
+  // The equation that the lag follows has the jerk's mean (ImuResidual), while the cost steps as samples pass
+  // knots: of a move by less than a knot's spacing it says nothing. The next step has to be half as long at
+  // most, as where Newton's method converges (Deuflhard, Newton Methods for Nonlinear Problems, 2011).
+  bool TakeForLag(const Linearize& linearize, const LagStep& lag_step) {
+    const double move = solution_.delta[layout_.knots + layout_.lag];
+    if (move == 0.0 || problem_.fix_trajectory) return false;
+    for (const DriveState& drive : start_.drives) {
+      if (std::abs(move) > drive.trajectory.position.knots().spacing) return false;
+    }
+    CalibrationState late = start_;
+    late.accelerometer_lag += move;
+    // Other terms do not depend on it, wherever the landmarks are meanwhile.
+    const double of_lag = Cost({problem_, late, layout_}) - Cost({problem_, start_, layout_});
+    share_ = 1.0;
+    Move();
+    SettlePoints(state_, layout_, before_, &problem_);
+    if (!Falls(Cost({problem_, state_, layout_}), -of_lag)) return false;
+    sum_ = linearize(state_);
+    return std::abs(lag_step(state_, *sum_)) <= 0.5 * std::abs(move);
   }
   void TakeBack() {
     share_ = 0.0;
@@ -258,8 +284,15 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
   const HeldMatrices held(probe_matrices, layout, &free_calibration);
   SolveSummary summary = CountedObservations(problem);
   std::vector<LandmarkCoupling> couplings;
-  const std::function<Accumulator(const CalibrationState&)> linearize = [&](const CalibrationState& at) {
+  const StepTrial::Linearize linearize = [&](const CalibrationState& at) {
     return Linearize({problem, at, layout}, &couplings);
+  };
+  const StepTrial::LagStep lag_step = [&](const CalibrationState& at, const Accumulator& equations) {
+    const Priors priors = PriorsAt(problem, at, layout);
+    const NormalSolution next =
+        SolveNormalEquations(equations, couplings, priors.information, priors.gradient, free_calibration, 0.0,
+                             problem.fix_trajectory);
+    return next.solved ? next.delta[layout.knots + layout.lag] : std::numeric_limits<double>::infinity();
   };
   Accumulator sum = linearize(*state);
   Check(std::isfinite(sum.cost), "the joint problem's cost is not a number where its solve starts");
@@ -289,8 +322,8 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
     const bool settled = damping == 0.0 && expected < kNegligibleDecrease * sum.cost;
     const bool last = settled || iteration + 1 == iterations;
     StepTrial trial(*state, sum.cost, priors, solution, layout, couplings, &problem);
-    const bool accepted =
-        trial.TakeWhole(last ? nullptr : linearize) || (damping == 0.0 && trial.TakeShare());
+    const bool accepted = trial.TakeWhole(last ? nullptr : linearize) ||
+                          (damping == 0.0 && (trial.TakeShare() || trial.TakeForLag(linearize, lag_step)));
     if (!accepted) trial.TakeBack();
     if (damping == 0.0) {
       summary.refused_step = trial.Share() == 1.0
