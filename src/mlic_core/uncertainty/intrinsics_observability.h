@@ -9,9 +9,9 @@
 
 namespace mlic {
 
-// px, rms over all observations of a camera: what they err by in a smooth pattern over the image, as far as
-// it looks like a part of the lens model (docs/cameras.md).
-constexpr double kPatternError = 0.01;  // from: measured, parts of an image share 0.006 to 0.08 px in all
+// px, rms over all observations of a camera: what they may err by in a smooth pattern over the image that
+// looks like a part of the lens model, before that is measured (ImagePattern; docs/cameras.md).
+constexpr double kPatternError = 0.01;  // from: measured, parts of real images err by 0.003 to 0.02 px
 
 // For each parameter by how many pixels the image moves, in the mean over the image, for a change of one.
 std::vector<double> ImageDisplacements(const CameraIntrinsics& intrinsics);
