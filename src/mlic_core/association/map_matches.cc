@@ -266,22 +266,6 @@ MapMatches MatchCamerasToMap(const Dataset& dataset, const CalibrationState& sta
   return result;
 }
 
-void AddMatch(const LandmarkSet& from, std::size_t point, LandmarkSet* to) {
-  to->points.push_back(from.points[point]);
-  to->lidar_points.push_back(from.lidar_points[point]);
-  to->observations.push_back(from.observations[from.begin[point]]);
-  to->begin.push_back(to->observations.size());
-}
-
-LandmarkSet PointsOnMap(const LandmarkSet& landmarks) {
-  LandmarkSet on_map;
-  on_map.begin.push_back(0);
-  for (std::size_t p = 0; p < landmarks.points.size(); ++p) {
-    if (landmarks.IsOnMap(p)) AddMatch(landmarks, p, &on_map);
-  }
-  return on_map;
-}
-
 void Append(const LandmarkSet& more, LandmarkSet* landmarks) {
   if (landmarks->begin.empty()) landmarks->begin.push_back(0);
   landmarks->lidar_points.resize(landmarks->points.size());

@@ -53,12 +53,6 @@ MapMatches MatchCamerasToMap(const Dataset& dataset, const CalibrationState& sta
                              const MatchedCameras& cameras, const MapMatchingOptions& options,
                              const Monitor& monitor);
 
-// Adds a point of one set that a LiDAR measured, with its only observation, to another.
-void AddMatch(const LandmarkSet& from, std::size_t point, LandmarkSet* to);
-
-// The points that a LiDAR measured.
-LandmarkSet PointsOnMap(const LandmarkSet& landmarks);
-
 // Adds the points of one set to another.
 void Append(const LandmarkSet& more, LandmarkSet* landmarks);
 

@@ -42,9 +42,9 @@ struct MatchError {
 // Of each photo, by its camera and time.
 using PhotoErrors = std::map<std::pair<int, double>, std::vector<MatchError>>;
 
-PhotoErrors PhotosOf(const LandmarkSet& matches, const CalibrationState& state, std::size_t drive) {
+// placed: PlacedByLidars.
+PhotoErrors PhotosOf(const LandmarkSet& placed, const CalibrationState& state, std::size_t drive) {
   constexpr double kStep = 1e-3;  // s; from: guard, motion is even for so long
-  const LandmarkSet placed = PlacedByLidars(matches, state, drive);
   // later: s, by which images are taken for later than they are
   const auto errors_when = [&](double later) {
     LandmarkSet moved = placed;
@@ -54,10 +54,9 @@ PhotoErrors PhotosOf(const LandmarkSet& matches, const CalibrationState& state, 
   const std::vector<Eigen::Vector2d> errors = errors_when(0.0);
   const std::vector<Eigen::Vector2d> before = errors_when(-kStep), after = errors_when(kStep);
   PhotoErrors photos;
-  for (std::size_t p = 0; p < matches.points.size(); ++p) {
-    if (!matches.IsOnMap(p)) continue;
-    const std::size_t k = matches.begin[p];
-    const LandmarkObservation& o = matches.observations[k];
+  for (std::size_t p = 0; p < placed.points.size(); ++p) {
+    const std::size_t k = placed.begin[p];
+    const LandmarkObservation& o = placed.observations[k];
     const Eigen::Vector2d velocity = (after[k] - before[k]) / (2.0 * kStep);
     if (errors[k].allFinite() && velocity.allFinite()) {
       photos[{o.camera, o.time}].push_back({p, errors[k], velocity});
@@ -66,12 +65,11 @@ PhotoErrors PhotosOf(const LandmarkSet& matches, const CalibrationState& state, 
   return photos;
 }
 
-// Errors of all observations of one drive by what each one's camera is off by.
-std::vector<ErrorByCamera> ErrorsByCamera(const LandmarkSet& matches, const CalibrationState& state,
+// Errors of all observations of one drive by what each one's camera is off by. placed: PlacedByLidars.
+std::vector<ErrorByCamera> ErrorsByCamera(const LandmarkSet& placed, const CalibrationState& state,
                                           std::size_t drive) {
   // rad, m, s and px: small against what bends the errors, large against rounding. from: guard
   constexpr double kPoseStep = 1e-4, kLensStep = 1e-2;
-  const LandmarkSet placed = PlacedByLidars(matches, state, drive);
   const Layout layout(state, false);
   const auto errors_at = [&](int parameter, double step) {
     Eigen::VectorXd delta = Eigen::VectorXd::Zero(layout.Total());
@@ -84,7 +82,7 @@ std::vector<ErrorByCamera> ErrorsByCamera(const LandmarkSet& matches, const Cali
     layout.Update(delta, &moved);
     return LandmarkResiduals(placed, moved, drive);
   };
-  std::vector<ErrorByCamera> by_camera(matches.observations.size());
+  std::vector<ErrorByCamera> by_camera(placed.observations.size());
   for (int parameter = 0; parameter < kOfCamera; ++parameter) {
     const double step = parameter < Layout::kOfSensor ? kPoseStep : kLensStep;
     const std::vector<Eigen::Vector2d> before = errors_at(parameter, -step),
@@ -225,6 +223,22 @@ double LikelihoodOfShared(const std::vector<PhotoSums>& photos, double scatter, 
 
 }  // namespace
 
+void AddMatch(const LandmarkSet& from, std::size_t point, LandmarkSet* to) {
+  to->points.push_back(from.points[point]);
+  to->lidar_points.push_back(from.lidar_points[point]);
+  to->observations.push_back(from.observations[from.begin[point]]);
+  to->begin.push_back(to->observations.size());
+}
+
+LandmarkSet PointsOnMap(const LandmarkSet& landmarks) {
+  LandmarkSet on_map;
+  on_map.begin.push_back(0);
+  for (std::size_t p = 0; p < landmarks.points.size(); ++p) {
+    if (landmarks.IsOnMap(p)) AddMatch(landmarks, p, &on_map);
+  }
+  return on_map;
+}
+
 LandmarkSet PlacedByLidars(LandmarkSet matches, const CalibrationState& state, std::size_t drive) {
   const SplitSpline& trajectory = state.drives[drive].trajectory;
   for (std::size_t p = 0; p < matches.points.size(); ++p) {
@@ -244,7 +258,7 @@ std::vector<MatchNoise> MeasureMatchNoise(const std::vector<DriveTerms>& drives,
   std::vector<MatchNoise> noise = made_with;
   std::vector<std::vector<PhotoSums>> photos(noise.size());
   for (std::size_t d = 0; d < drives.size(); ++d) {
-    const LandmarkSet& set = drives[d].landmarks;
+    const LandmarkSet set = PlacedByLidars(PointsOnMap(drives[d].landmarks), state, d);
     const std::vector<ErrorByCamera> by_camera = ErrorsByCamera(set, state, d);
     for (const auto& [photo, matches] : PhotosOf(set, state, d)) {
       const auto c = static_cast<std::size_t>(photo.first);
@@ -271,7 +285,7 @@ std::vector<MatchNoise> MeasureMatchNoise(const std::vector<DriveTerms>& drives,
 
 void WeakenMatches(const std::vector<MatchNoise>& noise, const CalibrationState& state, std::size_t drive,
                    LandmarkSet* matches) {
-  for (const auto& [photo, of_photo] : PhotosOf(*matches, state, drive)) {
+  for (const auto& [photo, of_photo] : PhotosOf(PlacedByLidars(*matches, state, drive), state, drive)) {
     const MatchNoise& own = noise[static_cast<std::size_t>(photo.first)];
     for (const MatchError& match : of_photo) {
       LandmarkObservation& o = matches->observations[matches->begin[match.point]];

@@ -20,6 +20,12 @@ struct MatchNoise {
   double smear = 0.0;  // s
 };
 
+// Adds a point of one set that a LiDAR measured, with its only observation, to another.
+void AddMatch(const LandmarkSet& from, std::size_t point, LandmarkSet* to);
+
+// The points that a LiDAR measured.
+LandmarkSet PointsOnMap(const LandmarkSet& landmarks);
+
 // One drive's points, those on the map where the LiDARs that measured them have them at a state.
 LandmarkSet PlacedByLidars(LandmarkSet matches, const CalibrationState& state, std::size_t drive);
 

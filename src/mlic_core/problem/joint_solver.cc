@@ -287,11 +287,12 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
   const StepTrial::Linearize linearize = [&](const CalibrationState& at) {
     return Linearize({problem, at, layout}, &couplings);
   };
+  const auto solve = [&](const Accumulator& equations, const Priors& priors, double damping) {
+    return SolveNormalEquations(equations, couplings, priors.information, priors.gradient, free_calibration,
+                                damping, problem.fix_trajectory);
+  };
   const StepTrial::LagStep lag_step = [&](const CalibrationState& at, const Accumulator& equations) {
-    const Priors priors = PriorsAt(problem, at, layout);
-    const NormalSolution next =
-        SolveNormalEquations(equations, couplings, priors.information, priors.gradient, free_calibration, 0.0,
-                             problem.fix_trajectory);
+    const NormalSolution next = solve(equations, PriorsAt(problem, at, layout), 0.0);
     return next.solved ? next.delta[layout.knots + layout.lag] : std::numeric_limits<double>::infinity();
   };
   Accumulator sum = linearize(*state);
@@ -301,8 +302,7 @@ SolveSummary SolveJointProblem(const JointProblem& given, int iterations,
   for (int iteration = 0; iteration < iterations; ++iteration) {
     cancellation.ThrowIfCancelled();
     const Priors priors = PriorsAt(problem, *state, layout);
-    const NormalSolution solution = SolveNormalEquations(sum, couplings, priors.information, priors.gradient,
-                                                         free_calibration, damping, problem.fix_trajectory);
+    const NormalSolution solution = solve(sum, priors, damping);
     ++summary.iterations;
     if (!solution.solved) {
       damping = std::max(1e-6, 10.0 * damping);
