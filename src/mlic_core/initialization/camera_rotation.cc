@@ -53,6 +53,21 @@ Correspondences At(const std::vector<VisualMotion>& motions, const std::vector<c
   return result;
 }
 
+// The motions that all offsets up to `range` off the middle have within the trajectory. An offset that leaves
+// out some others would look better or worse for what it leaves out. All where that leaves less than half.
+std::vector<VisualMotion> WithinAtAll(const std::vector<VisualMotion>& motions,
+                                      const std::vector<const SplitSpline*>& T_map_imu, double middle,
+                                      double range) {
+  std::vector<VisualMotion> within;
+  for (const VisualMotion& motion : motions) {
+    const SplitSpline& trajectory = *T_map_imu[motion.drive];
+    const double first = std::min(motion.time_a, motion.time_b) + middle - range;
+    const double last = std::max(motion.time_a, motion.time_b) + middle + range;
+    if (trajectory.Contains(first) && trajectory.Contains(last)) within.push_back(motion);
+  }
+  return 2 * within.size() < motions.size() ? motions : within;
+}
+
 struct Fit {
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
   double cost = 1e300;  // truncated squares, mean
@@ -168,12 +183,13 @@ CameraRotation AlignCameraRotation(const std::vector<VisualMotion>& motions,
   Fit best;
   for (int level = 0; level < 4; ++level) {
     const double range = kRanges[level], step = kSteps[level], centre = best_offset;
+    const std::vector<VisualMotion> compared = WithinAtAll(motions, T_map_imu, centre, range);
     const int count = 2 * static_cast<int>(std::lround(range / step)) + 1;
     std::vector<Fit> fits(count);
     ParallelFor(count, [&](std::size_t i) {
       const double offset = centre - range + step * static_cast<double>(i);
       fits[i] =
-          FitRotation(At(motions, T_map_imu, offset, lever, use_directions), guess, scale, use_directions);
+          FitRotation(At(compared, T_map_imu, offset, lever, use_directions), guess, scale, use_directions);
     });
     best = Fit();
     for (int i = 0; i < count; ++i) {
