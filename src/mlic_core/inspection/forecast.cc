@@ -20,7 +20,6 @@ constexpr double kShortest = 2.0;  // s; from: guard
 constexpr double kUnknown =
     10.0;  // rad, m, s: sigma of what nothing shows; from: guard, far above the limits
 
-constexpr double kGravitySigma = 0.03;  // m/s^2 about kStandardGravity; from: definition, sensors/rig.h
 constexpr double kHeld =
     1e-6;  // rad, m/s^2: sigma of what is not estimated; from: guard, far below all others
 

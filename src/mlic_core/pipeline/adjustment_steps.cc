@@ -9,6 +9,7 @@
 #include "mlic_core/association/plane_association.h"
 #include "mlic_core/common/error.h"
 #include "mlic_core/problem/joint_solver.h"
+#include "mlic_core/problem/priors.h"
 #include "mlic_core/summary/snapshot.h"
 #include "mlic_core/uncertainty/point_scatter.h"
 #include "mlic_core/uncertainty/range_corrections.h"
@@ -22,14 +23,6 @@ namespace {
 // stands win over those that do not, and its errors grow from round to round. from: measured, paper rig,
 // seeds 1 to 3
 constexpr double kLargestOwnError = 8.0;
-
-// Of gravity about kStandardGravity, m/s^2. from: standard, the normal gravity formula of WGS 84 gives 9.780
-// at the equator and 9.832 at the poles
-constexpr double kGravitySigma = 0.03;
-
-// Of the accelerometer's lag, s. from: derivation, low-passes of second order with cut-offs of 10 to 50 Hz
-// delay by 22 to 5 ms, and those of gyroscope and accelerometer need not be alike
-constexpr double kLagSigma = 10e-3;
 
 }  // namespace
 
@@ -49,9 +42,8 @@ Adjustment StartAdjustment(const Rig& rig, const Dataset& dataset, Initializatio
   problem.dataset = &dataset;
   for (const ImuSigma& sigma : start.imu_sigma) problem.drives.emplace_back().imu_sigma = {sigma};
   adjustment.given_imu_sigma = std::move(start.imu_sigma);
-  problem.imu.gravity_sigma = rig.imu.gravity ? 0.0 : kGravitySigma;
-  problem.imu.lag_sigma = kLagSigma;
-  adjustment.state.gravity = rig.imu.gravity.value_or(kStandardGravity);
+  problem.imu = FreedomOf(rig.imu);
+  if (rig.imu.gravity) adjustment.state.gravity = *rig.imu.gravity;
   for (const LidarConfig& lidar : rig.lidars) {
     const bool still = lidar.fixed || adjustment.rejected_lidars[problem.lidars.size()];
     problem.lidars.push_back({lidar.fixed ? std::nullopt : lidar.guess, still});

@@ -128,6 +128,17 @@ void AddBiases(const BiasCourse& course, const BiasSteps& steps, int at, Eigen::
 
 }  // namespace
 
+ImuFreedom FreedomOf(const ImuConfig& imu) {
+  // Of the accelerometer's lag, s. from: derivation, low-passes of second order with cut-offs of 10 to 50 Hz
+  // delay by 22 to 5 ms, and those of gyroscope and accelerometer need not be alike
+  constexpr double kLagSigma = 10e-3;
+  ImuFreedom freedom;
+  freedom.alignment_sigma = imu.alignment_sigma;
+  freedom.gravity_sigma = imu.gravity ? 0.0 : kGravitySigma;
+  freedom.lag_sigma = kLagSigma;
+  return freedom;
+}
+
 double UsualCentreSigma(const CameraIntrinsics& intrinsics) {
   // from: measured, calibrations of KITTI and EuRoC: up to 1.2 percent.
   constexpr double kShare = 0.015;  // of the image's width

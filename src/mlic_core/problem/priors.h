@@ -11,6 +11,10 @@ namespace mlic {
 void CalibrationPrior(const JointProblem& problem, const CalibrationState& state, const Layout& layout,
                       Eigen::MatrixXd* information, Eigen::VectorXd* gradient);
 
+// What of an IMU moves before its drive has said more: gravity, where the rig file does not give it, and the
+// accelerometer's lag. Its rotation to the gyroscope has its prior, and is held.
+ImuFreedom FreedomOf(const ImuConfig& imu);
+
 // px, of a lens's centre from the middle of its image, or from what the rig file gives.
 double UsualCentreSigma(const CameraIntrinsics& intrinsics);
 

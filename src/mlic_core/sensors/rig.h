@@ -35,6 +35,9 @@ struct HeldSigma {
 
 // Gravity on the ground is within 0.03 m/s^2 of it (9.780 at the equator, 9.832 at the poles).
 constexpr double kStandardGravity = 9.81;  // m/s^2; from: definition
+// Of gravity about it, m/s^2. from: standard, the normal gravity formula of WGS 84 gives 9.780 at the equator
+// and 9.832 at the poles
+constexpr double kGravitySigma = 0.03;
 
 struct ImuConfig {
   std::string topic;

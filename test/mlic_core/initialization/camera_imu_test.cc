@@ -231,6 +231,37 @@ TEST(VisualInitialization, OneCameraIsEnoughAndEveryTenthObservationMayBeWrong) 
   EXPECT_LT(worst.path_share, 0.003);
 }
 
+// What an IMU is built like, and where it is, is no reason to reject a camera that agrees with it otherwise.
+TEST(VisualInitialization, AxesGravityAndLagOfTheAccelerometerCostNoCamera) {
+  SyntheticTracksOptions options;
+  options.noise = 0.3;
+  options.duration = 20.0;
+  options.points = 4000;
+  Case c = MakeCase(Stereo(), options, RealImu());
+  constexpr double kLag = 0.006, kLessGravity = 0.02;  // s, m/s^2
+  const Eigen::Quaterniond turned = FromRollPitchYaw(Eigen::Vector3d(1.7, -1.1, 0.9) * kDegree);
+  for (ImuSample& sample : c.dataset.drives[0].imu) {
+    const double t = std::max(0.0, sample.time - kLag);
+    const SplineBasis basis(c.trajectory.position.knots(), t);
+    const Eigen::Vector3d force = c.trajectory.position.Acceleration(basis) - kGravity;
+    const SplineBasis now(c.trajectory.position.knots(), sample.time);
+    const Eigen::Vector3d noise =
+        sample.specific_force - c.trajectory.rotation.Rotation(sample.time).conjugate() *
+                                    (c.trajectory.position.Acceleration(now) - kGravity);
+    sample.specific_force = turned * (c.trajectory.rotation.Rotation(t).conjugate() *
+                                      (force - Eigen::Vector3d(0.0, 0.0, kLessGravity))) +
+                            noise;
+  }
+  CameraInitialization cameras;
+  const Errors worst = Worst(c, c.Run(&cameras));
+  for (std::size_t i = 0; i < c.truth.size(); ++i) {
+    EXPECT_TRUE(cameras.found[i]);
+    EXPECT_LT(cameras.noise[i].spread, 1.2) << i;
+  }
+  EXPECT_LT(worst.metres, 0.02);
+  EXPECT_LT(worst.pixels, 1.0);
+}
+
 // Rotors shake the accelerometer by more than the rig is moved by, far above the band of its positions.
 TEST(VisualInitialization, VibrationDoesNotHideTheScale) {
   SyntheticTracksOptions options;

@@ -9,6 +9,7 @@
 #include "mlic_core/initialization/camera_imu/rotations.h"
 #include "mlic_core/initialization/camera_imu/trajectory.h"
 #include "mlic_core/initialization/knot_spacing.h"
+#include "mlic_core/problem/priors.h"
 
 namespace mlic {
 namespace {
@@ -126,6 +127,7 @@ Initialization Solve(const Rig& rig, const Dataset& dataset, const std::vector<C
     return result;
   }
   CalibrationState& state = result.state;
+  if (rig.imu.gravity) state.gravity = *rig.imu.gravity;
   state.cameras = rotations.cameras;
   for (std::size_t c = 0; c < state.cameras.size(); ++c) {
     if (!rotations.found[c] || rig.cameras[c].fixed) continue;
@@ -137,6 +139,10 @@ Initialization Solve(const Rig& rig, const Dataset& dataset, const std::vector<C
   }
   CameraAdjustment adjustment;
   adjustment.problem.dataset = &dataset;
+  adjustment.problem.imu = FreedomOf(rig.imu);
+  // Held, its axes bend the trajectory by far more than the points' noise. Which axes the drive shows is not
+  // known yet: the prior serves about all.
+  adjustment.problem.imu.estimate_alignment = rig.imu.alignment_sigma > 0.0;
   for (const ImuSigma& sigma : result.imu_sigma) adjustment.problem.drives.emplace_back().imu_sigma = {sigma};
   adjustment.rounds = rounds;
   AdjustCameras(rig, start, tracks, std::move(adjustment), cancellation, &state, cameras);
