@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "mlic_core/problem/inverse_in_limits.h"
 #include "mlic_core/problem/priors.h"
@@ -10,7 +11,7 @@
 namespace mlic {
 namespace {
 
-constexpr double kUsualTangential = 1e-3;  // size of the tangential terms of lenses
+constexpr double kUsualTangential = 1e-3;  // size of the tangential terms of lenses; from: standard, as below
 constexpr int kTangential[] = {6, 7};      // their places; from: structural
 constexpr int kCentre = 2;                 // its first place; from: structural
 // from: measured, kitti_0005 is above, simulated drives at 1e-4.
@@ -26,6 +27,26 @@ bool IsTangential(CameraModel model, int parameter) {
 // them.
 bool HasUsualSize(CameraModel model, int parameter) {
   return model == CameraModel::kRationalPolynomial && parameter >= 4 && !IsTangential(model, parameter);
+}
+
+// Of a term of the distortion, from nothing but that it is a lens's. from: standard, published calibrations
+// of EuRoC, TUM-VI, KITTI and of surround-view cameras
+double UsualSize(CameraModel model, int parameter) {
+  constexpr double kPlumbBob[] = {0.3, 0.15, kUsualTangential, kUsualTangential, 0.05};
+  constexpr double kEquidistant[] = {0.05, 0.01, 0.005, 0.001};
+  constexpr double kDoubleSphere[] = {0.2, 0.1};
+  const int term = parameter - 4;
+  switch (model) {
+    case CameraModel::kPlumbBob:
+      return kPlumbBob[term];
+    case CameraModel::kRationalPolynomial:
+      return IsTangential(model, parameter) ? kUsualTangential : 1.0;
+    case CameraModel::kEquidistant:
+      return kEquidistant[term];
+    case CameraModel::kDoubleSphere:
+      return kDoubleSphere[term];
+  }
+  return 0.0;
 }
 
 bool IsCentre(int parameter) { return parameter == kCentre || parameter == kCentre + 1; }
@@ -49,35 +70,62 @@ int Rank(CameraModel model, int parameter) {
   return 0;
 }
 
-// Jacobians of the pixels to the parameters over a grid of the image.
-std::vector<CameraParameterJacobian> ImageJacobians(const CameraIntrinsics& intrinsics) {
+// One of a grid over the image.
+struct ImagePoint {
+  Eigen::Vector2d pixel;
+  Eigen::Vector3d bearing;
+  CameraParameterJacobian J;  // of the pixel to the lens's parameters
+};
+
+std::vector<ImagePoint> ImageGrid(const CameraIntrinsics& intrinsics) {
   constexpr int kGrid = 20;  // from: structural
-  std::vector<CameraParameterJacobian> jacobians;
+  std::vector<ImagePoint> points;
   for (int i = 0; i < kGrid * kGrid; ++i) {
-    const Eigen::Vector2d pixel((i % kGrid + 0.5) / kGrid * intrinsics.width - 0.5,
-                                (i / kGrid + 0.5) / kGrid * intrinsics.height - 0.5);
-    Eigen::Vector3d bearing;
-    Eigen::Vector2d again;
+    ImagePoint point;
+    point.pixel = {(i % kGrid + 0.5) / kGrid * intrinsics.width - 0.5,
+                   (i / kGrid + 0.5) / kGrid * intrinsics.height - 0.5};
     CameraPointJacobian J_point;
-    CameraParameterJacobian J;
-    if (!Unproject(intrinsics, pixel, &bearing) || !Project(intrinsics, bearing, &again, &J_point, &J))
+    if (!Unproject(intrinsics, point.pixel, &point.bearing) ||
+        !Project(intrinsics, point.bearing, &point.pixel, &J_point, &point.J))
       continue;
-    jacobians.push_back(J);
+    points.push_back(point);
   }
-  return jacobians;
+  return points;
 }
 
-// px, in the mean over the image.
-double MeanDisplacement(const std::vector<CameraParameterJacobian>& jacobians,
-                        const Eigen::VectorXd& change) {
+// px, in the mean over the image, to first order.
+double MeanDisplacement(const std::vector<ImagePoint>& points, const Eigen::VectorXd& change) {
   double sum = 0.0;
-  for (const CameraParameterJacobian& J : jacobians) sum += (J * change).norm();
-  return sum / static_cast<double>(std::max<std::size_t>(1, jacobians.size()));
+  for (const ImagePoint& point : points) sum += (point.J * change).norm();
+  return sum / static_cast<double>(std::max<std::size_t>(1, points.size()));
+}
+
+// px, by which the image moves in the mean where the lens changes by so much, either way: along a combination
+// of parameters that undo each other, a change can be far larger than first order bears. Infinite where less
+// than half of the image is left.
+double MeanDisplacementOf(const CameraIntrinsics& intrinsics, const std::vector<ImagePoint>& points,
+                          const Eigen::VectorXd& change) {
+  double largest = MeanDisplacement(points, change);
+  for (const double sign : {-1.0, 1.0}) {
+    CameraIntrinsics changed = intrinsics;
+    for (int i = 0; i < change.size(); ++i) changed.parameters[i] += sign * change[i];
+    double sum = 0.0;
+    std::size_t count = 0;
+    for (const ImagePoint& point : points) {
+      Eigen::Vector2d pixel;
+      if (!Project(changed, point.bearing, &pixel)) continue;
+      sum += (pixel - point.pixel).norm();
+      ++count;
+    }
+    if (2 * count < points.size()) return std::numeric_limits<double>::infinity();
+    largest = std::max(largest, sum / static_cast<double>(std::max<std::size_t>(1, count)));
+  }
+  return largest;
 }
 
 // The parameter that the data do not determine and that comes next; -1 if there is none. sensitivity: of this
 // camera (PatternSensitivity).
-int NextFixed(const CameraIntrinsics& intrinsics, const std::vector<CameraParameterJacobian>& jacobians,
+int NextFixed(const CameraIntrinsics& intrinsics, const std::vector<ImagePoint>& image,
               const Eigen::MatrixXd& covariance, const FixedCameraParameters& fixed, double sensitivity,
               double limit) {
   const std::vector<bool>& held = fixed.intrinsics;
@@ -92,7 +140,7 @@ int NextFixed(const CameraIntrinsics& intrinsics, const std::vector<CameraParame
     for (int k = 0; k < change.size(); ++k) {
       if (HasUsualSize(intrinsics.model, k)) change[k] = 0.0;
     }
-    double excess = MeanDisplacement(jacobians, change) / limit;
+    double excess = MeanDisplacementOf(intrinsics, image, change) / limit;
     if (IsTangential(intrinsics.model, i)) {
       excess = std::max(excess, kPatternError * sensitivity * sigma / kUsualTangential);
     }
@@ -148,11 +196,11 @@ Eigen::MatrixXd WithUsualCentres(Eigen::MatrixXd information, const CalibrationS
 }  // namespace
 
 std::vector<double> ImageDisplacements(const CameraIntrinsics& intrinsics) {
-  const std::vector<CameraParameterJacobian> jacobians = ImageJacobians(intrinsics);
+  const std::vector<ImagePoint> image = ImageGrid(intrinsics);
   const int count = static_cast<int>(intrinsics.parameters.size());
   std::vector<double> displacements;
   for (int i = 0; i < count; ++i) {
-    displacements.push_back(std::max(1e-9, MeanDisplacement(jacobians, Eigen::VectorXd::Unit(count, i))));
+    displacements.push_back(std::max(1e-9, MeanDisplacement(image, Eigen::VectorXd::Unit(count, i))));
   }
   return displacements;
 }
@@ -206,12 +254,13 @@ Eigen::MatrixXd WithVarianceOfHeldTerms(const Eigen::MatrixXd& information, cons
                                         const Eigen::MatrixXd& prior) {
   const Eigen::MatrixXd known = InformationWithFixed(information, state, layout, held) + prior;
   std::vector<int> considered;
+  std::vector<double> sizes;
   for (std::size_t c = 0; c < held.size(); ++c) {
     if (IsLensGiven(held[c])) continue;
-    for (std::size_t i = 0; i < held[c].intrinsics.size(); ++i) {
-      if (held[c].intrinsics[i] && IsTangential(state.cameras[c].intrinsics.model, static_cast<int>(i))) {
-        considered.push_back(layout.Intrinsics(c) + static_cast<int>(i));
-      }
+    for (std::size_t i = 4; i < held[c].intrinsics.size(); ++i) {
+      if (!held[c].intrinsics[i]) continue;
+      considered.push_back(layout.Intrinsics(c) + static_cast<int>(i));
+      sizes.push_back(UsualSize(state.cameras[c].intrinsics.model, static_cast<int>(i)));
     }
   }
   if (considered.empty()) return known;
@@ -220,7 +269,7 @@ Eigen::MatrixXd WithVarianceOfHeldTerms(const Eigen::MatrixXd& information, cons
   for (const int at : HeldPlaces(layout, held)) coupling.row(at).setZero();
   Eigen::MatrixXd own =
       coupling.transpose() * InverseInLimits(known, CalibrationLimits(state, layout)) * coupling;
-  own.diagonal().array() += 1.0 / (kUsualTangential * kUsualTangential);
+  for (std::size_t k = 0; k < considered.size(); ++k) own(k, k) += 1.0 / (sizes[k] * sizes[k]);
   Eigen::MatrixXd result = known;
   for (std::size_t k = 0; k < considered.size(); ++k) {
     result.col(considered[k]) = coupling.col(k);
@@ -252,9 +301,8 @@ std::vector<FixedCameraParameters> HoldUndeterminedIntrinsics(
     held[c].intrinsics.resize(state.cameras[c].intrinsics.parameters.size(), false);
   }
   const Eigen::VectorXd limits = CalibrationLimits(state, layout);
-  std::vector<std::vector<CameraParameterJacobian>> jacobians;
-  for (const CameraCalibration& camera : state.cameras)
-    jacobians.push_back(ImageJacobians(camera.intrinsics));
+  std::vector<std::vector<ImagePoint>> images;
+  for (const CameraCalibration& camera : state.cameras) images.push_back(ImageGrid(camera.intrinsics));
   while (true) {
     const Eigen::MatrixXd covariance = InverseInLimits(
         InformationWithFixed(WithUsualCentres(information, state, layout, held), state, layout, held),
@@ -265,8 +313,7 @@ std::vector<FixedCameraParameters> HoldUndeterminedIntrinsics(
       const int at = layout.Intrinsics(c), count = static_cast<int>(held[c].intrinsics.size());
       const Eigen::MatrixXd own = covariance.block(at, at, count, count);
       held[c].square_pixels = IsRatioUncertain(state.cameras[c].intrinsics, own, held[c].intrinsics);
-      const int next =
-          NextFixed(state.cameras[c].intrinsics, jacobians[c], own, held[c], sensitivity[c], limit);
+      const int next = NextFixed(state.cameras[c].intrinsics, images[c], own, held[c], sensitivity[c], limit);
       if (next < 0) continue;
       if (IsCentre(next)) {
         held[c].usual_centre = changed = true;

@@ -25,7 +25,8 @@ std::vector<double> PatternSensitivity(const std::vector<DriveTerms>& drives, st
 // Decides which intrinsics the data determine. information: of the calibration (Layout) with what belongs to
 // it of the priors; the scatter of the residuals is taken out already. A parameter is held when one sigma of
 // it, with the camera's other intrinsics moving as they are correlated with it, moves the image by more than
-// `limit` px in the mean; higher terms of the distortion first, one after the other, as each one that is held
+// `limit` px in the mean, to first order or as a whole (terms that undo each other may, to first order, change
+// by more than the lens has); higher terms of the distortion first, one after the other, as each one that is held
 // tells more of the others. The radial terms of the rational model are not held: nothing is held that has its
 // usual size as a prior. Both tangential terms are held too when a pattern of errors that real lenses and
 // features leave (sensitivity: PatternSensitivity) can fake as much of one of them as lenses have: in an

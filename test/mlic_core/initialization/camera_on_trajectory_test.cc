@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/problem/inverse_in_limits.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
 #include "support/synthetic_tracks.h"
@@ -250,6 +251,39 @@ std::vector<FixedCameraParameters> HeldWith(double sigma, double sensitivity, in
   const int at = layout.Intrinsics(0) + parameter;
   information(at, at) = 1.0 / (sigma * sigma);
   return HoldUndeterminedIntrinsics(information, state, layout, {}, {sensitivity});
+}
+
+// Focal lengths, xi and alpha of double_sphere undo each other to first order: half a pixel in the mean then
+// is a change of the focal length by far more than itself.
+TEST(CameraInitialization, HoldsXiWhereFirstOrderSaysNothing) {
+  CalibrationState state;
+  state.cameras = {
+      Camera({CameraModel::kDoubleSphere, 720, 720, {230.0, 229.9, 373.8, 340.5, -0.0166, 0.607}},
+             {-90.0, 0.0, 0.0}, {0.0, 0.5, 0.2}, 0.01)};
+  const CameraIntrinsics& lens = state.cameras[0].intrinsics;
+  Eigen::Matrix<double, 6, 6> squares = Eigen::Matrix<double, 6, 6>::Zero();
+  int count = 0;
+  for (int i = 0; i < 400; ++i) {
+    Eigen::Vector3d bearing;
+    Eigen::Vector2d pixel;
+    CameraPointJacobian J_point;
+    CameraParameterJacobian J;
+    if (!Unproject(lens, {36.0 * (i % 20) + 18.0, 36.0 * (i / 20) + 18.0}, &bearing)) continue;
+    if (!Project(lens, bearing, &pixel, &J_point, &J)) continue;
+    squares += J.transpose() * J;
+    ++count;
+  }
+  const SymmetricEigen<Eigen::Dynamic> eigen(squares);
+  const Eigen::VectorXd undone = eigen.eigenvectors().col(0);
+  const double sigma = 0.5 / std::sqrt(eigen.eigenvalues()[0] / count);
+  ASSERT_GT(sigma * std::abs(undone[0]), 200.0);
+  const Layout layout(state, false);
+  Eigen::MatrixXd information = CalibrationLimits(state, layout).cwiseAbs2().cwiseInverse().asDiagonal();
+  information *= 1e6;
+  information.block<6, 6>(layout.Intrinsics(0), layout.Intrinsics(0)) =
+      1e6 * squares + (1.0 / (sigma * sigma) - 1e6 * eigen.eigenvalues()[0]) * undone * undone.transpose();
+  const auto held = HoldUndeterminedIntrinsics(information, state, layout, {}, {100.0});
+  EXPECT_EQ(held[0].intrinsics, std::vector<bool>({false, false, false, false, true, false}));
 }
 
 TEST(CameraInitialization, HoldsTangentialTermsThatPatternsOfErrorsCanFake) {
