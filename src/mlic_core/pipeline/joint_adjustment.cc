@@ -10,17 +10,15 @@
 #include "mlic_core/association/map_matches.h"
 #include "mlic_core/association/plane_association.h"
 #include "mlic_core/association/ring_corrections.h"
-#include "mlic_core/common/order_statistics.h"
 #include "mlic_core/initialization/guess_check.h"
 #include "mlic_core/pipeline/imu_review.h"
-#include "mlic_core/pipeline/lens_review.h"
+#include "mlic_core/pipeline/sensor_review.h"
 #include "mlic_core/pipeline/stamp_review.h"
 #include "mlic_core/problem/noise_information.h"
 #include "mlic_core/problem/priors.h"
 #include "mlic_core/uncertainty/held_translations.h"
 #include "mlic_core/uncertainty/imu_matrices.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
-#include "mlic_core/uncertainty/point_scatter.h"
 #include "mlic_core/uncertainty/range_corrections.h"
 
 namespace mlic {
@@ -39,7 +37,7 @@ constexpr int kRoundsAfterMove = 5, kMostAfterMoves = 30;  // from: guard, time
 // Rounds that find landmarks and matches anew, further ones while they move the calibration by its sigma, and
 // once the stamps of cameras have moved. Later ones keep them, as which of them just agree and which just do
 // not would change for ever. from: measured, paper rig, seeds 1 to 3; what agrees, then its noise
-constexpr int kLandmarkRounds = 3, kLandmarkRoundsAfterStamps = 2;
+constexpr int kLandmarkRounds = 3;
 
 // Light, shade and the map move all matches of a camera by some 0.2 px together, which their scatter does not
 // show: so many of their claimed sigmas they count for at least. With less (paper rig, 60 s) they pull the
@@ -178,18 +176,6 @@ void MeasureNoiseAndScale(const AdjustmentContext& context, Adjustment* adjustme
   MeasureScale(linearized, *adjustment, &adjustment->scale);
 }
 
-// What LiDARs err by: their rings, and all their ranges together, which is asked once in the rounds, and
-// again where they do. True if any correction has moved.
-bool ReviewRanges(Adjustment* adjustment) {
-  const double correlation = CorrelationFactor(adjustment->problem.drives, adjustment->state);
-  const bool rings_moved = CorrectRings(adjustment->problem.drives, correlation, &adjustment->state);
-  if (adjustment->rounds.ranges_measured && !AnyRangeCorrected(adjustment->state)) return rings_moved;
-  adjustment->rounds.ranges_measured = true;
-  return CorrectRanges(adjustment->problem, correlation, &adjustment->rounds.walks_dropped,
-                       &adjustment->state) ||
-         rings_moved;
-}
-
 // True if the next round takes more points of each scan.
 bool TakeMorePoints(const Dataset& dataset, Adjustment* adjustment) {
   std::size_t& points_per_scan = adjustment->rounds.points_per_scan;
@@ -202,26 +188,6 @@ bool TakeMorePoints(const Dataset& dataset, Adjustment* adjustment) {
   if (share > 0.9 || points_per_scan >= kMostPoints) return false;
   points_per_scan = std::min(
       kMostPoints, static_cast<std::size_t>(static_cast<double>(points_per_scan) / std::max(0.5, share)));
-  return true;
-}
-
-// From now on clocks may drift against the IMU's. True if there are any that could not before.
-bool FreeClocks(const AdjustmentContext& context, bool probe_matrices, Adjustment* adjustment) {
-  bool any = false;
-  const SensorOrder order = adjustment->state.Sensors();
-  for (std::size_t s = 0; s < order.size(); ++s) {
-    const SensorId id = order.At(s);
-    SensorCalibration& sensor =
-        id.IsLidar() ? adjustment->state.lidars[id.index] : adjustment->state.cameras[id.index].sensor;
-    const bool held = id.IsLidar() ? adjustment->problem.lidars[id.index].fixed
-                                   : adjustment->problem.cameras[id.index].fixed.time_offset;
-    if (held || sensor.clock_drift) continue;
-    any = true;
-    sensor.clock_drift = 0.0;
-  }
-  if (!any) return false;
-  adjustment->rounds.noise_measured = false;
-  adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment, probe_matrices);
   return true;
 }
 
@@ -306,27 +272,11 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     if (many && !rounds.noise_measured) {
       MeasureNoise(context, {adjustment.problem, adjustment.state}, &adjustment);
     }
+    if (round + 1 == rounds.landmark_rounds && change >= 1.0) ++rounds.landmark_rounds;
     // Not before: extrinsics on their way look like clocks that drift, and like rings and ranges that err.
     const bool settled = options.find_sensor_errors && many && change < 1.0;
-    bool clocks_moved = false, lenses_moved = false, stamps_moved = false;
-    bool matrices_moved = false, biases_moved = false, ranges_moved = false;
-    if (settled && !rounds.clocks_freed) {
-      rounds.clocks_freed = true;
-      lenses_moved = cameras && ReviewLenses(context, probe_matrices, &adjustment);
-      clocks_moved = FreeClocks(context, probe_matrices, &adjustment);
-    }
-    if (settled && cameras && !clocks_moved && !rounds.stamps_settled)
-      stamps_moved = ReviewStamps(context, probe_matrices, &adjustment);
-    if (stamps_moved) rounds.landmark_rounds = round + 1 + kLandmarkRoundsAfterStamps;
-    if (round + 1 == rounds.landmark_rounds && change >= 1.0) ++rounds.landmark_rounds;
-    if (settled && !clocks_moved && !stamps_moved) matrices_moved = ReviewMatrices(context, &adjustment);
-    if (settled && !clocks_moved && !stamps_moved && !matrices_moved)
-      biases_moved = ReviewBiases(context, &adjustment);
-    if (settled && !clocks_moved && !stamps_moved && !matrices_moved && !biases_moved)
-      ranges_moved = ReviewRanges(&adjustment);
-    // What stood for scale, axes or a bias that wanders is not the stamps'.
-    if (matrices_moved || biases_moved) rounds.stamps_settled = false;
-    if (ranges_moved) rounds.matrices_judged = false;  // a LiDAR may show what it did not before
+    const SensorError found =
+        settled ? FindSensorError(context, probe_matrices, &adjustment) : SensorError::kNone;
     if (!adjustment.state.lidars.empty()) {
       adjustment.cameras.sigmas =
           SigmasAgainstLidar(Analyze(adjustment, context.dataset), adjustment.state, adjustment.base_lidar);
@@ -337,13 +287,12 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     context.monitor.progress(std::min(0.95, (round + 1.0) / (least_rounds + 2)));
     // Corrections that are there already go on moving by less than the calibration's sigmas.
     const bool corrected = CountCorrections(adjustment.state) != corrections;
-    const bool freed =
-        clocks_moved || lenses_moved || stamps_moved || matrices_moved || biases_moved || axes_moved;
+    const bool freed = (found != SensorError::kNone && found != SensorError::kRanges) || axes_moved;
     if (freed || corrected || change >= 1.0) rounds.last_move = round + 1;
     const bool more = many && TakeMorePoints(context.dataset, &adjustment);
     const bool guess_dropped =
         round + 1 < MostRounds(rounds) && FindContradictedGuesses(context, before, &adjustment);
-    if (many && !more && !freed && !ranges_moved && !guess_dropped && change < options.until &&
+    if (many && !more && !freed && found == SensorError::kNone && !guess_dropped && change < options.until &&
         round + 1 >= least_rounds) {
       break;
     }
