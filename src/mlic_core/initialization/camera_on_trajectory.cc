@@ -12,6 +12,7 @@
 #include "mlic_core/initialization/camera_rotation.h"
 #include "mlic_core/problem/joint_solver.h"
 #include "mlic_core/problem/priors.h"
+#include "mlic_core/sensors/double_sphere_twin.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
 
 namespace mlic {
@@ -130,6 +131,11 @@ bool AlignCamera(const CameraConfig& config, const CameraStart& start, const std
     camera->intrinsics = fit->at.lens;
     if (model != fit->at.lens.model) {
       camera->intrinsics = FitCameraModel(fit->at.lens, model, WidestAngle(model));
+    }
+    if (model == CameraModel::kDoubleSphere) {
+      constexpr double kUsualXi = -0.2;  // from: standard, published calibrations have -0.17 to -0.27
+      const auto usual = DoubleSphereOfXi(camera->intrinsics, kUsualXi);
+      if (usual) camera->intrinsics = *usual;
     }
     alignment->lens = fit->at;
   }

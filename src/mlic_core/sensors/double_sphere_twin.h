@@ -13,4 +13,9 @@ namespace mlic {
 // image. The centre and the ratio of focal lengths stay.
 std::optional<CameraIntrinsics> DoubleSphereTwin(const CameraIntrinsics& intrinsics);
 
+// The lens of this xi that projects most alike. Half-way between the two places above a change of xi does not
+// show to first order, and a solve that starts there, as with xi 0, has nothing to go by. Nothing where there
+// is none.
+std::optional<CameraIntrinsics> DoubleSphereOfXi(const CameraIntrinsics& intrinsics, double xi);
+
 }  // namespace mlic

@@ -25,15 +25,15 @@ std::vector<double> PatternSensitivity(const std::vector<DriveTerms>& drives, st
 // Decides which intrinsics the data determine. information: of the calibration (Layout) with what belongs to
 // it of the priors; the scatter of the residuals is taken out already. A parameter is held when one sigma of
 // it, with the camera's other intrinsics moving as they are correlated with it, moves the image by more than
-// `limit` px in the mean, to first order or as a whole (terms that undo each other may, to first order, change
-// by more than the lens has); higher terms of the distortion first, one after the other, as each one that is held
-// tells more of the others. The radial terms of the rational model are not held: nothing is held that has its
-// usual size as a prior. Both tangential terms are held too when a pattern of errors that real lenses and
-// features leave (sensitivity: PatternSensitivity) can fake as much of one of them as lenses have: in an
-// image much wider than high, of a car that turns about the vertical, they, the centre and the pitch look
-// alike, and more observations do not help. A centre is not held: what earlier rounds left it at may be tens
-// of pixels from what the data say, and the rotation with it. It moves on, with its usual distance from the
-// middle of the image as a prior. Where the data tell the ratio of the focal lengths to less than half a
+// `limit` px in the mean, to first order or as a whole (terms that undo each other may, to first order,
+// change by more than the lens has); higher terms of the distortion first, one after the other, as each one
+// that is held tells more of the others. The radial terms of the rational model are not held: nothing is held
+// that has its usual size as a prior. Both tangential terms are held too when a pattern of errors that real
+// lenses and features leave (sensitivity: PatternSensitivity) can fake as much of one of them as lenses have:
+// in an image much wider than high, of a car that turns about the vertical, they, the centre and the pitch
+// look alike, and more observations do not help. A centre is not held: what earlier rounds left it at may be
+// tens of pixels from what the data say, and the rotation with it. It moves on, with its usual distance from
+// the middle of the image as a prior. Where the data tell the ratio of the focal lengths to less than half a
 // thousandth, pixels are taken for square: a car hardly pitches, and its vertical focal length rests on how
 // well its trajectory has that little. information must be without these priors. start: what is held anyway.
 std::vector<FixedCameraParameters> HoldUndeterminedIntrinsics(const Eigen::MatrixXd& information,
@@ -53,7 +53,7 @@ Eigen::MatrixXd InformationWithFixed(const Eigen::MatrixXd& information, const C
                                      const Layout& layout, const std::vector<FixedCameraParameters>& held);
 
 // The information without what is held, plus `prior`, for covariances that have the doubt of what is held.
-// Tangential terms have a variance of their usual size, 1e-3: the covariance of all else then is
+// Terms of the distortion have a variance of their usual size: the covariance of all else then is
 // A^-1 + A^-1 B Q B^T A^-1, as of parameters that are considered but not estimated (Schmidt), with A the
 // information of what is estimated, B how `information` couples it to them and Q their variance. A lens of
 // which everything is held is taken as known.

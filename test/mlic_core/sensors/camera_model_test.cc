@@ -349,5 +349,28 @@ TEST(DoubleSphereTwin, ProjectsAlikeAndIsTheOthersTwin) {
   }
 }
 
+// Either side of where a change of xi does not show to first order.
+TEST(DoubleSphereTwin, TwinsMayLieNearEachOther) {
+  const CameraIntrinsics lens =
+      Make(CameraModel::kDoubleSphere, 640, 480, {216.4, 216.6, 337.7, 234.8, -0.0477, 0.5824});
+  const auto twin = DoubleSphereTwin(lens);
+  ASSERT_TRUE(twin);
+  EXPECT_GT(twin->parameters[4], 0.0);
+  EXPECT_LT(twin->parameters[4], 0.1);
+  EXPECT_GT(twin->parameters[0], 225.0);
+  EXPECT_LT(LargestDifference(lens, *twin, 75.0 * M_PI / 180.0), 0.02);
+}
+
+TEST(DoubleSphereTwin, LensesOfOtherXiProjectAlike) {
+  const CameraIntrinsics unified =
+      Make(CameraModel::kDoubleSphere, 720, 720, {230.0, 229.6, 357.9, 364.1, 0.0, 0.61});
+  const auto lens = DoubleSphereOfXi(unified, -0.2);
+  ASSERT_TRUE(lens);
+  EXPECT_DOUBLE_EQ(lens->parameters[4], -0.2);
+  EXPECT_LT(lens->parameters[0], 0.9 * unified.parameters[0]);
+  EXPECT_LT(LargestDifference(unified, *lens, 85.0 * M_PI / 180.0), 0.5);
+  EXPECT_FALSE(DoubleSphereOfXi(unified, -2.0));
+}
+
 }  // namespace
 }  // namespace mlic::camera_model_test
