@@ -53,17 +53,20 @@ Correspondences At(const std::vector<VisualMotion>& motions, const std::vector<c
   return result;
 }
 
-// The motions that all offsets up to `range` off the middle have within the trajectory. An offset that leaves
-// out some others would look better or worse for what it leaves out. All where that leaves less than half.
+// Whether all offsets up to `range` off the middle have the motion within the trajectory.
+bool IsWithin(const VisualMotion& motion, const SplitSpline& trajectory, double middle, double range) {
+  return trajectory.Contains(std::min(motion.time_a, motion.time_b) + middle - range) &&
+         trajectory.Contains(std::max(motion.time_a, motion.time_b) + middle + range);
+}
+
+// The motions of which that holds. An offset that leaves out some others would look better or worse for what
+// it leaves out. All where that leaves less than half.
 std::vector<VisualMotion> WithinAtAll(const std::vector<VisualMotion>& motions,
                                       const std::vector<const SplitSpline*>& T_map_imu, double middle,
                                       double range) {
   std::vector<VisualMotion> within;
   for (const VisualMotion& motion : motions) {
-    const SplitSpline& trajectory = *T_map_imu[motion.drive];
-    const double first = std::min(motion.time_a, motion.time_b) + middle - range;
-    const double last = std::max(motion.time_a, motion.time_b) + middle + range;
-    if (trajectory.Contains(first) && trajectory.Contains(last)) within.push_back(motion);
+    if (IsWithin(motion, *T_map_imu[motion.drive], middle, range)) within.push_back(motion);
   }
   return 2 * within.size() < motions.size() ? motions : within;
 }
@@ -113,6 +116,23 @@ Fit FitRotation(const Correspondences& c, const std::optional<ExtrinsicGuess>& g
   }
   fit.cost /= static_cast<double>(fit.count);
   return fit;
+}
+
+// How well rotations tell the time offset: by how they would change with it.
+double OffsetSigma(const std::vector<VisualMotion>& motions, const std::vector<const SplitSpline*>& T_map_imu,
+                   double offset) {
+  constexpr double kStep = 0.05;  // s; from: guard, motion is even for so long
+  double squares = 1e-12;
+  for (const VisualMotion& motion : motions) {
+    const auto turned = [&](double later) {
+      const So3Spline& rotation = T_map_imu[motion.drive]->rotation;
+      return Log(Eigen::Quaterniond(rotation.Rotation(motion.time_a + offset + later).conjugate() *
+                                    rotation.Rotation(motion.time_b + offset + later)));
+    };
+    if (!IsWithin(motion, *T_map_imu[motion.drive], offset, kStep)) continue;
+    squares += ((turned(kStep) - turned(-kStep)) / (2.0 * kStep)).squaredNorm();
+  }
+  return kVisualRotationSigma / std::sqrt(squares);
 }
 
 // By how much longer the camera's rotation vectors must be made across its axis to fit the IMU's.
@@ -223,6 +243,7 @@ CameraRotation AlignCameraRotation(const std::vector<VisualMotion>& motions,
   result.valid = true;
   result.R_imu_camera = best.rotation;
   result.time_offset = best_offset;
+  result.offset_sigma = OffsetSigma(motions, T_map_imu, best_offset);
   result.residual = Median(errors);
   result.inlier_share = static_cast<double>(inliers) / static_cast<double>(errors.size());
   return result;

@@ -30,7 +30,8 @@ constexpr double kWeakAxis = 20.0;
 struct CameraRotation {
   bool valid = false;
   Eigen::Quaterniond R_imu_camera = Eigen::Quaterniond::Identity();
-  double time_offset = 0.0;  // s
+  double time_offset = 0.0;   // s
+  double offset_sigma = 0.0;  // s, of the time offset; of a drive that turns evenly, or not, far beyond any
   // What the focal length has to be multiplied by for the visual rotations to be as large as the IMU's; 1
   // where the motion does not show it.
   double focal_ratio = 1.0;

@@ -22,6 +22,10 @@ constexpr double kNoGuessSigma = 2.0;  // m, of a lever arm
 constexpr double kPart = 15.0;     // s, of a drive that is solved first
 constexpr double kPartStep = 5.0;  // s; from: guard, time
 
+constexpr const char* kTurnsTooLittle =
+    "the drive turns too little to show time offset and rotation; record one with turns (by hand: about all "
+    "axes)";
+
 bool NoneOf(const std::vector<bool>& found) {
   return std::find(found.begin(), found.end(), true) == found.end();
 }
@@ -69,6 +73,16 @@ double ShareAtRest(const Rig& rig, const Dataset& dataset) {
   return rest / all;
 }
 
+// Of none that takes part is the time offset told by turns. The scale may seem to be shown then, with an
+// offset that is as good as any.
+bool IsNoOffsetShown(const VisualRotations& rotations) {
+  constexpr double kLargestOffsetSigma = 0.2;  // s; from: guard, far within the search of +-1 s
+  for (std::size_t c = 0; c < rotations.found.size(); ++c) {
+    if (rotations.found[c] && rotations.offset_sigmas[c] < kLargestOffsetSigma) return false;
+  }
+  return true;
+}
+
 bool ScaleShown(const Rig& rig, const Dataset& dataset, const VisualPositions& positions,
                 Initialization* result) {
   if (!positions.failure.empty()) {
@@ -106,10 +120,7 @@ Initialization Solve(const Rig& rig, const Dataset& dataset, const std::vector<C
   cameras->found = rotations.found;
   cameras->problems = rotations.problems;
   if (NoneOf(rotations.found)) {
-    result.problems.push_back(
-        "no camera's images turn as the IMU does: the drive turns too little to show time offset and "
-        "rotation; "
-        "record one with turns (by hand: about all axes)");
+    result.problems.push_back("no camera's images turn as the IMU does: " + std::string(kTurnsTooLittle));
     return result;
   }
   std::vector<KnotSpacing> spacing;
@@ -124,6 +135,10 @@ Initialization Solve(const Rig& rig, const Dataset& dataset, const std::vector<C
           ": the drive turns about one axis only, which does not show how the camera is "
           "turned about it; give its T_imu_sensor in the rig file");
     }
+    return result;
+  }
+  if (IsNoOffsetShown(rotations)) {
+    result.problems.push_back(kTurnsTooLittle);
     return result;
   }
   CalibrationState& state = result.state;

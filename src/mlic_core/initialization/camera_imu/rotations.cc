@@ -86,6 +86,7 @@ VisualRotations AlignWithGyroscope(const Rig& rig, const Dataset& dataset,
     result.cameras.clear();
     result.found.assign(cameras, false);
     result.open.assign(cameras, false);
+    result.offset_sigmas.assign(cameras, 0.0);
     result.notes.clear();
     result.problems.clear();
     std::vector<std::vector<VisualMotion>> motions(cameras);
@@ -100,6 +101,7 @@ VisualRotations AlignWithGyroscope(const Rig& rig, const Dataset& dataset,
         result.problems.push_back({config.name, AlignmentProblem(config.name)});
       } else {
         if (!config.fixed) result.notes.push_back(AlignmentNote(config.name, camera, alignments[c].rotation));
+        result.offset_sigmas[c] = config.fixed ? 0.0 : alignments[c].rotation.offset_sigma;
         result.open[c] = !config.fixed && !config.guess && alignments[c].rotation.weakest_axis < kWeakAxis;
         motions[c] = VisualMotions(pairs[c], camera.intrinsics, start[c].from_field_of_view ? 8.0 : 3.0);
       }

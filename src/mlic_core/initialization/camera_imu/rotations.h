@@ -13,6 +13,7 @@ struct VisualRotations {
   std::vector<bool> found;
   // The drive turns about one axis only, and no guess says how the camera is turned about it.
   std::vector<bool> open;
+  std::vector<double> offset_sigmas;            // s, CameraRotation::offset_sigma; 0 of those that are fixed
   std::vector<Eigen::Vector3d> gyroscope_bias;  // of each drive, rad/s
   std::vector<SensorProblem> problems;          // of the cameras not found
   std::vector<std::string> notes;
