@@ -73,14 +73,14 @@ double ShareAtRest(const Rig& rig, const Dataset& dataset) {
   return rest / all;
 }
 
-// Of none that takes part is the time offset told by turns. The scale may seem to be shown then, with an
-// offset that is as good as any.
-bool IsNoOffsetShown(const VisualRotations& rotations) {
+// Whether turns tell the time offset of any camera. If not, the scale may seem to be shown with an offset
+// that is as good as any.
+bool OffsetShown(const VisualRotations& rotations) {
   constexpr double kLargestOffsetSigma = 0.2;  // s; from: guard, far within the search of +-1 s
   for (std::size_t c = 0; c < rotations.found.size(); ++c) {
-    if (rotations.found[c] && rotations.offset_sigmas[c] < kLargestOffsetSigma) return false;
+    if (rotations.found[c] && rotations.offset_sigmas[c] < kLargestOffsetSigma) return true;
   }
-  return true;
+  return false;
 }
 
 bool ScaleShown(const Rig& rig, const Dataset& dataset, const VisualPositions& positions,
@@ -137,7 +137,7 @@ Initialization Solve(const Rig& rig, const Dataset& dataset, const std::vector<C
     }
     return result;
   }
-  if (IsNoOffsetShown(rotations)) {
+  if (!OffsetShown(rotations)) {
     result.problems.push_back(kTurnsTooLittle);
     return result;
   }
