@@ -20,6 +20,7 @@
 #include "mlic_core/uncertainty/imu_matrices.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
 #include "mlic_core/uncertainty/range_corrections.h"
+#include "mlic_core/uncertainty/stamp_doubt.h"
 
 namespace mlic {
 namespace {

@@ -56,16 +56,6 @@ void Describe(const AdjustmentContext& context, const Adjustment& adjustment, st
 
 }  // namespace
 
-std::vector<TrackSet> OnTime(const AdjustedCameras& cameras) {
-  std::vector<TrackSet> tracks = cameras.tracks;
-  for (std::size_t d = 0; d < cameras.stamp_courses.size(); ++d) {
-    for (Keyframe& keyframe : tracks[d].keyframes) {
-      keyframe.time += cameras.stamp_courses[d][static_cast<std::size_t>(keyframe.camera)].At(keyframe.time);
-    }
-  }
-  return tracks;
-}
-
 bool ReviewStamps(const AdjustmentContext& context, bool probe_matrices, Adjustment* adjustment) {
   const std::size_t cameras = adjustment->state.cameras.size();
   adjustment->cameras.stamp_courses.resize(adjustment->problem.drives.size(),

@@ -16,6 +16,7 @@
 #include "mlic_core/problem/time_windows.h"
 #include "mlic_core/solver/normal_equations.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
+#include "mlic_core/uncertainty/stamp_doubt.h"
 
 namespace mlic {
 namespace {
@@ -74,7 +75,7 @@ class HalfLandmarks {
  public:
   // part: loses its landmarks, which Place puts back.
   HalfLandmarks(const Adjustment& adjustment, PartialProblem* part)
-      : options_(adjustment.cameras.landmark_options), tracks_(adjustment.cameras.tracks) {
+      : options_(adjustment.cameras.landmark_options), tracks_(OnTime(adjustment.cameras)) {
     for (std::size_t d = 0; d < tracks_.size(); ++d) {
       LandmarkSet& landmarks = part->problem.drives[d].landmarks;
       tracks_[d] = TracksWithin(part->stretches[d], tracks_[d], adjustment.state);

@@ -36,6 +36,16 @@ std::vector<ImageStamps> OnCourse(std::vector<ImageStamps> all, const AdjustedCa
   return all;
 }
 
+std::vector<TrackSet> OnTime(const AdjustedCameras& cameras) {
+  std::vector<TrackSet> tracks = cameras.tracks;
+  for (std::size_t d = 0; d < cameras.stamp_courses.size(); ++d) {
+    for (Keyframe& keyframe : tracks[d].keyframes) {
+      keyframe.time += cameras.stamp_courses[d][static_cast<std::size_t>(keyframe.camera)].At(keyframe.time);
+    }
+  }
+  return tracks;
+}
+
 Eigen::MatrixXd ScatterOfStamps(const Adjustment& adjustment, double scale) {
   const int calibration = Layout(adjustment.state, adjustment.problem.estimate_imu_matrices).calibration;
   Eigen::MatrixXd scatter = Eigen::MatrixXd::Zero(calibration, calibration);

@@ -14,6 +14,9 @@ std::vector<ImageStamps> StampsOfImages(const Adjustment& adjustment);
 // Their stamps as the courses have them.
 std::vector<ImageStamps> OnCourse(std::vector<ImageStamps> all, const AdjustedCameras& cameras);
 
+// The tracks of each drive with their cameras' stamps as the courses have them.
+std::vector<TrackSet> OnTime(const AdjustedCameras& cameras);
+
 // What the errors of the courses that stamps follow add to the scatter of the gradient (ScatterOfPoints).
 // scale: by which covariances exceed the information's.
 Eigen::MatrixXd ScatterOfStamps(const Adjustment& adjustment, double scale);

@@ -126,6 +126,24 @@ TEST(CompareHalves, OfAFirmCameraAgree) {
   EXPECT_LT(WorstOf(halves[0]), LargestByChance(halves));
 }
 
+// They see the images where the whole drive's solve did.
+TEST(CompareHalves, OfACameraWhoseStampsWanderAgree) {
+  CameraWithImu c;
+  Adjustment adjustment = AdjustLoose(0.0, 0.5, &c);
+  const std::vector<SensorHalves> on_time = CompareHalves(adjustment, c.dataset, CancellationToken());
+  StampCourse course;
+  for (Keyframe& keyframe : adjustment.cameras.tracks[0].keyframes) {
+    const double shift = 5e-3 * std::sin(3.0 * keyframe.time);
+    keyframe.time -= shift;
+    course.times.push_back(keyframe.time);
+    course.shifts.push_back(shift);
+  }
+  adjustment.cameras.stamp_courses = {{course}};
+  const std::vector<SensorHalves> followed = CompareHalves(adjustment, c.dataset, CancellationToken());
+  ASSERT_EQ(followed.size(), 1u);
+  EXPECT_NEAR(WorstOf(followed[0]), WorstOf(on_time[0]), 1e-3);
+}
+
 // A translation that stands at the guess is not the data's, however still the solve keeps it.
 TEST(CompareHalves, OfWhatIsHeldAtTheGuessAreNotCompared) {
   CameraWithImu c;
