@@ -5,9 +5,9 @@
 #include <optional>
 #include <vector>
 
-#include "mlic_core/common/sizes_of_draws.h"
 #include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/problem/layout.h"
+#include "mlic_core/uncertainty/range_draws.h"
 #include "mlic_core/uncertainty/range_errors.h"
 
 namespace mlic {
@@ -80,28 +80,18 @@ std::vector<bool> WhichHaveOffsets(const CalibrationState& state) {
   return offsets;
 }
 
+// Whether any LiDAR tells how strong its echoes are; without that, no walk is told from an offset.
+bool AnyIntensities(const JointProblem& problem) {
+  for (const DriveTerms& drive : problem.drives) {
+    const std::vector<PlaneObservation>& all = drive.planes.observations;
+    if (std::any_of(all.begin(), all.end(), [](const auto& o) { return o.intensity > 0.0f; })) return true;
+  }
+  return false;
+}
+
 std::optional<RangeErrors> MeasureAll(const JointProblem& problem, const CalibrationState& state,
                                       RangeModel model, const FreeRanges& free) {
   return MeasureRangeErrors(problem, state, model, std::vector<FreeRanges>(state.lidars.size(), free));
-}
-
-// Whether two LiDARs' walks differ: both see what planes themselves have of it.
-bool WalksDiffer(const JointProblem& problem, const CalibrationState& state, double correlation) {
-  if (state.lidars.size() < 2) return false;
-  const auto found = MeasureAll(problem, state, RangeModel::kWhole, {true, false, true, true});
-  if (!found) return false;
-  for (std::size_t a = 0; a < state.lidars.size(); ++a) {
-    for (std::size_t b = 0; b < a; ++b) {
-      const Eigen::Index at_a = RangeErrors::Of(a, kRangeWalk), at_b = RangeErrors::Of(b, kRangeWalk);
-      const Eigen::MatrixXd& C = found->covariance;
-      const double variance = correlation * (C(at_a, at_a) + C(at_b, at_b) - 2.0 * C(at_a, at_b));
-      const double difference = std::abs(found->steps[a][kRangeWalk] - found->steps[b][kRangeWalk]);
-      if (difference < kLargestError &&
-          difference > kFarFromZero * std::hypot(std::sqrt(variance), kFlatness))
-        return true;
-    }
-  }
-  return false;
 }
 
 // What the walks of all LiDARs may err by together, m for each power of ten: planes' own relief need not go
@@ -120,6 +110,43 @@ double CommonDoubtOfWalks(const JointProblem& problem, const CalibrationState& s
   return 0.5 * std::abs(sum) / weights;
 }
 
+// Whether what was found with this variance is likelier to be a draw of the usual size than nothing.
+bool IsLikelierThanNone(double found, double variance, double usual) {
+  const double with_noise = variance + usual * usual;
+  return found * found * (1.0 / variance - 1.0 / with_noise) > std::log(with_noise / variance);
+}
+
+// What the planes show of LiDARs' walks: nothing, walks, or what is too large to be one.
+enum class ShownWalks { kNone, kSome, kTooLarge };
+
+// Of two LiDARs' difference, as both see what planes themselves have of it, and of each walk by itself, as
+// far as it is told from that.
+ShownWalks FindWalks(const JointProblem& problem, const CalibrationState& state, double correlation) {
+  const auto found = MeasureAll(problem, state, RangeModel::kWhole, {true, false, true, true});
+  if (!found) return ShownWalks::kNone;
+  const Eigen::MatrixXd& C = found->covariance;
+  const double common = CommonDoubtOfWalks(problem, state, correlation);
+  ShownWalks shown = ShownWalks::kNone;
+  for (std::size_t a = 0; a < state.lidars.size(); ++a) {
+    const Eigen::Index at_a = RangeErrors::Of(a, kRangeWalk);
+    const double walk = found->steps[a][kRangeWalk];
+    if (IsLikelierThanNone(walk, correlation * C(at_a, at_a) + common * common, kUsualError)) {
+      if (std::abs(walk) >= kLargestError) return ShownWalks::kTooLarge;
+      shown = ShownWalks::kSome;
+    }
+    for (std::size_t b = 0; b < a; ++b) {
+      const Eigen::Index at_b = RangeErrors::Of(b, kRangeWalk);
+      const double difference = walk - found->steps[b][kRangeWalk];
+      if (std::abs(difference) < kLargestError &&
+          IsLikelierThanNone(difference, correlation * (C(at_a, at_a) + C(at_b, at_b) - 2.0 * C(at_a, at_b)),
+                             std::sqrt(2.0) * kUsualError)) {
+        shown = ShownWalks::kSome;
+      }
+    }
+  }
+  return shown;
+}
+
 // How all parameters follow when the walk of one LiDAR moves and the others' stay: a column for each.
 Eigen::MatrixXd FollowingWalks(const RangeErrors& found) {
   const auto lidars = static_cast<Eigen::Index>(found.steps.size());
@@ -128,6 +155,14 @@ Eigen::MatrixXd FollowingWalks(const RangeErrors& found) {
   for (Eigen::Index l = 0; l < lidars; ++l) with_walks.col(l) = found.covariance.col(walk(l));
   for (Eigen::Index l = 0; l < lidars; ++l) of_walks.row(l) = with_walks.row(walk(l));
   return SolveSymmetric(of_walks, Eigen::MatrixXd(with_walks.transpose())).transpose();
+}
+
+// With what the walks of all LiDARs may err by together, all else following.
+Eigen::MatrixXd CovarianceWithCommonWalk(const JointProblem& problem, const CalibrationState& state,
+                                         const RangeErrors& found, double correlation) {
+  const Eigen::VectorXd common =
+      CommonDoubtOfWalks(problem, state, correlation) * FollowingWalks(found).rowwise().sum();
+  return correlation * found.covariance + common * common.transpose();
 }
 
 RangeVector VectorOf(const RangeCorrection& ranges) {
@@ -161,10 +196,8 @@ Corrections UsualCorrections(const JointProblem& problem, const CalibrationState
   for (std::size_t l = 0; l < found.steps.size(); ++l) {
     for (const RangeParameter p : {kRangeOffset, kRangeWalk}) usual[RangeErrors::Of(l, p)] = kUsualError;
   }
-  const Eigen::VectorXd common =
-      CommonDoubtOfWalks(problem, state, correlation) * FollowingWalks(found).rowwise().sum();
   const Eigen::MatrixXd prior = usual.cwiseAbs2().asDiagonal();
-  const Eigen::MatrixXd covariance = correlation * found.covariance + common * common.transpose();
+  const Eigen::MatrixXd covariance = CovarianceWithCommonWalk(problem, state, found, correlation);
   Corrections corrections = CorrectionsOf(state, found, correlation);
   corrections.values = prior * SolveSymmetric(prior + covariance, corrections.values);
   corrections.sigmas = covariance.diagonal().cwiseSqrt();
@@ -211,53 +244,19 @@ bool DropLargeOffsets(const RangeErrors& found, const CalibrationState& state, s
   return any;
 }
 
-// Errors of some LiDARs by one parameter, all of one kind, as draws from a normal distribution of mean zero.
-class Draws {
- public:
-  Draws(const RangeErrors& found, const std::vector<std::size_t>& lidars, RangeParameter parameter,
-        double correlation) {
-    const auto count = static_cast<Eigen::Index>(lidars.size());
-    Eigen::VectorXd errors(count);
-    Eigen::MatrixXd covariance(count, count);
-    for (Eigen::Index a = 0; a < count; ++a) {
-      const std::size_t lidar = lidars[static_cast<std::size_t>(a)];
-      errors[a] = found.steps[lidar][parameter];
-      for (Eigen::Index b = 0; b < count; ++b) {
-        covariance(a, b) = correlation * found.covariance(RangeErrors::Of(lidar, parameter),
-                                                          RangeErrors::Of(lidars[b], parameter));
-      }
-    }
-    const SymmetricEigen<Eigen::Dynamic> parts(covariance);
-    directions_ = parts.eigenvectors();
-    noise_ = parts.eigenvalues().cwiseMax(1e-18);
-    along_ = directions_.transpose() * errors;
+// Mean square of ranges' errors where all but those of level planes are corrected, and that beside any such
+// errors: as unsure as they were found, whatever the level planes' are likely to be.
+Eigen::MatrixXd CorrectedAndLevel(const Eigen::MatrixXd& of_corrected, const Eigen::MatrixXd& of_level) {
+  Eigen::MatrixXd square = of_corrected;
+  for (Eigen::Index a = kRangeLevel; a < square.rows(); a += kRangeParameters) {
+    square.row(a).setZero();
+    square.col(a).setZero();
   }
-
-  // Twice the logarithm of the likelihood's ratio to no errors. sigma: of the draws.
-  double Gain(double sigma) const {
-    const double variance = sigma * sigma;
-    return (along_.square() * (noise_.inverse() - (noise_ + variance).inverse()) -
-            (1.0 + variance / noise_).log())
-        .sum();
+  for (Eigen::Index a = kRangeLevel; a < square.rows(); a += kRangeParameters) {
+    for (Eigen::Index b = kRangeLevel; b < square.rows(); b += kRangeParameters)
+      square(a, b) = of_level(a, b);
   }
-
-  // Given what is found, m^2 (LiDARs x LiDARs).
-  Eigen::MatrixXd MeanSquare(double sigma) const {
-    const Eigen::ArrayXd share = sigma * sigma / (noise_ + sigma * sigma);
-    const Eigen::VectorXd mean = directions_ * (share * along_).matrix();
-    return mean * mean.transpose() +
-           directions_ * (share * noise_).matrix().asDiagonal() * directions_.transpose();
-  }
-
- private:
-  Eigen::MatrixXd directions_;
-  Eigen::ArrayXd noise_, along_;
-};
-
-// Mean square, m^2 (LiDARs x LiDARs), over all sizes that the draws may have.
-Eigen::MatrixXd MeanSquareOf(const Draws& draws) {
-  constexpr double kFinest = 1e-4, kStep = 1.2;  // m; from: guard, the likelihood is flat there
-  return MeanSquareOfSizes(draws, SizesBetween(kFinest, kLargestError, kStep));
+  return square;
 }
 
 }  // namespace
@@ -284,8 +283,12 @@ bool CorrectRanges(const JointProblem& problem, double correlation, bool* walks_
     state->ranges.assign(state->lidars.size(), {});
     return true;
   }
-  const bool walks =
-      !*walks_dropped && (AnyWalkCorrected(*state) || WalksDiffer(problem, *state, correlation));
+  bool walks = AnyWalkCorrected(*state);
+  if (!walks && !*walks_dropped) {
+    const ShownWalks shown = FindWalks(problem, *state, correlation);
+    walks = shown == ShownWalks::kSome;
+    *walks_dropped = shown == ShownWalks::kTooLarge;
+  }
   std::vector<bool> offsets = WhichHaveOffsets(*state);
   const auto parts = MeasureAll(problem, *state, RangeModel::kByIncidence, {true, true, walks, true});
   if (!parts) return false;
@@ -344,34 +347,24 @@ Eigen::MatrixXd ScatterOfRanges(const JointProblem& problem, const CalibrationSt
                                 double correlation, bool walks_dropped) {
   const bool walks = AnyWalkCorrected(state);
   std::vector<FreeRanges> free = FreeOfCorrected(state, walks, WhichHaveOffsets(state));
-  std::vector<std::size_t> all, uncorrected;
+  const bool drawn_walks = !walks && !walks_dropped && AnyIntensities(problem);
+  std::vector<FreeRanges> draws(free.size(), FreeRanges{});
   for (std::size_t l = 0; l < free.size(); ++l) {
-    all.push_back(l);
-    if (!free[l][kRangeOffset]) uncorrected.push_back(l);
-    free[l][kRangeOffset] = free[l][kRangeLevel] = true;
+    draws[l][kRangeOffset] = !free[l][kRangeOffset];
+    draws[l][kRangeWalk] = drawn_walks;
+    draws[l][kRangeLevel] = true;
+    for (const RangeParameter p : {kRangeOffset, kRangeWalk, kRangeLevel}) free[l][p] |= draws[l][p];
   }
   const auto found = MeasureRangeErrors(problem, state, RangeModel::kWhole, free);
   const Eigen::Index size = Layout(state, problem.estimate_imu_matrices).calibration;
   if (!found) return Eigen::MatrixXd::Zero(size, size);
-  Eigen::MatrixXd coupling = found->coupling;
-  // Taken out of it: what is not corrected.
-  const auto take = [&](const std::vector<std::size_t>& lidars, RangeParameter parameter) {
-    Eigen::MatrixXd columns(size, static_cast<Eigen::Index>(lidars.size()));
-    for (std::size_t i = 0; i < lidars.size(); ++i) {
-      auto column = coupling.col(RangeErrors::Of(lidars[i], parameter));
-      columns.col(static_cast<Eigen::Index>(i)) = column;
-      column.setZero();
-    }
-    return columns;
-  };
-  const Eigen::MatrixXd of_level = take(all, kRangeLevel), of_offsets = take(uncorrected, kRangeOffset);
-  Eigen::MatrixXd scatter =
-      coupling * found->covariance * coupling.transpose() +
-      of_level * MeanSquareOf({*found, all, kRangeLevel, correlation}) / correlation * of_level.transpose();
-  if (!uncorrected.empty()) {
-    scatter += of_offsets * MeanSquareOf({*found, uncorrected, kRangeOffset, correlation}) / correlation *
-               of_offsets.transpose();
-  }
+  const Eigen::MatrixXd& coupling = found->coupling;
+  const Eigen::MatrixXd covariance = drawn_walks
+                                         ? CovarianceWithCommonWalk(problem, state, *found, correlation)
+                                         : Eigen::MatrixXd(correlation * found->covariance);
+  Eigen::MatrixXd square = MeanSquareOfRangeErrors(*found, draws, covariance, kLargestError);
+  if (walks) square = CorrectedAndLevel(covariance, square);
+  Eigen::MatrixXd scatter = coupling * square / correlation * coupling.transpose();
   if (walks || walks_dropped) {
     const Eigen::MatrixXd doubt =
         walks ? DoubtOfWalks(problem, state, *found, coupling, correlation) : DoubtOfDroppedWalks(*found);

@@ -22,6 +22,9 @@ namespace {
 // Of the priors on all parameters: keep what nothing shows where it is. from: guard, LiDARs err by up to
 // 0.03 m
 constexpr double kPriorSigma = 0.1;
+// Of what planes hide at grazing incidence: for each power of ten of its cosine. from: guard, bumps of ground
+// and walls are a centimetre high
+constexpr double kHiddenSigma = 0.01;
 // Of a beam's incidence: grazing points are few and planes hardly take them. from: structural, keeps
 // logarithms finite
 constexpr double kLeastCosine = 0.1;
@@ -69,7 +72,8 @@ class RangeRow {
     const double cosine = std::max(kLeastCosine, static_cast<double>(o.cos_incidence));
     const double strength = DecadesOfStrength(o.intensity, references_[o.lidar]);
     // Along the normal, by brightness and by incidence.
-    const double brightness = (strength - std::log10(cosine)) / cosine, hidden = std::log10(cosine) / cosine;
+    const double hidden = std::log10(cosine) / cosine;
+    const double brightness = o.intensity > 0.0f ? strength / cosine - hidden : 0.0;
     Vector row;
     row << 1.0, ElevationOf(o.position), strength, level ? 1.0 : 0.0, level ? 0.0 : brightness,
         level ? brightness : 0.0, level ? 0.0 : hidden, level ? hidden : 0.0;
@@ -182,6 +186,7 @@ Prior WidePrior(const LinearizationPoint& at, RangeModel model) {
   prior.information.bottomRows(more).setZero();
   prior.information.rightCols(more).setZero();
   prior.information.diagonal().tail(more).setConstant(1.0 / (kPriorSigma * kPriorSigma));
+  prior.information.diagonal().tail(kReliefs / 2).setConstant(1.0 / (kHiddenSigma * kHiddenSigma));
   prior.gradient.conservativeResize(old + more);
   prior.gradient.tail(more).setZero();
   if (model != RangeModel::kWhole) return prior;
