@@ -30,8 +30,9 @@ constexpr double kWeakAxis = 20.0;
 struct CameraRotation {
   bool valid = false;
   Eigen::Quaterniond R_imu_camera = Eigen::Quaterniond::Identity();
-  double time_offset = 0.0;   // s
-  double offset_sigma = 0.0;  // s, of the time offset; of a drive that turns evenly, or not, far beyond any
+  double time_offset = 0.0;  // s
+  // s, of the time offset; where the drive turns evenly or not at all, far beyond any that is looked for
+  double offset_sigma = 0.0;
   // What the focal length has to be multiplied by for the visual rotations to be as large as the IMU's; 1
   // where the motion does not show it.
   double focal_ratio = 1.0;

@@ -127,23 +127,23 @@ ShownWalks FindWalks(const JointProblem& problem, const CalibrationState& state,
   const Eigen::MatrixXd& C = found->covariance;
   const double common = CommonDoubtOfWalks(problem, state, correlation);
   ShownWalks shown = ShownWalks::kNone;
+  bool differ = false;
   for (std::size_t a = 0; a < state.lidars.size(); ++a) {
     const Eigen::Index at_a = RangeErrors::Of(a, kRangeWalk);
     const double walk = found->steps[a][kRangeWalk];
     if (IsLikelierThanNone(walk, correlation * C(at_a, at_a) + common * common, kUsualError)) {
-      if (std::abs(walk) >= kLargestError) return ShownWalks::kTooLarge;
-      shown = ShownWalks::kSome;
+      const bool too_large = std::abs(walk) >= kLargestError;
+      shown = std::max(shown, too_large ? ShownWalks::kTooLarge : ShownWalks::kSome);
     }
     for (std::size_t b = 0; b < a; ++b) {
       const Eigen::Index at_b = RangeErrors::Of(b, kRangeWalk);
       const double difference = walk - found->steps[b][kRangeWalk];
-      if (std::abs(difference) < kLargestError &&
-          IsLikelierThanNone(difference, correlation * (C(at_a, at_a) + C(at_b, at_b) - 2.0 * C(at_a, at_b)),
-                             std::sqrt(2.0) * kUsualError)) {
-        shown = ShownWalks::kSome;
-      }
+      const double variance = correlation * (C(at_a, at_a) + C(at_b, at_b) - 2.0 * C(at_a, at_b));
+      differ |= std::abs(difference) < kLargestError &&
+                IsLikelierThanNone(difference, variance, std::sqrt(2.0) * kUsualError);
     }
   }
+  if (differ) return ShownWalks::kSome;  // UsualCorrections sorts out what they share
   return shown;
 }
 
