@@ -94,10 +94,11 @@ std::optional<RangeErrors> MeasureAll(const JointProblem& problem, const Calibra
   return MeasureRangeErrors(problem, state, model, std::vector<FreeRanges>(state.lidars.size(), free));
 }
 
-// What the walks of all LiDARs may err by together, m for each power of ten: planes' own relief need not go
-// with the logarithm of their brightness, and then strong and weak echoes do not show the same.
-double CommonDoubtOfWalks(const JointProblem& problem, const CalibrationState& state, double correlation) {
-  const auto parts = MeasureAll(problem, state, RangeModel::kByStrength, {true, true, true, true});
+// Half of what the walks of two kinds of points differ by, of all LiDARs together, beyond what they are
+// unsure by, m for each power of ten. model: what the kinds are.
+double DifferenceOfWalks(const JointProblem& problem, const CalibrationState& state, RangeModel model,
+                         double correlation) {
+  const auto parts = MeasureAll(problem, state, model, {true, true, true, true});
   if (!parts) return kUsualError;
   double sum = 0.0, weights = 0.0;
   for (std::size_t l = 0; l < state.lidars.size(); ++l) {
@@ -107,7 +108,18 @@ double CommonDoubtOfWalks(const JointProblem& problem, const CalibrationState& s
     sum += weight * (parts->steps[l][kRangeWalk] - parts->steps[l][kRangeSlope]);
     weights += weight;
   }
-  return 0.5 * std::abs(sum) / weights;
+  const double difference = sum / weights;
+  return 0.5 * std::sqrt(std::max(0.0, difference * difference - 1.0 / weights));
+}
+
+// What the walks of all LiDARs may err by together, m for each power of ten: planes' own relief need not go
+// with the logarithm of their brightness, nor be the same near and far, on the ground and on walls.
+double CommonDoubtOfWalks(const JointProblem& problem, const CalibrationState& state, double correlation) {
+  double doubt = 0.0;
+  for (const RangeModel model : {RangeModel::kByStrength, RangeModel::kByRange, RangeModel::kByLevel}) {
+    doubt = std::max(doubt, DifferenceOfWalks(problem, state, model, correlation));
+  }
+  return doubt;
 }
 
 // Whether what was found with this variance is likelier to be a draw of the usual size than nothing.

@@ -56,6 +56,19 @@ std::vector<double> UsualIntensities(const JointProblem& problem, const Calibrat
   return usual;
 }
 
+// m, half of each LiDAR's points are nearer.
+std::vector<double> UsualRanges(const JointProblem& problem, std::size_t lidars) {
+  std::vector<std::vector<float>> ranges(lidars);
+  for (const DriveTerms& drive : problem.drives) {
+    for (const PlaneObservation& o : drive.planes.observations) ranges[o.lidar].push_back(o.position.norm());
+  }
+  std::vector<double> usual(lidars, 0.0);
+  for (std::size_t l = 0; l < lidars; ++l) {
+    if (!ranges[l].empty()) usual[l] = Median(std::move(ranges[l]));
+  }
+  return usual;
+}
+
 // By what a point's range grows with its LiDAR's parameters and the reliefs.
 class RangeRow {
  public:
@@ -63,7 +76,9 @@ class RangeRow {
   using Vector = Eigen::Matrix<double, kSize, 1>;
 
   RangeRow(const LinearizationPoint& at, RangeModel model)
-      : model_(model), references_(UsualIntensities(at.problem, at.state)) {}
+      : model_(model), references_(UsualIntensities(at.problem, at.state)) {
+    if (model == RangeModel::kByRange) usual_ranges_ = UsualRanges(at.problem, at.state.lidars.size());
+  }
 
   const std::vector<double>& References() const { return references_; }
 
@@ -81,16 +96,19 @@ class RangeRow {
       const bool steep = Within45Degrees(o.cos_incidence);
       row[kRangeOffset] = !level && steep ? 1.0 : 0.0;
       row[kRangeSlope] = !level && !steep ? 1.0 : 0.0;
-    } else if (model_ == RangeModel::kByStrength) {
-      row[kRangeWalk] = std::max(0.0, strength);
-      row[kRangeSlope] = std::min(0.0, strength);
+    } else if (model_ != RangeModel::kWhole) {
+      const bool part = model_ == RangeModel::kByStrength ? strength > 0.0
+                        : model_ == RangeModel::kByRange  ? o.position.norm() < usual_ranges_[o.lidar]
+                                                          : level;
+      row[kRangeWalk] = part ? strength : 0.0;
+      row[kRangeSlope] = part ? 0.0 : strength;
     }
     return row;
   }
 
  private:
   RangeModel model_;
-  std::vector<double> references_;
+  std::vector<double> references_, usual_ranges_;
 };
 
 // A longer range makes a residual smaller: it is along the beam.

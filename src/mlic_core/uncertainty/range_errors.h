@@ -27,7 +27,10 @@ enum class RangeModel {
   kWhole,
   kByIncidence,  // offset: of points that meet planes, not level ones, at less than 45 deg; slope: of the
                  // rest
-  kByStrength,   // walk: of stronger echoes than the usual one; slope: of weaker ones
+  // The walk, and in the slope's place that of the rest:
+  kByStrength,  // of stronger echoes than the usual one
+  kByRange,     // of points nearer than the usual one
+  kByLevel,     // of points on level planes
 };
 
 // What all ranges of LiDARs err by (RangeCorrection). It is hardly told from a LiDAR's place where the view
