@@ -275,6 +275,21 @@ TEST_F(WallsAround, WalkOfASingleLidarIsFound) {
   EXPECT_NEAR(state_.ranges[0].walk, 0.02, 0.003);
 }
 
+// What only some of the planes show is theirs, not the receiver's.
+TEST_F(WallsAround, WalkThatLevelPlanesDoNotShareIsHardlyCorrected) {
+  AddPaintedWalls({0.0}, 0.0);
+  PlaneAssociation& planes = problem_.drives[0].planes;
+  for (std::size_t i = 0; i < planes.begin[2]; ++i) {
+    PlaneObservation& o = planes.observations[i];
+    o.position *= 1.0 - 0.02 * std::log10(o.intensity / 100.0) / o.position.norm();
+  }
+  const auto found = MeasureRangeErrors(problem_, state_, RangeModel::kWhole, {{true, false, true, true}});
+  ASSERT_TRUE(found);
+  EXPECT_GT(std::abs(found->steps[0][kRangeWalk]), 0.01);
+  CorrectRanges(problem_, 1.0, &walks_dropped_, &state_);
+  EXPECT_LT(std::abs(state_.ranges[0].walk), 0.5 * std::abs(found->steps[0][kRangeWalk]));
+}
+
 // One that is too small to be shown may be there: the calibration moves by it, by and large.
 TEST_F(WallsAround, WalksThatAreNotCorrectedAreDoubt) {
   AddPaintedWalls({0.002}, 0.0);
