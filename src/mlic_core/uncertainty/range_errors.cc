@@ -1,13 +1,16 @@
 #include "mlic_core/uncertainty/range_errors.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "mlic_core/association/ring_corrections.h"
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/problem/joint_solver.h"
+#include "mlic_core/problem/landmark_rows.h"
 #include "mlic_core/problem/layout.h"
 #include "mlic_core/problem/linearizer.h"
 #include "mlic_core/problem/plane_terms.h"
@@ -154,14 +157,57 @@ void AddRangesOfPlane(const LinearizationPoint& at, const RangeRow& range_row, s
   }
 }
 
-void AddRanges(const LinearizationPoint& at, const RangeRow& row, std::vector<LandmarkCoupling>* couplings,
-               Accumulator* sum) {
+// Of a point of the map that a camera sees: what its LiDAR measured along the beam. How strong its echo was
+// is not known, so that it takes part in what depends on neither strength nor plane.
+void AddRangesOfLandmark(const LinearizationPoint& at, std::size_t drive, std::size_t point,
+                         LandmarkCoupling* coupling, Accumulator* sum) {
+  namespace rows_of = landmark_rows;
+  const LandmarkSet& set = at.problem.drives[drive].landmarks;
+  const LidarPointObservation& o = set.lidar_points[point];
+  const rows_of::PointChart chart(set.points[point]);
+  double cost = 0.0;  // the observations' own, counted already
+  rows_of::WithLidarRows(
+      at, drive, point, chart.Jacobian().transpose(), &cost,
+      [&](const rows_of::Bases& bases, const rows_of::LidarRows& rows) {
+        const auto by = rows.col(2);  // along the beam
+        const std::array<std::pair<RangeParameter, double>, 2> own = {
+            std::pair(kRangeOffset, -1.0 / o.sigma_along),
+            std::pair(kRangeSlope, -ElevationOf(o.position.cast<float>()) / o.sigma_along)};
+        const Eigen::Index sensor = Layout::Lidar(o.lidar);
+        const int drift = at.layout.Drift(LidarId(o.lidar));
+        const KnotColumns columns(at.layout, drive, bases.rotation.first, bases.position.first);
+        for (const auto& [parameter, size] : own) {
+          const Eigen::Index to = at.layout.calibration + RangeErrors::Of(o.lidar, parameter);
+          for (const auto& [other, other_size] : own) {
+            sum->corner(to, at.layout.calibration + RangeErrors::Of(o.lidar, other)) += size * other_size;
+          }
+          sum->gradient_calibration[to] += size * by[rows_of::kResidual];
+          const auto share = [&](Eigen::Index with, double value) {
+            sum->corner(to, with) += value;
+            sum->corner(with, to) += value;
+          };
+          for (int k = 0; k < Layout::kOfSensor; ++k) share(sensor + k, size * by[rows_of::kExtrinsic + k]);
+          if (drift >= 0) share(drift, size * by[rows_of::kDrift]);
+          for (int k = 0; k < 8; ++k) {
+            sum->border.block<1, 3>(to, sum->Local(columns[k])) += size * by.segment<3>(3 * k).transpose();
+          }
+          coupling->calibration.row(to) += size * by.segment<3>(rows_of::kPoint).transpose();
+        }
+      });
+}
+
+void AddRanges(const LinearizationPoint& at, const RangeRow& row, RangeModel model,
+               std::vector<LandmarkCoupling>* couplings, Accumulator* sum) {
   Widen(ExtraParameters(at.state.lidars.size()), sum, couplings);
   LandmarkCoupling* of_drive = couplings->data();
   for (std::size_t d = 0; d < at.problem.drives.size(); ++d) {
     const DriveTerms& drive = at.problem.drives[d];
     for (std::size_t p = 0; p < drive.planes.planes.size(); ++p)
       AddRangesOfPlane(at, row, d, p, of_drive + p, sum);
+    for (std::size_t p = 0; model == RangeModel::kWhole && p < drive.landmarks.points.size(); ++p) {
+      if (!drive.landmarks.IsOnMap(p)) continue;
+      AddRangesOfLandmark(at, d, p, of_drive + drive.planes.planes.size() + p, sum);
+    }
     of_drive += drive.planes.planes.size() + drive.landmarks.points.size();
   }
 }
@@ -244,7 +290,7 @@ std::optional<RangeErrors> MeasureRangeErrors(const JointProblem& given, const C
   std::vector<LandmarkCoupling> couplings;
   Accumulator sum = Linearize(at, &couplings);
   const RangeRow row(at, model);
-  AddRanges(at, row, &couplings, &sum);
+  AddRanges(at, row, model, &couplings, &sum);
   const Prior prior = WidePrior(at, model);
   std::vector<bool> free = FreeCalibration(problem, layout);
   for (const FreeRanges& f : free_ranges) free.insert(free.end(), f.begin(), f.end());
