@@ -122,10 +122,10 @@ double CommonDoubtOfWalks(const JointProblem& problem, const CalibrationState& s
   return doubt;
 }
 
-// Whether what was found with this variance is likelier to be a draw of the usual size than nothing.
-bool IsLikelierThanNone(double found, double variance, double usual) {
-  const double with_noise = variance + usual * usual;
-  return found * found * (1.0 / variance - 1.0 / with_noise) > std::log(with_noise / variance);
+// Whether a walk that was found with this variance is likelier to be a draw of the usual size than nothing.
+bool IsLikelierThanNone(double walk, double variance) {
+  const double noise = variance + kFlatness * kFlatness, with_walk = noise + kUsualError * kUsualError;
+  return walk * walk * (1.0 / noise - 1.0 / with_walk) > std::log(with_walk / noise);
 }
 
 // What the planes show of LiDARs' walks: nothing, walks, or what is too large to be one.
@@ -143,7 +143,7 @@ ShownWalks FindWalks(const JointProblem& problem, const CalibrationState& state,
   for (std::size_t a = 0; a < state.lidars.size(); ++a) {
     const Eigen::Index at_a = RangeErrors::Of(a, kRangeWalk);
     const double walk = found->steps[a][kRangeWalk];
-    if (IsLikelierThanNone(walk, correlation * C(at_a, at_a) + common * common, kUsualError)) {
+    if (IsLikelierThanNone(walk, correlation * C(at_a, at_a) + common * common)) {
       const bool too_large = std::abs(walk) >= kLargestError;
       shown = std::max(shown, too_large ? ShownWalks::kTooLarge : ShownWalks::kSome);
     }
@@ -152,7 +152,7 @@ ShownWalks FindWalks(const JointProblem& problem, const CalibrationState& state,
       const double difference = walk - found->steps[b][kRangeWalk];
       const double variance = correlation * (C(at_a, at_a) + C(at_b, at_b) - 2.0 * C(at_a, at_b));
       differ |= std::abs(difference) < kLargestError &&
-                IsLikelierThanNone(difference, variance, std::sqrt(2.0) * kUsualError);
+                std::abs(difference) > kFarFromZero * std::hypot(std::sqrt(variance), kFlatness);
     }
   }
   if (differ) return ShownWalks::kSome;  // UsualCorrections sorts out what they share
