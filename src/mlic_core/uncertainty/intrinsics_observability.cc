@@ -11,10 +11,9 @@
 namespace mlic {
 namespace {
 
-constexpr double kUsualTangential =
-    1e-3;                              // size of the tangential terms of lenses; from: standard, as UsualSize
-constexpr int kTangential[] = {6, 7};  // their places; from: structural
-constexpr int kCentre = 2;             // its first place; from: structural
+constexpr double kUsualTangential = 1e-3;  // of lenses; from: standard, as UsualSize
+constexpr int kTangential[] = {6, 7};      // places of the tangential terms; from: structural
+constexpr int kCentre = 2;                 // its first place; from: structural
 // from: measured, kitti_0005 is above, simulated drives at 1e-4.
 constexpr double kUncertainRatio = 5e-4;  // sigma of fy / fx
 
