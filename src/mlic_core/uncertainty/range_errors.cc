@@ -114,6 +114,37 @@ class RangeRow {
   std::vector<double> references_, usual_ranges_;
 };
 
+// A measurement along a beam as the equations have it: its residual by eight control points, its LiDAR's pose
+// and offset (laid out as PointToPlane), its clock's drift, and the plane or point that it measures.
+template <typename ByMotion>
+struct BeamRow {
+  std::size_t lidar;
+  const KnotColumns& columns;
+  const ByMotion& by;
+  double by_drift;
+  Eigen::Vector3d by_measured;
+  double residual;
+};
+
+// What a parameter by which the residual grows so much shares with all others that are no errors of ranges.
+template <typename Row>
+void AddShared(const LinearizationPoint& at, const Row& row, Eigen::Index to, double own,
+               LandmarkCoupling* coupling, Accumulator* sum) {
+  const auto share = [&](Eigen::Index with, double value) {
+    sum->corner(to, with) += value;
+    sum->corner(with, to) += value;
+  };
+  sum->gradient_calibration[to] += own * row.residual;
+  const Eigen::Index sensor = Layout::Lidar(row.lidar);
+  for (int k = 0; k < Layout::kOfSensor; ++k) share(sensor + k, own * row.by[PointToPlane::kExtrinsic + k]);
+  if (const int drift = at.layout.Drift(LidarId(row.lidar)); drift >= 0) share(drift, own * row.by_drift);
+  for (int k = 0; k < 8; ++k) {
+    sum->border.template block<1, 3>(to, sum->Local(row.columns[k])) +=
+        own * row.by.template segment<3>(3 * k).transpose();
+  }
+  coupling->calibration.row(to) += own * row.by_measured.transpose();
+}
+
 // A longer range makes a residual smaller: it is along the beam.
 void AddRangesOfPlane(const LinearizationPoint& at, const RangeRow& range_row, std::size_t drive,
                       std::size_t plane, LandmarkCoupling* coupling, Accumulator* sum) {
@@ -126,9 +157,6 @@ void AddRangesOfPlane(const LinearizationPoint& at, const RangeRow& range_row, s
     const double t = at.state.lidars[o.lidar].OnImuClock(o.time, trajectory.Middle());
     const RangeRow::Vector own = -rows.units[i] / o.sigma * range_row.Of(o, association.planes[plane].plane);
     const auto by = rows.jacobian.col(i);
-    const Eigen::Index sensor = Layout::Lidar(o.lidar);
-    const int drift = at.layout.Drift(LidarId(o.lidar));
-    const double by_drift = (o.time - trajectory.Middle()) * by[PointToPlane::kTimeOffset];
     const KnotColumns columns(at.layout, drive, SplineBasis(trajectory.rotation.knots(), t).first,
                               SplineBasis(trajectory.position.knots(), t).first);
     std::array<Eigen::Index, RangeRow::kSize> to;
@@ -136,23 +164,13 @@ void AddRangesOfPlane(const LinearizationPoint& at, const RangeRow& range_row, s
       to[k] = k < kRangeParameters ? at.layout.calibration + RangeErrors::Of(o.lidar, RangeParameter(k))
                                    : reliefs + k - kRangeParameters;
     }
+    const double by_drift = (o.time - trajectory.Middle()) * by[PointToPlane::kTimeOffset];
+    const BeamRow<decltype(by)> row{static_cast<std::size_t>(o.lidar),   columns,          by, by_drift,
+                                    by.segment<3>(PointToPlane::kPlane), rows.residuals[i]};
     for (int a = 0; a < RangeRow::kSize; ++a) {
       if (own[a] == 0.0) continue;
       for (int b = 0; b < RangeRow::kSize; ++b) sum->corner(to[a], to[b]) += own[a] * own[b];
-      sum->gradient_calibration[to[a]] += own[a] * rows.residuals[i];
-      for (int k = 0; k < Layout::kOfSensor; ++k) {
-        const double shared = own[a] * by[PointToPlane::kExtrinsic + k];
-        sum->corner(to[a], sensor + k) += shared;
-        sum->corner(sensor + k, to[a]) += shared;
-      }
-      if (drift >= 0) {
-        sum->corner(to[a], drift) += own[a] * by_drift;
-        sum->corner(drift, to[a]) += own[a] * by_drift;
-      }
-      for (int k = 0; k < 8; ++k) {
-        sum->border.block<1, 3>(to[a], sum->Local(columns[k])) += own[a] * by.segment<3>(3 * k).transpose();
-      }
-      coupling->calibration.row(to[a]) += own[a] * by.segment<3>(PointToPlane::kPlane).transpose();
+      AddShared(at, row, to[a], own[a], coupling, sum);
     }
   }
 }
@@ -173,25 +191,19 @@ void AddRangesOfLandmark(const LinearizationPoint& at, std::size_t drive, std::s
         const std::array<std::pair<RangeParameter, double>, 2> own = {
             std::pair(kRangeOffset, -1.0 / o.sigma_along),
             std::pair(kRangeSlope, -ElevationOf(o.position.cast<float>()) / o.sigma_along)};
-        const Eigen::Index sensor = Layout::Lidar(o.lidar);
-        const int drift = at.layout.Drift(LidarId(o.lidar));
         const KnotColumns columns(at.layout, drive, bases.rotation.first, bases.position.first);
+        const BeamRow<decltype(by)> row{static_cast<std::size_t>(o.lidar),
+                                        columns,
+                                        by,
+                                        by[rows_of::kDrift],
+                                        by.segment<3>(rows_of::kPoint),
+                                        by[rows_of::kResidual]};
         for (const auto& [parameter, size] : own) {
           const Eigen::Index to = at.layout.calibration + RangeErrors::Of(o.lidar, parameter);
           for (const auto& [other, other_size] : own) {
             sum->corner(to, at.layout.calibration + RangeErrors::Of(o.lidar, other)) += size * other_size;
           }
-          sum->gradient_calibration[to] += size * by[rows_of::kResidual];
-          const auto share = [&](Eigen::Index with, double value) {
-            sum->corner(to, with) += value;
-            sum->corner(with, to) += value;
-          };
-          for (int k = 0; k < Layout::kOfSensor; ++k) share(sensor + k, size * by[rows_of::kExtrinsic + k]);
-          if (drift >= 0) share(drift, size * by[rows_of::kDrift]);
-          for (int k = 0; k < 8; ++k) {
-            sum->border.block<1, 3>(to, sum->Local(columns[k])) += size * by.segment<3>(3 * k).transpose();
-          }
-          coupling->calibration.row(to) += size * by.segment<3>(rows_of::kPoint).transpose();
+          AddShared(at, row, to, size, coupling, sum);
         }
       });
 }
