@@ -1,10 +1,12 @@
 #include "mlic_core/problem/priors.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/sensors/bias_prior.h"
 #include "mlic_core/sensors/imu_matrices.h"
+#include "mlic_core/sensors/pinhole_model.h"
 
 namespace mlic {
 namespace {
@@ -25,7 +27,10 @@ void AddGuess(const ExtrinsicGuess& guess, const RigidTransform& T, int at, Eige
 
 // Numerator and denominator of the rational model trade along directions that no image shows: without a bound
 // a step runs along them to where the model holds nowhere. Coefficients beyond one are large for any lens.
-void AddDistortion(const CameraIntrinsics& intrinsics, int at, Eigen::MatrixXd* information,
+// Where noise would have the lens fold over at the outermost of what it sees, solves could not go on: no step
+// may lose what it sees.
+// seen: radius up to which it does, px.
+void AddDistortion(const CameraIntrinsics& intrinsics, double seen, int at, Eigen::MatrixXd* information,
                    Eigen::VectorXd* gradient) {
   if (intrinsics.model != CameraModel::kRationalPolynomial) return;
   for (std::size_t i = 4; i < intrinsics.parameters.size(); ++i) {
@@ -33,6 +38,27 @@ void AddDistortion(const CameraIntrinsics& intrinsics, int at, Eigen::MatrixXd* 
     (*information)(row, row) = 1.0;
     (*gradient)[row] = intrinsics.parameters[i];
   }
+  // from: standard, root mean square of 21 published calibrations at the corners of their images
+  constexpr double kUsualMagnification = 0.7;  // logarithm
+  const auto edge = PinholeMagnification(intrinsics.parameters.data(), true, seen);
+  if (!edge) return;
+  const auto count = static_cast<Eigen::Index>(intrinsics.parameters.size());
+  const Eigen::VectorXd row = edge->gradient.head(count) / kUsualMagnification;
+  information->block(at, at, count, count) += row * row.transpose();
+  gradient->segment(at, count) += row * (edge->log / kUsualMagnification);
+}
+
+// Of a camera's observations, the farthest from the centre of its image, px.
+double SeenRadius(const JointProblem& problem, std::size_t camera, const CameraIntrinsics& intrinsics) {
+  const Eigen::Vector2d centre(intrinsics.parameters[2], intrinsics.parameters[3]);
+  double farthest = 0.0;  // squared
+  for (const DriveTerms& drive : problem.drives) {
+    for (const LandmarkObservation& observation : drive.landmarks.observations) {
+      if (observation.camera != static_cast<int>(camera)) continue;
+      farthest = std::max(farthest, (observation.pixel - centre).squaredNorm());
+    }
+  }
+  return std::sqrt(farthest);
 }
 
 // Pixels are square to a thousandth, or those of anamorphic video.
@@ -164,7 +190,9 @@ void CalibrationPrior(const JointProblem& problem, const CalibrationState& state
     if (terms.guess) {
       AddGuess(*terms.guess, state.cameras[c].sensor.T_imu_sensor, layout.Camera(c), information, gradient);
     }
-    AddDistortion(state.cameras[c].intrinsics, layout.Intrinsics(c), information, gradient);
+    const CameraIntrinsics& intrinsics = state.cameras[c].intrinsics;
+    AddDistortion(intrinsics, SeenRadius(problem, c, intrinsics), layout.Intrinsics(c), information,
+                  gradient);
     if (terms.fixed.square_pixels) {
       AddSquarePixels(state.cameras[c].intrinsics, layout.Intrinsics(c), information, gradient);
     }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "mlic_core/sensors/camera_intrinsics.h"
 
 namespace mlic {
@@ -14,5 +16,15 @@ bool ProjectPinhole(const double* parameters, bool rational, const Eigen::Vector
                     CameraParameterJacobian* J_parameters);
 bool UnprojectPinhole(const double* parameters, bool rational, const Eigen::Vector2d& pixel,
                       Eigen::Vector3d* bearing);
+
+// How much more a lens magnifies at a radius of its image than at the centre: log(d rho / d theta / f) with
+// rho = f r N/D, r = tan(theta), theta the angle from the optical axis. It goes to minus infinity where the
+// lens folds over, and is 0 everywhere for an equidistant projection. Tangential terms do not take part.
+struct Magnification {
+  double log = 0.0;
+  Eigen::Matrix<double, kMostCameraParameters, 1> gradient;  // by the parameters; f is fx
+};
+// radius: px. Nothing where the lens folds over before it.
+std::optional<Magnification> PinholeMagnification(const double* parameters, bool rational, double radius);
 
 }  // namespace mlic

@@ -7,6 +7,7 @@
 #include "mlic_core/problem/joint_problem.h"
 #include "mlic_core/problem/layout.h"
 #include "mlic_core/problem/state.h"
+#include "mlic_core/sensors/pinhole_model.h"
 
 namespace mlic::priors_test {
 namespace {
@@ -72,6 +73,37 @@ TEST(CalibrationPrior, DrawsACentreThatIsNotToldToItsUsualPlace) {
   EXPECT_NEAR((step({325.0, 205.0}) - Eigen::Vector2d(-5.0, 35.0)).norm(), 0.0, 1e-9);
   problem.cameras[0].given_intrinsics = {{500.0, 500.0, 300.0, 210.0, 0.0, 0.0, 0.0, 0.0, 0.0}};
   EXPECT_NEAR((step({325.0, 205.0}) - Eigen::Vector2d(-25.0, 5.0)).norm(), 0.0, 1e-9);
+}
+
+// A solve whose data have a lens fold over at the outermost of what it sees comes to rest before.
+TEST(CalibrationPrior, KeepsARationalLensFromFoldingWhereItSees) {
+  CalibrationState state = WithFocalLengths(500.0, 500.0);
+  state.cameras[0].intrinsics.model = CameraModel::kRationalPolynomial;
+  std::vector<double>& lens = state.cameras[0].intrinsics.parameters;
+  lens.resize(12, 0.0);
+  lens[4] = -0.29;
+  JointProblem problem;
+  problem.cameras.resize(1);
+  problem.drives.resize(1);
+  LandmarkObservation seen{};
+  seen.pixel = {320.0 + 351.0, 240.0};
+  problem.drives[0].landmarks.observations = {seen};
+  const Layout layout(state, false);
+  const int k1 = layout.Intrinsics(0) + 4;
+  double magnification = PinholeMagnification(lens.data(), true, 351.0)->log;
+  // Data that ask for k1 = -0.32, which folds at 341 px, to 0.05.
+  constexpr double kWeight = 1.0 / (0.05 * 0.05);
+  for (int i = 0; i < 30; ++i) {
+    Eigen::MatrixXd information;
+    Eigen::VectorXd gradient;
+    CalibrationPrior(problem, state, layout, &information, &gradient);
+    lens[4] -= (gradient[k1] + kWeight * (lens[4] + 0.32)) / (information(k1, k1) + kWeight);
+    const std::optional<Magnification> next = PinholeMagnification(lens.data(), true, 351.0);
+    ASSERT_TRUE(next) << i;
+    magnification = next->log;
+  }
+  EXPECT_GT(magnification, -1.0);
+  EXPECT_LT(lens[4], -0.2);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "mlic_core/common/error.h"
 #include "mlic_core/common/random.h"
 #include "mlic_core/sensors/double_sphere_twin.h"
+#include "mlic_core/sensors/pinhole_model.h"
 
 namespace mlic::camera_model_test {
 namespace {
@@ -128,6 +129,52 @@ TEST(CameraModel, BearingsComeBackFromTheirPixel) {
       }
     }
   }
+}
+
+TEST(CameraModel, MagnificationIsThatOfItsProjection) {
+  int checked = 0;
+  for (CameraIntrinsics lens : Lenses()) {
+    const bool rational = lens.model == CameraModel::kRationalPolynomial;
+    if (!rational && lens.model != CameraModel::kPlumbBob) continue;
+    std::vector<double>& p = lens.parameters;
+    p[6] = p[7] = 0.0;
+    const auto magnification = [&](double radius) {
+      return PinholeMagnification(p.data(), rational, radius);
+    };
+    for (const double share : {0.1, 0.4, 0.6}) {
+      const double radius = share * lens.width;
+      Eigen::Vector3d bearing;
+      ASSERT_TRUE(Unproject(lens, {p[2] + radius, p[3]}, &bearing));
+      const double theta = std::atan2(bearing.x(), bearing.z());
+      constexpr double kStep = 1e-5;
+      Eigen::Vector2d inner, outer;
+      ASSERT_TRUE(Project(lens, Direction(theta - kStep, 0.0), &inner));
+      ASSERT_TRUE(Project(lens, Direction(theta + kStep, 0.0), &outer));
+      const std::optional<Magnification> at = magnification(radius);
+      ASSERT_TRUE(at);
+      EXPECT_NEAR(at->log, std::log((outer.x() - inner.x()) / (2.0 * kStep * p[0])), 1e-7);
+      for (int i = 0; i < ParameterCount(lens.model); ++i) {
+        const double given = p[i], step = 1e-5 * std::max(1.0, std::abs(given));
+        p[i] = given + step;
+        const double more = magnification(radius)->log;
+        p[i] = given - step;
+        const double less = magnification(radius)->log;
+        p[i] = given;
+        EXPECT_NEAR(at->gradient[i], (more - less) / (2.0 * step), 1e-3 * (1.0 + std::abs(at->gradient[i])))
+            << i << " at " << share;
+        ++checked;
+      }
+    }
+  }
+  EXPECT_EQ(checked, 3 * (5 * 9 + 2 * 12));
+}
+
+// rho = f (r - 0.3 r^3) has its largest value, 0.7027 f, at r = 1.054.
+TEST(CameraModel, MagnificationEndsWhereTheLensFoldsOver) {
+  const double p[] = {500.0, 500.0, 320.0, 240.0, -0.3, 0.0, 0.0, 0.0, 0.0};
+  ASSERT_TRUE(PinholeMagnification(p, false, 351.0));
+  EXPECT_LT(PinholeMagnification(p, false, 351.0)->log, -1.5);
+  EXPECT_FALSE(PinholeMagnification(p, false, 352.0));
 }
 
 TEST(CameraModel, JacobiansAgreeWithNumericOnes) {
