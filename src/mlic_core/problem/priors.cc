@@ -214,6 +214,8 @@ void CalibrationPrior(const JointProblem& problem, const CalibrationState& state
     (*gradient)[layout.drift[s]] = weight * drift;
   }
   AddImu(problem.imu, state, layout, information, gradient);
+  // Biases are held with the trajectory, and then the problem does not say how they walk.
+  if (problem.fix_trajectory) return;
   for (std::size_t d = 0; d < state.drives.size(); ++d) {
     const BiasCourse& course = state.drives[d].bias;
     const BiasSteps steps = course.IsConstant() ? BiasSteps() : problem.drives[d].bias_steps;

@@ -175,6 +175,18 @@ TEST(CameraInitialization, FindsTheFocalLengthFromTheFieldOfView) {
   }
 }
 
+// How biases walk is not known to a problem that holds them.
+TEST(CameraInitialization, FindsCamerasOnATrajectoryWhoseBiasesWander) {
+  Case c = MakeCase({AllModels()[0]}, SyntheticTracksOptions());
+  BiasCourse& bias = c.state.drives[0].bias;
+  bias.knots.assign(3, BiasCourse::Bias::Zero());
+  bias.knots[1][0] = bias.knots[2][0] = 1e-3;
+  StartFromFieldOfView(&c, 1.1);
+  const Errors worst = Worst(c, c.Run());
+  EXPECT_LT(worst.degrees, 0.03);
+  EXPECT_LT(worst.pixels, 0.5);
+}
+
 TEST(CameraInitialization, EstimatesTheReadoutOfRollingShutters) {
   SyntheticTracksOptions options;
   options.noise = 0.5;
