@@ -114,11 +114,12 @@ ObservabilityAnalysis AnalyzeSensors(const SensorInformation& given, const Infla
     if (!given.sensors[s].guess) continue;
     guess_variances.segment<3>(Layout::Sensor(s) + 3) = given.sensors[s].guess->sigma_translation.cwiseAbs2();
   }
+  const Eigen::MatrixXd inflated = VarianceOfInflation(analysis.solved_covariance, inflation, scale);
   const Eigen::MatrixXd all_covariance =
-      WithHeld(InverseInLimits(data + given.guess, limits), given.held, guess_variances) +
-      VarianceOfInflation(analysis.solved_covariance, inflation, scale);
-  const Eigen::MatrixXd data_covariance =
-      InverseInLimits(data, limits) + VarianceOfInflation(InverseInLimits(solved, limits), inflation, scale);
+      WithHeld(InverseInLimits(data + given.guess, limits), given.held, guess_variances) + inflated;
+  // Also here that of the guesses: along what only they show, metres would grow for the cameras and not for
+  // the LiDARs that go with them, as if their pairs were not known either.
+  const Eigen::MatrixXd data_covariance = InverseInLimits(data, limits) + inflated;
   const int poses = Layout::Sensor(sensors);
   analysis.data_covariance = data_covariance.topLeftCorner(poses, poses);
   analysis.whole_covariance = all_covariance;
