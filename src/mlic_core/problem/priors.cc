@@ -25,32 +25,8 @@ void AddGuess(const ExtrinsicGuess& guess, const RigidTransform& T, int at, Eige
   }
 }
 
-// Numerator and denominator of the rational model trade along directions that no image shows: without a bound
-// a step runs along them to where the model holds nowhere. Coefficients beyond one are large for any lens.
-// Where noise would have the lens fold over at the outermost of what it sees, solves could not go on: no step
-// may lose what it sees.
-// seen: radius up to which it does, px.
-void AddDistortion(const CameraIntrinsics& intrinsics, double seen, int at, Eigen::MatrixXd* information,
-                   Eigen::VectorXd* gradient) {
-  if (intrinsics.model != CameraModel::kRationalPolynomial) return;
-  for (std::size_t i = 4; i < intrinsics.parameters.size(); ++i) {
-    const int row = at + static_cast<int>(i);
-    (*information)(row, row) = 1.0;
-    (*gradient)[row] = intrinsics.parameters[i];
-  }
-  // from: standard, root mean square of 21 published calibrations at the corners of their images
-  constexpr double kUsualMagnification = 0.7;  // logarithm
-  const auto edge = PinholeMagnification(intrinsics.parameters.data(), true, seen);
-  if (!edge) return;
-  const auto count = static_cast<Eigen::Index>(intrinsics.parameters.size());
-  const Eigen::VectorXd row = edge->gradient.head(count) / kUsualMagnification;
-  information->block(at, at, count, count) += row * row.transpose();
-  gradient->segment(at, count) += row * (edge->log / kUsualMagnification);
-}
-
 // Of a camera's observations, the farthest from the centre of its image, px.
-double SeenRadius(const JointProblem& problem, std::size_t camera, const CameraIntrinsics& intrinsics) {
-  const Eigen::Vector2d centre(intrinsics.parameters[2], intrinsics.parameters[3]);
+double SeenRadius(const JointProblem& problem, std::size_t camera, const Eigen::Vector2d& centre) {
   double farthest = 0.0;  // squared
   for (const DriveTerms& drive : problem.drives) {
     for (const LandmarkObservation& observation : drive.landmarks.observations) {
@@ -59,6 +35,34 @@ double SeenRadius(const JointProblem& problem, std::size_t camera, const CameraI
     }
   }
   return std::sqrt(farthest);
+}
+
+// Numerator and denominator of the rational model trade along directions that no image shows: without a bound
+// a step runs along them to where the model holds nowhere. Coefficients beyond one are large for any lens.
+// Towards the edge of what they see noise would give them a fold or a pole: beyond the one nothing projects,
+// so that no step may go on, and the corners of the image lie beyond both. So a lens magnifies as usual where
+// it sees the corners, or the outermost of what it sees (px from the centre) while its corners see nothing.
+void AddDistortion(const JointProblem& problem, std::size_t camera, const CameraIntrinsics& intrinsics,
+                   int at, Eigen::MatrixXd* information, Eigen::VectorXd* gradient) {
+  if (intrinsics.model != CameraModel::kRationalPolynomial) return;
+  for (std::size_t i = 4; i < intrinsics.parameters.size(); ++i) {
+    const int row = at + static_cast<int>(i);
+    (*information)(row, row) = 1.0;
+    (*gradient)[row] = intrinsics.parameters[i];
+  }
+  // from: standard, root mean square of 21 published calibrations at the corners of their images
+  constexpr double kUsualMagnification = 0.7;  // logarithm
+  const double* const lens = intrinsics.parameters.data();
+  const Eigen::Vector2d centre(lens[2], lens[3]);
+  const Eigen::Vector2d corner = centre.cwiseAbs().cwiseMax(
+      (Eigen::Vector2d(intrinsics.width - 1, intrinsics.height - 1) - centre).cwiseAbs());
+  std::optional<Magnification> edge = PinholeMagnification(lens, true, corner.norm());
+  if (!edge) edge = PinholeMagnification(lens, true, SeenRadius(problem, camera, centre));
+  if (!edge) return;
+  const auto count = static_cast<Eigen::Index>(intrinsics.parameters.size());
+  const Eigen::VectorXd row = edge->gradient.head(count) / kUsualMagnification;
+  information->block(at, at, count, count) += row * row.transpose();
+  gradient->segment(at, count) += row * (edge->log / kUsualMagnification);
 }
 
 // Pixels are square to a thousandth, or those of anamorphic video.
@@ -190,9 +194,7 @@ void CalibrationPrior(const JointProblem& problem, const CalibrationState& state
     if (terms.guess) {
       AddGuess(*terms.guess, state.cameras[c].sensor.T_imu_sensor, layout.Camera(c), information, gradient);
     }
-    const CameraIntrinsics& intrinsics = state.cameras[c].intrinsics;
-    AddDistortion(intrinsics, SeenRadius(problem, c, intrinsics), layout.Intrinsics(c), information,
-                  gradient);
+    AddDistortion(problem, c, state.cameras[c].intrinsics, layout.Intrinsics(c), information, gradient);
     if (terms.fixed.square_pixels) {
       AddSquarePixels(state.cameras[c].intrinsics, layout.Intrinsics(c), information, gradient);
     }

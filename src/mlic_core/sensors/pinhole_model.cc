@@ -23,7 +23,6 @@ struct Distortion {
 
   static double Value(const double (&c)[4], double s) { return c[0] + s * (c[1] + s * (c[2] + s * c[3])); }
   static double Slope(const double (&c)[4], double s) { return c[1] + s * (2.0 * c[2] + s * 3.0 * c[3]); }
-  static double Curvature(const double (&c)[4], double s) { return 2.0 * c[2] + s * 6.0 * c[3]; }
 
   // Whether the distorted radius r N/D rises with r all the way from the centre to r^2 = s.
   bool Monotonic(double s, bool rational) const {
@@ -173,33 +172,24 @@ std::optional<Magnification> PinholeMagnification(const double* parameters, bool
   const double target = radius / parameters[0];
   const double r = UndistortRadius(lens, rational, target);
   const double s = r * r;
-  const double N = Distortion::Value(lens.n, s), D = Distortion::Value(lens.d, s);
-  const double D_slope = Distortion::Slope(lens.d, s);
-  // rho / f = r g, g = N / D, with derivatives by s.
-  const double g = N / D;
+  const double D = Distortion::Value(lens.d, s), D_slope = Distortion::Slope(lens.d, s);
+  // rho / f = r g, g = N / D, slopes by s.
+  const double g = Distortion::Value(lens.n, s) / D;
   const double g_slope = (Distortion::Slope(lens.n, s) - g * D_slope) / D;
-  const double g_curvature =
-      (Distortion::Curvature(lens.n, s) - 2.0 * g_slope * D_slope - g * Distortion::Curvature(lens.d, s)) / D;
   const double by_r = g + 2.0 * s * g_slope;
   if (!(by_r > 0.0) || std::abs(r * g - target) > 1e-6 * (1.0 + target)) return std::nullopt;
-  // At the radius of the image r follows the parameters: of L = log(by_r (1 + r^2)).
-  const double L_by_r = r * (6.0 * g_slope + 4.0 * s * g_curvature) / by_r + 2.0 * r / (1.0 + s);
   Magnification magnification;
   magnification.log = std::log(by_r * (1.0 + s));
   magnification.gradient.setZero();
-  magnification.gradient[0] = -L_by_r * target / (by_r * parameters[0]);
-  // a, its derivative by s: of g by one coefficient.
-  const auto add = [&](int parameter, double a, double a_slope) {
-    magnification.gradient[parameter] = (a + 2.0 * s * a_slope - L_by_r * r * a) / by_r;
-  };
   constexpr int kNumerator[] = {4, 5, 8};  // places of k1, k2, k3; from: structural
-  double power = 1.0;                      // s^j
+  double below = 1.0;                      // s^j
   for (int j = 0; j < 3; ++j) {
-    const double below = power;
-    power *= s;
-    const double a = power / D, a_slope = ((j + 1) * below - a * D_slope) / D;
-    add(kNumerator[j], a, a_slope);
-    if (rational) add(9 + j, -g * a, -g_slope * a - g * a_slope);
+    const double power = below * s;
+    const double a = power / D,
+                 a_slope = ((j + 1) * below - a * D_slope) / D;  // of g by the numerator's term
+    magnification.gradient[kNumerator[j]] = (a + 2.0 * s * a_slope) / by_r;
+    if (rational) magnification.gradient[9 + j] = -(g * a + 2.0 * s * (g_slope * a + g * a_slope)) / by_r;
+    below = power;
   }
   return magnification;
 }

@@ -17,14 +17,14 @@ bool ProjectPinhole(const double* parameters, bool rational, const Eigen::Vector
 bool UnprojectPinhole(const double* parameters, bool rational, const Eigen::Vector2d& pixel,
                       Eigen::Vector3d* bearing);
 
-// How much more a lens magnifies at a radius of its image than at the centre: log(d rho / d theta / f) with
-// rho = f r N/D, r = tan(theta), theta the angle from the optical axis. It goes to minus infinity where the
-// lens folds over, and is 0 everywhere for an equidistant projection. Tangential terms do not take part.
+// How much more a lens magnifies at an angle theta from its optical axis than along it: log(d rho / d theta /
+// f) with rho = f r N/D, r = tan(theta). It goes to minus infinity where the lens folds over, to infinity at
+// a pole of N/D, and is 0 everywhere for an equidistant projection. Tangential terms do not take part.
 struct Magnification {
   double log = 0.0;
-  Eigen::Matrix<double, kMostCameraParameters, 1> gradient;  // by the parameters; f is fx
+  Eigen::Matrix<double, kMostCameraParameters, 1> gradient;  // by the parameters, at the same angle
 };
-// radius: px. Nothing where the lens folds over before it.
+// At the angle that is seen at this radius of the image (px). Nothing where the lens folds over before it.
 std::optional<Magnification> PinholeMagnification(const double* parameters, bool rational, double radius);
 
 }  // namespace mlic

@@ -76,12 +76,14 @@ TEST(CalibrationPrior, DrawsACentreThatIsNotToldToItsUsualPlace) {
 }
 
 // A solve whose data have a lens fold over at the outermost of what it sees comes to rest before.
-TEST(CalibrationPrior, KeepsARationalLensFromFoldingWhereItSees) {
+TEST(CalibrationPrior, KeepsARationalLensFromFoldingOver) {
   CalibrationState state = WithFocalLengths(500.0, 500.0);
   state.cameras[0].intrinsics.model = CameraModel::kRationalPolynomial;
   std::vector<double>& lens = state.cameras[0].intrinsics.parameters;
   lens.resize(12, 0.0);
   lens[4] = -0.29;
+  state.cameras[0].intrinsics.width = 641;
+  state.cameras[0].intrinsics.height = 481;
   JointProblem problem;
   problem.cameras.resize(1);
   problem.drives.resize(1);
@@ -90,20 +92,17 @@ TEST(CalibrationPrior, KeepsARationalLensFromFoldingWhereItSees) {
   problem.drives[0].landmarks.observations = {seen};
   const Layout layout(state, false);
   const int k1 = layout.Intrinsics(0) + 4;
-  double magnification = PinholeMagnification(lens.data(), true, 351.0)->log;
   // Data that ask for k1 = -0.32, which folds at 341 px, to 0.05.
   constexpr double kWeight = 1.0 / (0.05 * 0.05);
   for (int i = 0; i < 30; ++i) {
     Eigen::MatrixXd information;
     Eigen::VectorXd gradient;
     CalibrationPrior(problem, state, layout, &information, &gradient);
-    lens[4] -= (gradient[k1] + kWeight * (lens[4] + 0.32)) / (information(k1, k1) + kWeight);
-    const std::optional<Magnification> next = PinholeMagnification(lens.data(), true, 351.0);
-    ASSERT_TRUE(next) << i;
-    magnification = next->log;
+    lens[4] -= 0.5 * (gradient[k1] + kWeight * (lens[4] + 0.32)) / (information(k1, k1) + kWeight);
+    ASSERT_TRUE(PinholeMagnification(lens.data(), true, 351.0)) << i;
   }
-  EXPECT_GT(magnification, -1.0);
-  EXPECT_LT(lens[4], -0.2);
+
+  EXPECT_GT(lens[4], -0.31);
 }
 
 }  // namespace

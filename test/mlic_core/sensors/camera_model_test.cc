@@ -138,35 +138,36 @@ TEST(CameraModel, MagnificationIsThatOfItsProjection) {
     if (!rational && lens.model != CameraModel::kPlumbBob) continue;
     std::vector<double>& p = lens.parameters;
     p[6] = p[7] = 0.0;
-    const auto magnification = [&](double radius) {
-      return PinholeMagnification(p.data(), rational, radius);
-    };
     for (const double share : {0.1, 0.4, 0.6}) {
       const double radius = share * lens.width;
       Eigen::Vector3d bearing;
       ASSERT_TRUE(Unproject(lens, {p[2] + radius, p[3]}, &bearing));
       const double theta = std::atan2(bearing.x(), bearing.z());
-      constexpr double kStep = 1e-5;
-      Eigen::Vector2d inner, outer;
-      ASSERT_TRUE(Project(lens, Direction(theta - kStep, 0.0), &inner));
-      ASSERT_TRUE(Project(lens, Direction(theta + kStep, 0.0), &outer));
-      const std::optional<Magnification> at = magnification(radius);
+      const auto projected = [&] {
+        constexpr double kStep = 1e-4;
+        Eigen::Vector2d inner, outer;
+        EXPECT_TRUE(Project(lens, Direction(theta - kStep, 0.0), &inner));
+        EXPECT_TRUE(Project(lens, Direction(theta + kStep, 0.0), &outer));
+        return std::log((outer.x() - inner.x()) / (2.0 * kStep * p[0]));
+      };
+      const std::optional<Magnification> at = PinholeMagnification(p.data(), rational, radius);
       ASSERT_TRUE(at);
-      EXPECT_NEAR(at->log, std::log((outer.x() - inner.x()) / (2.0 * kStep * p[0])), 1e-7);
+      EXPECT_NEAR(at->log, projected(), 1e-6);
       for (int i = 0; i < ParameterCount(lens.model); ++i) {
-        const double given = p[i], step = 1e-5 * std::max(1.0, std::abs(given));
+        if (i == 6 || i == 7) continue;
+        const double given = p[i], step = 2e-6 * std::max(1.0, std::abs(given));
         p[i] = given + step;
-        const double more = magnification(radius)->log;
+        const double more = projected();
         p[i] = given - step;
-        const double less = magnification(radius)->log;
+        const double less = projected();
         p[i] = given;
-        EXPECT_NEAR(at->gradient[i], (more - less) / (2.0 * step), 1e-3 * (1.0 + std::abs(at->gradient[i])))
+        EXPECT_NEAR(at->gradient[i], (more - less) / (2.0 * step), 1e-4 * (1.0 + std::abs(at->gradient[i])))
             << i << " at " << share;
         ++checked;
       }
     }
   }
-  EXPECT_EQ(checked, 3 * (5 * 9 + 2 * 12));
+  EXPECT_EQ(checked, 3 * (5 * 7 + 2 * 10));
 }
 
 // rho = f (r - 0.3 r^3) has its largest value, 0.7027 f, at r = 1.054.
