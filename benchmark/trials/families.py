@@ -206,22 +206,20 @@ def draw_trial(kind, seed, split, effect='none'):
     by_hand, motion = draw_motion(draw, world)
     grade = draw.choice(sorted(IMU_GRADES))
     sensors = {'imu': draw_imu(draw, grade, by_hand)}
+    types = []
     if kind != 'camera_imu':
         count = draw.choices([1, 2, 3], [6, 3, 1])[0] if kind == 'lidar' else 1
         types = [draw.choice(sorted(LIDARS)) for _ in range(count)]
         sensors['lidars'] = {f'lidar_{i}': draw_lidar(draw, name, by_hand) for i, name in enumerate(types)}
-        rig = '+'.join(types)
-    else:
-        rig = ''
     if kind != 'lidar':
         count = draw.choice([1, 2])
         sensors['cameras'] = {f'camera_{i}': draw_camera(draw, by_hand) for i in range(count)}
-        rig += ('+' if rig else '') + '+'.join(c['model'] for c in sensors['cameras'].values())
     # Cars see neither all of the rotation nor the height well: they come with a guess.
     guess = not by_hand or draw.random() < 0.5
     trial = {'kind': kind, 'seed': seed, 'split': split, 'effect': effect, 'world': world,
-             'world_seed': draw.randrange(1 << 30), 'motion': motion, 'guess': guess, 'rig': rig, 'imu': grade,
+             'world_seed': draw.randrange(1 << 30), 'motion': motion, 'guess': guess, 'imu': grade,
              'duration': round(draw.uniform(15, 20) if by_hand else draw.uniform(22, 25), 1), 'moving': 0,
              'sensors': sensors}
     EFFECTS[effect](random.Random(f'{kind}/{split}/{seed}/{effect}'), trial)
+    trial['rig'] = '+'.join(types + [c['model'] for c in sensors.get('cameras', {}).values()])  # lenses of effects
     return trial
