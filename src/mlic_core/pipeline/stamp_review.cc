@@ -23,15 +23,20 @@ void Shift(const ImageStamps& from, const std::vector<double>& to, LandmarkSet* 
   }
 }
 
+// Whether stamps lie on another course than before.
+bool IsAnother(const StampCourse& course, const StampCourse& before, const std::vector<double>& stamps) {
+  double square = 0.0;
+  for (const double stamp : stamps) square += std::pow(course.At(stamp) - before.At(stamp), 2);
+  const double step = std::sqrt(square / static_cast<double>(stamps.size()));
+  return step >= std::max(kLeastStep, kNegligible * std::sqrt(course.MeanSquare()));
+}
+
 // False where the course stays.
 bool MoveStamps(const ImageStamps& images, const ImageStamps& now, const std::vector<StampEvidence>& evidence,
                 Adjustment* adjustment) {
   StampCourse& course = adjustment->cameras.stamp_courses[images.drive][images.camera];
   StampCourse next = LikeliestCourse(images.times, course, evidence);
-  double square = 0.0;
-  for (const double stamp : images.times) square += std::pow(next.At(stamp) - course.At(stamp), 2);
-  const double step = std::sqrt(square / static_cast<double>(images.times.size()));
-  if (step < std::max(kLeastStep, kNegligible * std::sqrt(next.MeanSquare()))) return false;
+  if (!IsAnother(next, course, images.times)) return false;
   course = std::move(next);
   const std::vector<double> times = OnCourse({images}, adjustment->cameras)[0].times;
   Shift(now, times, &adjustment->problem.drives[images.drive].landmarks);
@@ -60,20 +65,27 @@ bool ReviewStamps(const AdjustmentContext& context, bool probe_matrices, Adjustm
   const std::size_t cameras = adjustment->state.cameras.size();
   adjustment->cameras.stamp_courses.resize(adjustment->problem.drives.size(),
                                            std::vector<StampCourse>(cameras));
-  std::vector<ImageStamps> images = StampsOfImages(*adjustment);
-  std::vector<bool> moved(cameras, false);
+  const std::vector<std::vector<StampCourse>> before = adjustment->cameras.stamp_courses;
+  const std::vector<ImageStamps> all = StampsOfImages(*adjustment);
+  std::vector<ImageStamps> images = all;
   for (int step = 0; step < kMostSteps && !images.empty(); ++step) {
     const std::vector<ImageStamps> now = OnCourse(images, adjustment->cameras);
     const auto evidence = EvidenceOfStamps(adjustment->problem, adjustment->state, now);
     std::vector<ImageStamps> again;
     for (std::size_t i = 0; i < evidence.size(); ++i) {
       if (!MoveStamps(images[i], now[i], evidence[i], adjustment)) continue;
-      moved[images[i].camera] = true;
       again.push_back(std::move(images[i]));
     }
     images = std::move(again);
     if (images.empty()) break;
     adjustment->last_solve = SolveAdjustment(context.monitor.cancellation, adjustment, probe_matrices);
+  }
+  // A course that came and went within the review is as it was, or reviews would never end.
+  std::vector<bool> moved(cameras, false);
+  for (const ImageStamps& of : all) {
+    if (IsAnother(adjustment->cameras.stamp_courses[of.drive][of.camera], before[of.drive][of.camera],
+                  of.times))
+      moved[of.camera] = true;
   }
   for (std::size_t c = 0; c < cameras; ++c) {
     if (moved[c]) Describe(context, *adjustment, c);
