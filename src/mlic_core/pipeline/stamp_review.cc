@@ -83,9 +83,8 @@ bool ReviewStamps(const AdjustmentContext& context, bool probe_matrices, Adjustm
   // A course that came and went within the review is as it was, or reviews would never end.
   std::vector<bool> moved(cameras, false);
   for (const ImageStamps& of : all) {
-    if (IsAnother(adjustment->cameras.stamp_courses[of.drive][of.camera], before[of.drive][of.camera],
-                  of.times))
-      moved[of.camera] = true;
+    const StampCourse& course = adjustment->cameras.stamp_courses[of.drive][of.camera];
+    if (IsAnother(course, before[of.drive][of.camera], of.times)) moved[of.camera] = true;
   }
   for (std::size_t c = 0; c < cameras; ++c) {
     if (moved[c]) Describe(context, *adjustment, c);

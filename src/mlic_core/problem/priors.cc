@@ -41,7 +41,7 @@ double SeenRadius(const JointProblem& problem, std::size_t camera, const Eigen::
 // a step runs along them to where the model holds nowhere. Coefficients beyond one are large for any lens.
 // Towards the edge of what they see noise would give them a fold or a pole: beyond the one nothing projects,
 // so that no step may go on, and the corners of the image lie beyond both. So a lens magnifies as usual where
-// it sees the corners, or the outermost of what it sees (px from the centre) while its corners see nothing.
+// it sees the corners, or the outermost of what it sees while its corners see nothing.
 void AddDistortion(const JointProblem& problem, std::size_t camera, const CameraIntrinsics& intrinsics,
                    int at, Eigen::MatrixXd* information, Eigen::VectorXd* gradient) {
   if (intrinsics.model != CameraModel::kRationalPolynomial) return;

@@ -185,8 +185,8 @@ std::optional<Magnification> PinholeMagnification(const double* parameters, bool
   double below = 1.0;                      // s^j
   for (int j = 0; j < 3; ++j) {
     const double power = below * s;
-    const double a = power / D,
-                 a_slope = ((j + 1) * below - a * D_slope) / D;  // of g by the numerator's term
+    // Of g by the numerator's term, and its slope.
+    const double a = power / D, a_slope = ((j + 1) * below - a * D_slope) / D;
     magnification.gradient[kNumerator[j]] = (a + 2.0 * s * a_slope) / by_r;
     if (rational) magnification.gradient[9 + j] = -(g * a + 2.0 * s * (g_slope * a + g * a_slope)) / by_r;
     below = power;

@@ -101,7 +101,6 @@ TEST(CalibrationPrior, KeepsARationalLensFromFoldingOver) {
     lens[4] -= 0.5 * (gradient[k1] + kWeight * (lens[4] + 0.32)) / (information(k1, k1) + kWeight);
     ASSERT_TRUE(PinholeMagnification(lens.data(), true, 351.0)) << i;
   }
-
   EXPECT_GT(lens[4], -0.31);
 }
 
