@@ -34,6 +34,7 @@ constexpr double kLeastCosine = 0.1;
 // How far planes' relief goes with their brightness, m for each power of ten: of those that are not level,
 // and of level ones. from: structural
 constexpr int kReliefs = 4;
+constexpr std::size_t kFewestPoints = 5;  // of one LiDAR on a plane that show its brightness; from: guard
 
 bool Within45Degrees(double cosine) { return cosine * cosine > 0.5; }
 
@@ -59,6 +60,47 @@ std::vector<double> UsualIntensities(const JointProblem& problem, const Calibrat
   return usual;
 }
 
+// Of each LiDAR, the median of the decades of strength on a plane, about its usual intensity; nothing where
+// it sees too little of it.
+std::vector<std::optional<double>> BrightnessOfPlane(const PlaneAssociation& planes, std::size_t plane,
+                                                     const std::vector<double>& usual) {
+  std::vector<std::vector<double>> strengths(usual.size());
+  for (std::size_t k = planes.begin[plane]; k < planes.begin[plane + 1]; ++k) {
+    const PlaneObservation& o = planes.observations[k];
+    if (o.intensity > 0.0f) strengths[o.lidar].push_back(DecadesOfStrength(o.intensity, usual[o.lidar]));
+  }
+  std::vector<std::optional<double>> brightness(usual.size());
+  for (std::size_t l = 0; l < usual.size(); ++l) {
+    if (strengths[l].size() >= kFewestPoints) brightness[l] = Median(std::move(strengths[l]));
+  }
+  return brightness;
+}
+
+// Decades by which each LiDAR's strength of a plane exceeds that of the LiDARs before it: the median over the
+// planes that both see. Usual intensities are those of what a LiDAR happens to see, bright ground or dark
+// facades. 0 for one that shares no plane with those before it.
+std::vector<double> RelativeStrengths(const JointProblem& problem, const std::vector<double>& usual) {
+  std::vector<double> relative(usual.size(), 0.0);
+  if (usual.size() < 2) return relative;
+  std::vector<std::vector<std::optional<double>>> of_planes;
+  for (const DriveTerms& drive : problem.drives) {
+    for (std::size_t p = 0; p < drive.planes.planes.size(); ++p) {
+      of_planes.push_back(BrightnessOfPlane(drive.planes, p, usual));
+    }
+  }
+  for (std::size_t l = 1; l < usual.size(); ++l) {
+    std::vector<double> differences;
+    for (const std::vector<std::optional<double>>& of_plane : of_planes) {
+      for (std::size_t before = 0; of_plane[l] && before < l; ++before) {
+        if (!of_plane[before]) continue;
+        differences.push_back(*of_plane[l] - *of_plane[before] + relative[before]);
+      }
+    }
+    if (!differences.empty()) relative[l] = Median(std::move(differences));
+  }
+  return relative;
+}
+
 // m, half of each LiDAR's points are nearer.
 std::vector<double> UsualRanges(const JointProblem& problem, std::size_t lidars) {
   std::vector<std::vector<float>> ranges(lidars);
@@ -79,7 +121,9 @@ class RangeRow {
   using Vector = Eigen::Matrix<double, kSize, 1>;
 
   RangeRow(const LinearizationPoint& at, RangeModel model)
-      : model_(model), references_(UsualIntensities(at.problem, at.state)) {
+      : model_(model),
+        references_(UsualIntensities(at.problem, at.state)),
+        relative_strengths_(RelativeStrengths(at.problem, references_)) {
     if (model == RangeModel::kByRange) usual_ranges_ = UsualRanges(at.problem, at.state.lidars.size());
   }
 
@@ -91,7 +135,8 @@ class RangeRow {
     const double strength = DecadesOfStrength(o.intensity, references_[o.lidar]);
     // Along the normal, by brightness and by incidence.
     const double hidden = std::log10(cosine) / cosine;
-    const double brightness = o.intensity > 0.0f ? strength / cosine - hidden : 0.0;
+    const double brightness =
+        o.intensity > 0.0f ? (strength - relative_strengths_[o.lidar]) / cosine - hidden : 0.0;
     Vector row;
     row << 1.0, ElevationOf(o.position), strength, level ? 1.0 : 0.0, level ? 0.0 : brightness,
         level ? brightness : 0.0, level ? 0.0 : hidden, level ? hidden : 0.0;
@@ -111,7 +156,7 @@ class RangeRow {
 
  private:
   RangeModel model_;
-  std::vector<double> references_, usual_ranges_;
+  std::vector<double> references_, relative_strengths_, usual_ranges_;
 };
 
 // A measurement along a beam as the equations have it: its residual by eight control points, its LiDAR's pose
