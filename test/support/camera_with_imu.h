@@ -36,9 +36,8 @@ inline CameraCalibration CameraOfCameraWithImu() {
   return camera;
 }
 
-// readout: s, of a rolling shutter; 0: a global one.
-inline CameraWithImu MakeCameraWithImu(std::uint64_t seed, int points, const CommonError& common,
-                                       double readout = 0.0) {
+inline CameraWithImu MakeCamerasWithImu(const std::vector<CameraCalibration>& cameras, std::uint64_t seed,
+                                        int points, const CommonError& common) {
   constexpr double kImuRate = 200.0;
   constexpr double kGyroscope = 2e-4, kAccelerometer = 2e-3;  // densities
   constexpr double kPixel = 0.3;                              // px
@@ -48,9 +47,7 @@ inline CameraWithImu MakeCameraWithImu(std::uint64_t seed, int points, const Com
   DriveState drive;
   drive.trajectory = TrueSpline(*trajectory, kCameraWithImuDuration, kSyntheticKnots);
   c.state.drives.push_back(drive);
-  c.state.cameras.push_back(CameraOfCameraWithImu());
-  c.state.cameras[0].readout = readout;
-  c.state.cameras[0].rolling_shutter = readout > 0.0;
+  c.state.cameras = cameras;
   SyntheticTracksOptions options;
   options.duration = kCameraWithImuDuration;
   options.points = points;
@@ -82,6 +79,15 @@ inline CameraWithImu MakeCameraWithImu(std::uint64_t seed, int points, const Com
                                            noise(kAccelerometer)});
   }
   return c;
+}
+
+// readout: s, of a rolling shutter; 0: a global one.
+inline CameraWithImu MakeCameraWithImu(std::uint64_t seed, int points, const CommonError& common,
+                                       double readout = 0.0) {
+  CameraCalibration camera = CameraOfCameraWithImu();
+  camera.readout = readout;
+  camera.rolling_shutter = readout > 0.0;
+  return MakeCamerasWithImu({camera}, seed, points, common);
 }
 
 }  // namespace mlic

@@ -1,6 +1,7 @@
 #include "mlic_core/uncertainty/camera_covariance.h"
 
 #include <Eigen/LU>
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -11,30 +12,13 @@
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/problem/landmark_terms.h"
 #include "mlic_core/uncertainty/image_pattern.h"
+#include "mlic_core/uncertainty/observability.h"
+#include "mlic_core/uncertainty/observation_groups.h"
 
 namespace mlic {
 namespace {
 
-// from: measured, paper rig and kitti_0005: errors are shared over 1 to 3 s.
-constexpr double kStretch = 3.0;           // s
-constexpr int kCells = 6;                  // along the longer side of an image
-constexpr int kFewestGroups = 4;           // that say something; from: guard
-constexpr double kLeastNotFollowed = 0.2;  // of a group's errors; from: guard, division by it
-
-// One way of putting observations together: columns are groups.
-struct Grouping {
-  Eigen::MatrixXd moves;     // of the calibration, by the residuals of the group
-  Eigen::MatrixXd variance;  // of these, for white residuals
-
-  void Resize(Eigen::Index parameters, Eigen::Index groups) {
-    moves = variance = Eigen::MatrixXd::Zero(parameters, groups);
-  }
-  void Add(const Grouping& other) {
-    moves += other.moves;
-    variance += other.variance;
-  }
-};
-
+constexpr int kCellsOfImage = ImageGroups::kCells * ImageGroups::kCells;  // from: structural
 constexpr int kPatterns = 10;  // polynomials of two variables up to the third order; from: definition
 using Patterns = Eigen::Matrix<double, kPatterns, 1>;
 
@@ -85,21 +69,22 @@ struct PatternSums {
 // Sums over landmarks.
 struct Sums {
   Eigen::MatrixXd information, self_weighing;
-  Eigen::VectorXd of_observations, of_landmarks;  // squared moves of the calibration by each alone
-  Grouping stretches, later_stretches, cells;
+  Eigen::VectorXd of_observations, of_landmarks;  // squared moves of the quantities by each alone
+  ObservationGroups stretches, later_stretches, cells;
   std::vector<PatternSums> patterns;   // of each camera
   std::vector<ImagePattern> in_cells;  // of each camera
 
-  Sums(Eigen::Index parameters, Eigen::Index stretch_count, Eigen::Index cell_count, std::size_t cameras)
+  Sums(Eigen::Index parameters, Eigen::Index quantities, Eigen::Index stretch_count, Eigen::Index cell_count,
+       std::size_t cameras)
       : information(Eigen::MatrixXd::Zero(parameters, parameters)),
         self_weighing(information),
-        of_observations(Eigen::VectorXd::Zero(parameters)),
+        of_observations(Eigen::VectorXd::Zero(quantities)),
         of_landmarks(of_observations),
         patterns(cameras, PatternSums(parameters)),
-        in_cells(cameras, ImagePattern(kCells * kCells)) {
-    stretches.Resize(parameters, stretch_count);
-    later_stretches.Resize(parameters, stretch_count);
-    cells.Resize(parameters, cell_count);
+        in_cells(cameras, ImagePattern(kCellsOfImage)) {
+    stretches.Resize(quantities, stretch_count);
+    later_stretches.Resize(quantities, stretch_count);
+    cells.Resize(quantities, cell_count);
   }
   void Add(const Sums& other) {
     information += other.information;
@@ -111,30 +96,6 @@ struct Sums {
     cells.Add(other.cells);
     for (std::size_t c = 0; c < patterns.size(); ++c) patterns[c].Add(other.patterns[c]);
     for (std::size_t c = 0; c < in_cells.size(); ++c) in_cells[c].Add(other.in_cells[c]);
-  }
-};
-
-struct Groups {
-  std::vector<Eigen::Index> first_stretch;  // of each drive, and the end
-  std::vector<double> start;                // of each drive
-  Eigen::Index cells = 0;
-
-  explicit Groups(const CalibrationState& state) : cells(kCells * kCells * state.cameras.size()) {
-    first_stretch.push_back(0);
-    for (const DriveState& drive : state.drives) {
-      start.push_back(drive.trajectory.Start());
-      const double span = drive.trajectory.End() - drive.trajectory.Start();
-      first_stretch.push_back(first_stretch.back() + static_cast<Eigen::Index>(span / kStretch) + 2);
-    }
-  }
-  // later: half a stretch.
-  Eigen::Index Stretch(std::size_t drive, double time, double later) const {
-    return first_stretch[drive] + static_cast<Eigen::Index>((time - start[drive]) / kStretch + later);
-  }
-  static Eigen::Index Cell(const LandmarkObservation& o, const CameraIntrinsics& intrinsics) {
-    const double size = static_cast<double>(std::max(intrinsics.width, intrinsics.height)) / kCells;
-    const auto place = [&](double at) { return std::clamp(static_cast<int>(at / size), 0, kCells - 1); };
-    return kCells * (kCells * o.camera + place(o.pixel.y())) + place(o.pixel.x());
   }
 };
 
@@ -175,14 +136,15 @@ struct Ground {
   const LinearizationPoint& at;
   const Eigen::MatrixXd& knot_response;
   const Eigen::MatrixXd& covariance;
+  const Eigen::SparseMatrix<double, Eigen::RowMajor>& quantities;  // made of the calibration
   const LandmarkOptions& made_with;
-  Groups groups;
+  ImageGroups groups;
 };
 
 // parts: of the split landmarks, those that are one.
 void AddLandmark(const Ground& ground, std::size_t drive, const std::vector<std::size_t>& parts, Sums* sums) {
-  const Eigen::Index parameters = ground.covariance.rows();
-  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(parameters), move = gradient;
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(ground.quantities.cols());
+  Eigen::VectorXd move = Eigen::VectorXd::Zero(ground.quantities.rows());
   double dependence = 0.0;
   std::size_t count = 0;
   std::map<Eigen::Index, CellSums> in_cells;
@@ -190,7 +152,7 @@ void AddLandmark(const Ground& ground, std::size_t drive, const std::vector<std:
     const std::vector<ReprojectionRows> observations = RowsOfLandmark(ground.at, drive, part);
     if (observations.size() < 2) continue;
     const Eigen::MatrixXd rows = ReducedRows(observations, ground.knot_response);
-    const Eigen::MatrixXd influence = ground.covariance * rows;
+    const Eigen::MatrixXd influence = ground.quantities * (ground.covariance * rows);
     sums->information.noalias() += rows * rows.transpose();
     count += observations.size();
     for (std::size_t k = 0; k < observations.size(); ++k) {
@@ -198,16 +160,14 @@ void AddLandmark(const Ground& ground, std::size_t drive, const std::vector<std:
       const int camera = observation.observation->camera;
       const Eigen::VectorXd of_observation = influence.middleCols<2>(2 * k) * observation.residual;
       const Eigen::VectorXd variance = influence.middleCols<2>(2 * k).rowwise().squaredNorm();
-      const auto add = [&](Eigen::Index group, Grouping* grouping) {
-        grouping->moves.col(group) += of_observation;
-        grouping->variance.col(group) += variance;
-      };
-      add(ground.groups.Stretch(drive, observation.time, 0.0), &sums->stretches);
-      add(ground.groups.Stretch(drive, observation.time, 0.5), &sums->later_stretches);
+      const Eigen::Index stretch = ground.groups.Stretch(drive, observation.time, 0.0);
+      const Eigen::Index later = ground.groups.Stretch(drive, observation.time, 0.5);
+      sums->stretches.Add(stretch, of_observation, variance);
+      sums->later_stretches.Add(later, of_observation, variance);
       const CameraIntrinsics& intrinsics = ground.at.state.cameras[camera].intrinsics;
       const LandmarkObservation& given = *observation.observation;
-      const Eigen::Index cell = Groups::Cell(given, intrinsics);
-      add(cell, &sums->cells);
+      const Eigen::Index cell = ImageGroups::Cell(given, intrinsics);
+      sums->cells.Add(cell, of_observation, variance);
       const Eigen::Matrix2d whitening = given.shape.cast<double>() / given.sigma;
       sums->patterns[static_cast<std::size_t>(camera)].Add(rows.middleCols<2>(2 * k) * whitening,
                                                            PatternsAt(given, intrinsics));
@@ -222,8 +182,8 @@ void AddLandmark(const Ground& ground, std::size_t drive, const std::vector<std:
   }
   if (count == 0) return;
   for (const auto& [cell, own] : in_cells) {
-    const auto camera = static_cast<std::size_t>(cell / (kCells * kCells));
-    sums->in_cells[camera].Add(static_cast<std::size_t>(cell % (kCells * kCells)), own.errors, own.weight);
+    const auto camera = static_cast<std::size_t>(cell / (kCellsOfImage));
+    sums->in_cells[camera].Add(static_cast<std::size_t>(cell % (kCellsOfImage)), own.errors, own.weight);
   }
   sums->of_landmarks += move.cwiseAbs2();
   if (!ground.made_with.noise_of_each) return;
@@ -232,28 +192,6 @@ void AddLandmark(const Ground& ground, std::size_t drive, const std::vector<std:
   const double less = dependence / static_cast<double>(count) * std::pow(ManyObservationsScale(count), 2);
   const double curve = 2.0 * less / (kPriorFreedom + LandmarkFreedom(count));
   sums->self_weighing.noalias() += curve * gradient * gradient.transpose();
-}
-
-// The variance of each parameter by the scatter of groups; that of single observations where they are too
-// few.
-Eigen::VectorXd ScatterOfGroups(const Grouping& grouping, const Eigen::MatrixXd& covariance,
-                                const Eigen::VectorXd& of_observations) {
-  Eigen::VectorXd result = of_observations;
-  for (Eigen::Index i = 0; i < result.size(); ++i) {
-    std::vector<double> moves;
-    for (Eigen::Index g = 0; g < grouping.moves.cols(); ++g) {
-      if (!(grouping.variance(i, g) > 0.0)) continue;
-      const double followed = grouping.variance(i, g) / covariance(i, i);
-      moves.push_back(grouping.moves(i, g) / std::sqrt(std::max(kLeastNotFollowed, 1.0 - followed)));
-    }
-    if (moves.size() < kFewestGroups) continue;
-    const double count = static_cast<double>(moves.size());
-    const double mean = std::accumulate(moves.begin(), moves.end(), 0.0) / count;
-    double squares = 0.0;
-    for (const double move : moves) squares += (move - mean) * (move - mean);
-    result[i] = squares * count / (count - 1.0);
-  }
-  return result;
 }
 
 // The places of each camera's rotation, translation, time offset, drift, readout and lens that move.
@@ -276,6 +214,40 @@ std::vector<std::vector<int>> Parts(const JointProblem& problem, const Calibrati
   return parts;
 }
 
+// Of each camera to each other sensor: rotation, translation and time offset.
+std::vector<CameraInflation::Relation> Relations(const CalibrationState& state, const Layout& layout) {
+  const SensorOrder order = state.Sensors();
+  std::vector<CameraInflation::Relation> relations;
+  for (std::size_t b = state.lidars.size(); b < order.size(); ++b) {
+    for (std::size_t a = 0; a < b; ++a) {
+      const Eigen::Matrix<double, 7, 14> by_both =
+          PairJacobian(state.Sensor(order.At(a)), state.Sensor(order.At(b)));
+      Eigen::MatrixXd by_all = Eigen::MatrixXd::Zero(7, layout.calibration);
+      by_all.middleCols<7>(Layout::Sensor(a)) = by_both.leftCols<7>();
+      by_all.middleCols<7>(Layout::Sensor(b)) = by_both.rightCols<7>();
+      for (const auto& [at, count] : {std::pair{0, 3}, std::pair{3, 3}, std::pair{6, 1}}) {
+        relations.push_back({by_all.middleRows(at, count), 1.0});
+      }
+    }
+  }
+  return relations;
+}
+
+// The parameters themselves, and the relations.
+Eigen::SparseMatrix<double, Eigen::RowMajor> Quantities(
+    Eigen::Index parameters, const std::vector<CameraInflation::Relation>& relations) {
+  Eigen::Index rows = parameters;
+  for (const auto& relation : relations) rows += relation.directions.rows();
+  Eigen::MatrixXd quantities(rows, parameters);
+  quantities.topRows(parameters).setIdentity();
+  Eigen::Index at = parameters;
+  for (const auto& relation : relations) {
+    quantities.middleRows(at, relation.directions.rows()) = relation.directions;
+    at += relation.directions.rows();
+  }
+  return quantities.sparseView();
+}
+
 }  // namespace
 
 CameraInflation MeasureCameraInflation(const LinearizedProblem& linearized, const LandmarkOptions& made_with,
@@ -293,9 +265,12 @@ CameraInflation MeasureCameraInflation(const LinearizedProblem& linearized, cons
     }
   }
   if (count == 0 || !linearized.solved) return {};
-  const Ground ground{at, linearized.knot_response, covariance, made_with, Groups(at.state)};
-  std::vector<Sums> sums(kLinearizationChunks, Sums(layout.calibration, ground.groups.first_stretch.back(),
-                                                    ground.groups.cells, at.state.cameras.size()));
+  std::vector<CameraInflation::Relation> relations = Relations(at.state, layout);
+  const Eigen::SparseMatrix<double, Eigen::RowMajor> quantities = Quantities(layout.calibration, relations);
+  const Ground ground{at, linearized.knot_response, covariance, quantities, made_with, ImageGroups(at.state)};
+  std::vector<Sums> sums(kLinearizationChunks,
+                         Sums(layout.calibration, quantities.rows(), ground.groups.Stretches(),
+                              ground.groups.Cells(), at.state.cameras.size()));
   for (std::size_t d = 0; d < parts.size(); ++d) {
     ParallelChunks(parts[d].size(), sums.size(), [&](std::size_t chunk, std::size_t begin, std::size_t end) {
       for (std::size_t p = begin; p < end; ++p) AddLandmark(ground, d, parts[d][p], &sums[chunk]);
@@ -303,22 +278,28 @@ CameraInflation MeasureCameraInflation(const LinearizedProblem& linearized, cons
   }
   for (std::size_t c = 1; c < sums.size(); ++c) sums[0].Add(sums[c]);
   const Sums& all = sums[0];
-  const Eigen::VectorXd claimed = (covariance * all.information * covariance).diagonal();
-  const auto beyond = [&](const Grouping& grouping) -> Eigen::VectorXd {
-    return ScatterOfGroups(grouping, covariance, all.of_observations) - all.of_observations;
+  const auto variances_of = [&](const Eigen::MatrixXd& of_calibration) -> Eigen::VectorXd {
+    return (quantities * of_calibration).cwiseProduct(Eigen::MatrixXd(quantities)).rowwise().sum();
+  };
+  const Eigen::VectorXd claimed = variances_of(covariance * all.information * covariance);
+  const Eigen::VectorXd variances = variances_of(covariance);
+  const auto beyond = [&](const ObservationGroups& groups) -> Eigen::VectorXd {
+    return ScatterOfGroups(groups, variances, all.of_observations) - all.of_observations;
   };
   const Eigen::VectorXd of_stretches = 0.5 * (beyond(all.stretches) + beyond(all.later_stretches));
   const Eigen::VectorXd of_cells = beyond(all.cells);
   CameraInflation inflation{all.information,
                             all.self_weighing,
                             Eigen::VectorXd::Ones(layout.calibration),
+                            {},
                             Eigen::MatrixXd::Zero(layout.calibration, layout.calibration),
                             {}};
   for (std::size_t c = 0; c < all.patterns.size(); ++c) {
     inflation.pattern_errors.push_back(all.in_cells[c].Rms());
     inflation.pattern += all.patterns[c].Covariance(inflation.pattern_errors.back());
   }
-  for (const std::vector<int>& part : Parts(at.problem, at.state, layout)) {
+  // Of the variance of these quantities, as far as it is tracks'.
+  const auto ratio_of = [&](const std::vector<int>& part) {
     double landmarks = 0.0, stretches = 0.0, cells = 0.0;
     for (const int i : part) {
       if (!(claimed[i] > 0.0)) continue;
@@ -327,9 +308,20 @@ CameraInflation MeasureCameraInflation(const LinearizedProblem& linearized, cons
       stretches += share * of_stretches[i];
       cells += share * of_cells[i];
     }
-    const double ratio = landmarks + std::max(0.0, stretches) + std::max(0.0, cells);
-    for (const int i : part) inflation.growth[i] = std::sqrt(std::max(1.0, ratio));
+    return std::max(1.0, landmarks + std::max(0.0, stretches) + std::max(0.0, cells));
+  };
+  for (const std::vector<int>& part : Parts(at.problem, at.state, layout)) {
+    const double growth = std::sqrt(ratio_of(part));
+    for (const int i : part) inflation.growth[i] = growth;
   }
+  int first = layout.calibration;
+  for (CameraInflation::Relation& relation : relations) {
+    std::vector<int> part(static_cast<std::size_t>(relation.directions.rows()));
+    std::iota(part.begin(), part.end(), first);
+    first += static_cast<int>(part.size());
+    relation.growth = std::sqrt(ratio_of(part));
+  }
+  inflation.relations = std::move(relations);
   return inflation;
 }
 
@@ -340,7 +332,17 @@ Eigen::MatrixXd VarianceOfInflation(const Eigen::MatrixXd& covariance, const Cam
   const Eigen::MatrixXd once = covariance * inflation.self_weighing / scale * covariance;
   const Eigen::MatrixXd twice = once * inflation.self_weighing / scale * covariance;
   const Eigen::MatrixXd of_tracks = covariance * inflation.information / scale * covariance;
-  const Eigen::MatrixXd grown = inflation.growth.asDiagonal() * of_tracks * inflation.growth.asDiagonal();
+  Eigen::MatrixXd grown = inflation.growth.asDiagonal() * of_tracks * inflation.growth.asDiagonal();
+  for (const CameraInflation::Relation& relation : inflation.relations) {
+    for (Eigen::Index i = 0; i < relation.directions.rows(); ++i) {
+      const Eigen::VectorXd direction = relation.directions.row(i);
+      const Eigen::VectorXd coupling = of_tracks * direction;
+      const double claimed = direction.dot(coupling);
+      if (!(claimed > 0.0)) continue;
+      const double missing = relation.growth * relation.growth * claimed - direction.dot(grown * direction);
+      if (missing > 0.0) grown += missing / (claimed * claimed) * coupling * coupling.transpose();
+    }
+  }
   const Eigen::MatrixXd of_pattern = covariance * inflation.pattern / (scale * scale) * covariance;
   const Eigen::MatrixXd variance = 2.0 * once + 3.0 * twice + (grown - of_tracks) + of_pattern;
   return 0.5 * (variance + variance.transpose());

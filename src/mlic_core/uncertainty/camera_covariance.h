@@ -24,15 +24,23 @@ namespace mlic {
 //   Methodology 2002); what each way has beyond single observations adds up (Cameron, Gelbach and Miller,
 //   Journal of Business and Economic Statistics 2011). Groups are fewer than parameters, so that no matrix is
 //   made of it: a camera's rotation, translation, time offset, readout and lens get one factor each, the mean
-//   over their parameters, and never less than one.
+//   over their parameters, and never less than one. So do its rotation, translation and time offset to each
+//   other sensor, which may be known far better than those to the IMU, by other observations.
 //
 // A third thing no observation shows: an error with a smooth pattern over the image, of which the lens model
 // takes up what looks like a lens. It is as large as the pattern that it does not take up (ImagePattern), in
 // any shape up to the third order, which is what lens models bend to.
 struct CameraInflation {
-  Eigen::MatrixXd information;         // of the calibration (Layout): what observations of tracks add to it
-  Eigen::MatrixXd self_weighing;       // what the first point takes of it
-  Eigen::VectorXd growth;              // by the second, of each parameter's sigma as far as it is tracks'
+  // Of two sensors, one of them a camera: a rotation, a translation or the difference of the time offsets.
+  struct Relation {
+    Eigen::MatrixXd directions;  // rows: by the calibration (Layout), as PairJacobian has them
+    double growth;               // of its sigma as far as it is tracks'
+  };
+
+  Eigen::MatrixXd information;    // of the calibration (Layout): what observations of tracks add to it
+  Eigen::MatrixXd self_weighing;  // what the first point takes of it
+  Eigen::VectorXd growth;         // by the second, of each parameter's sigma as far as it is tracks'
+  std::vector<Relation> relations;
   Eigen::MatrixXd pattern;             // covariance of the third's part in the calibration's gradient
   std::vector<double> pattern_errors;  // of each camera, px (ImagePattern::Rms)
 

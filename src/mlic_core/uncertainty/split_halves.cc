@@ -34,6 +34,7 @@ Inflation InflationOf(const Adjustment& adjustment, const HalfCalibration& half,
                       const Eigen::VectorXd& growth, double share) {
   Inflation inflation{half.cameras, share * adjustment.scale.inflation.points};
   inflation.cameras.growth = growth;
+  inflation.cameras.relations.clear();  // are not compared
   inflation.cameras.pattern.setZero();  // the same in both
   return inflation;
 }

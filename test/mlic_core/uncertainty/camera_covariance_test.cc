@@ -31,11 +31,11 @@ Outcome Calibrate(const CameraWithImu& c, bool noise_of_each) {
   CalibrationState state = c.state;
   JointProblem problem;
   problem.dataset = &c.dataset;
-  problem.cameras.resize(1);
+  problem.cameras.resize(state.cameras.size());
   for (std::size_t d = 0; d < c.tracks.size(); ++d) problem.drives.emplace_back().imu_sigma = {c.imu_sigma};
   LandmarkOptions options;
   options.noise_of_each = noise_of_each;
-  options.noise.resize(1);
+  options.noise.resize(state.cameras.size());
   SolveSummary summary;
   for (int round = 0; round < (noise_of_each ? 6 : 2); ++round) {
     for (std::size_t d = 0; d < c.tracks.size(); ++d) {
@@ -112,6 +112,42 @@ TEST(CameraInflation, ReadoutHasAFactorOfItsOwn) {
   std::printf("growth of the readout %.2f, of the lens %.2f\n",
               outcome.inflation.growth[outcome.layout.Readout(0)], of_lens);
   EXPECT_GT(outcome.inflation.growth[outcome.layout.Readout(0)], 1.5 * of_lens);
+}
+
+// The second camera leans away from the first and back, from stretch to stretch.
+TEST(CameraInflation, SeesWhatTwoCamerasShareOfTheirRelation) {
+  CameraCalibration other = CameraOfCameraWithImu();
+  other.sensor.T_imu_sensor.rotation = other.sensor.T_imu_sensor.rotation * ExpQuaternion({0.0, 0.3, 0.0});
+  other.sensor.T_imu_sensor.translation.x() += 0.2;
+  const CameraWithImu steady = MakeCamerasWithImu({CameraOfCameraWithImu(), other}, 3, 3000, NoCommonError);
+  CameraWithImu leaning = steady;
+  for (Track& track : leaning.tracks[0].tracks) {
+    for (TrackObservation& o : track.observations) {
+      const Keyframe& keyframe = leaning.tracks[0].keyframes[o.keyframe];
+      if (keyframe.camera == 0) continue;
+      Random random(static_cast<std::uint64_t>(keyframe.time / 3.0) + 7);
+      o.pixel.x() += static_cast<float>(2.0 * random.Normal());
+    }
+  }
+  const Outcome white = Calibrate(steady, false), outcome = Calibrate(leaning, false);
+  ASSERT_EQ(outcome.inflation.relations.size(), 3u);
+  const CameraInflation::Relation& rotation = outcome.inflation.relations[0];
+  std::printf(
+      "growth of the relation: rotation %.2f, of white errors %.2f; of the cameras' rotations %.2f, %.2f\n",
+      rotation.growth, white.inflation.relations[0].growth,
+      outcome.inflation.growth[outcome.layout.Camera(0)], outcome.inflation.growth[outcome.layout.Camera(1)]);
+  EXPECT_GT(rotation.growth, 1.3 * white.inflation.relations[0].growth);
+  CameraInflation relations = outcome.inflation;
+  relations.growth.setOnes();
+  relations.self_weighing.setZero();
+  relations.pattern.setZero();
+  const Eigen::MatrixXd added = VarianceOfInflation(outcome.covariance, relations, 1.0);
+  const Eigen::MatrixXd of_tracks = outcome.covariance * relations.information * outcome.covariance;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const Eigen::VectorXd direction = rotation.directions.row(i);
+    EXPECT_GE(direction.dot((of_tracks + added) * direction),
+              0.999 * std::pow(rotation.growth, 2) * direction.dot(of_tracks * direction));
+  }
 }
 
 // Polynomials over the image up to the third order, of a mean square of one over it.
