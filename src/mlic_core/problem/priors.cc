@@ -163,6 +163,7 @@ ImuFreedom FreedomOf(const ImuConfig& imu) {
   // delay by 22 to 5 ms, and those of gyroscope and accelerometer need not be alike
   constexpr double kLagSigma = 10e-3;
   ImuFreedom freedom;
+  freedom.estimate_alignment = imu.alignment_sigma > 0.0;
   freedom.alignment_sigma = imu.alignment_sigma;
   freedom.gravity_sigma = imu.gravity ? 0.0 : kGravitySigma;
   freedom.lag_sigma = kLagSigma;

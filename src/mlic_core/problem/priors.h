@@ -12,7 +12,9 @@ void CalibrationPrior(const JointProblem& problem, const CalibrationState& state
                       Eigen::MatrixXd* information, Eigen::VectorXd* gradient);
 
 // What of an IMU moves before its drive has said more: gravity, where the rig file does not give it, and the
-// accelerometer's lag. Its rotation to the gyroscope has its prior, and is held.
+// accelerometer's lag and its rotation to the gyroscope. Held, its axes bend the trajectory by far more than
+// points' noise, and look like a lag while the rig turns. Which axes the drive shows is not known yet: the
+// prior serves about all.
 ImuFreedom FreedomOf(const ImuConfig& imu);
 
 // px, of a lens's centre from the middle of its image, or from what the rig file gives.

@@ -2,7 +2,9 @@
 
 #include <cmath>
 
+#include "mlic_core/geometry/so3.h"
 #include "mlic_core/problem/joint_solver.h"
+#include "mlic_core/problem/priors.h"
 #include "support/test_motion.h"
 
 namespace mlic::accelerometer_lag_test {
@@ -18,8 +20,10 @@ struct Vibration {
 };
 
 // The lag (s) that a solve finds in exact samples of a hand-held motion whose accelerometer is late by `lag`,
-// with poses as a LiDAR has them. first_sample: s after a knot. pose_noise: of a LiDAR's.
-double FoundLag(double lag, double first_sample, const Vibration& vibration = {}, double pose_noise = 1.0) {
+// with poses as a LiDAR has them. first_sample: s after a knot. pose_noise: of a LiDAR's. turn: rad, of the
+// accelerometer against the gyroscope; all that is free in calibrations is so then, else the lag alone.
+double FoundLag(double lag, double first_sample, const Vibration& vibration = {}, double pose_noise = 1.0,
+                const Eigen::Vector3d& turn = Eigen::Vector3d::Zero()) {
   const test::Motion motion = test::HandHeld();
   constexpr double kSpacing = 0.04;
   const UniformKnots knots = UniformKnots::Covering(0.0, kDuration, kSpacing);
@@ -27,13 +31,17 @@ double FoundLag(double lag, double first_sample, const Vibration& vibration = {}
   dataset.drives.resize(1);
   JointProblem problem;
   problem.dataset = &dataset;
-  problem.imu.lag_sigma = 0.01;
+  if (turn.isZero()) {
+    problem.imu.lag_sigma = 0.01;
+  } else {
+    problem.imu = FreedomOf(ImuConfig());
+  }
   DriveTerms& terms = problem.drives.emplace_back();
   terms.poses = {{}, 1e-4 * pose_noise, 3e-4 * pose_noise};
   terms.imu_sigma.usual = {Eigen::Vector3d::Constant(3e-3), Eigen::Vector3d::Constant(8e-3)};
   for (double t = first_sample; t < kDuration; t += 1.0 / kRate) {
     ImuSample sample = motion.Sample(t);
-    sample.specific_force = motion.Sample(t - lag).specific_force;
+    sample.specific_force = ExpMatrix(turn) * motion.Sample(t - lag).specific_force;
     for (int axis = 0; axis < 3; ++axis) {
       sample.specific_force[axis] +=
           vibration.amplitude * std::sin(2.0 * M_PI * vibration.frequency * t + axis);
@@ -74,6 +82,11 @@ TEST(AccelerometerLag, MayBeLongAgainstTheKnots) {
 // the lag.
 TEST(AccelerometerLag, IsReachedThoughTheCostRises) {
   EXPECT_NEAR(FoundLag(-0.0024, 0.0, {0.03, 12.0}, 30.0), -0.0024, 6e-6);
+}
+
+// Both turn what an accelerometer reads while the rig turns.
+TEST(AccelerometerLag, IsNotTakenForATurnedAccelerometer) {
+  EXPECT_NEAR(FoundLag(0.0, 0.0, {}, 1.0, {0.02, -0.01, 0.05}), 0.0, 1e-4);
 }
 
 }  // namespace

@@ -155,9 +155,6 @@ Initialization Solve(const Rig& rig, const Dataset& dataset, const std::vector<C
   CameraAdjustment adjustment;
   adjustment.problem.dataset = &dataset;
   adjustment.problem.imu = FreedomOf(rig.imu);
-  // Held, its axes bend the trajectory by far more than the points' noise. Which axes the drive shows is not
-  // known yet: the prior serves about all.
-  adjustment.problem.imu.estimate_alignment = rig.imu.alignment_sigma > 0.0;
   for (const ImuSigma& sigma : result.imu_sigma) adjustment.problem.drives.emplace_back().imu_sigma = {sigma};
   adjustment.rounds = rounds;
   AdjustCameras(rig, start, tracks, std::move(adjustment), cancellation, &state, cameras);
