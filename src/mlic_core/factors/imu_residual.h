@@ -104,9 +104,12 @@ struct ImuResidual {
     // over 0.3 and 0.5 s they settle within 1 ms of the truth
     constexpr double kLeastSpan = 0.3;
     const UniformKnots& knots = position.knots();
-    const double half = 0.5 * std::max(kLeastSpan, knots.spacing);
-    const double from = std::clamp(time - half, knots.start, knots.End() - half);
-    const double to = std::clamp(time + half, knots.start + half, knots.End());
+    // Samples that are read earlier or later leave the last segments to nobody.
+    const double margin = std::min(knots.spacing, 0.2 * (knots.End() - knots.start));
+    const double start = knots.start + margin, end = knots.End() - margin;
+    const double half = 0.5 * std::min(std::max(kLeastSpan, knots.spacing), end - start);
+    const double from = std::clamp(time - half, start, end - half);
+    const double to = std::clamp(time + half, start + half, end);
     return (position.Acceleration(SplineBasis(knots, to)) - position.Acceleration(SplineBasis(knots, from))) /
            (to - from);
   }

@@ -117,7 +117,7 @@ void ExpectNear(const sim::SimulatedCamera& truth, const SensorCalibration& sens
 
 TEST(ColmapFallback, StartsOnlyTheCameraThatIsLostBesideALidar) {
   if (!HasColmap()) GTEST_SKIP() << "no colmap on this machine";
-  const TrackedDrive drive = MakeDrive(ConfiguredSensors("handheld_stereo.yaml"), 10.0, 0.3);
+  const TrackedDrive drive = MakeDrive(ConfiguredSensors("handheld_stereo.yaml"), 10.0, 0.2);
   const TemporaryDirectory directory;
   CalibrationOptions options;
   options.colmap_directory = directory.Path();

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "mlic_core/factors/imu_residual.h"
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/problem/joint_solver.h"
 #include "mlic_core/problem/priors.h"
@@ -18,6 +19,19 @@ struct Vibration {
   double amplitude = 0.0;  // m/s^2, along all axes
   double frequency = 0.0;  // Hz
 };
+
+// shift: m, of the last of the position's control points.
+SplitSpline SplineOf(const test::Motion& motion, const UniformKnots& knots, const Eigen::Vector3d& shift) {
+  std::vector<Eigen::Quaterniond> rotations;
+  std::vector<Eigen::Vector3d> positions;
+  for (int j = 0; j < knots.count; ++j) {
+    const RigidTransform pose = motion.T_map_imu(knots.ControlPointTime(j));
+    rotations.push_back(pose.rotation);
+    positions.push_back(pose.translation);
+  }
+  positions.back() += shift;
+  return {So3Spline(knots, rotations), PositionSpline(knots, positions)};
+}
 
 // The lag (s) that a solve finds in exact samples of a hand-held motion whose accelerometer is late by `lag`,
 // with poses as a LiDAR has them. first_sample: s after a knot. pose_noise: of a LiDAR's. turn: rad, of the
@@ -50,15 +64,8 @@ double FoundLag(double lag, double first_sample, const Vibration& vibration = {}
   }
   for (double t = 0.05; t < kDuration; t += 0.1) terms.poses.T_map_imu.push_back({t, motion.T_map_imu(t)});
   CalibrationState state;
-  std::vector<Eigen::Quaterniond> rotations;
-  std::vector<Eigen::Vector3d> positions;
-  for (int j = 0; j < knots.count; ++j) {
-    const RigidTransform pose = motion.T_map_imu(knots.ControlPointTime(j));
-    rotations.push_back(pose.rotation);
-    positions.push_back(pose.translation);
-  }
   DriveState drive;
-  drive.trajectory = {So3Spline(knots, rotations), PositionSpline(knots, positions)};
+  drive.trajectory = SplineOf(motion, knots, Eigen::Vector3d::Zero());
   state.drives = {drive};
   EXPECT_TRUE(SolveJointProblem(problem, 20, CancellationToken(), &state).solved);
   return state.accelerometer_lag;
@@ -81,7 +88,22 @@ TEST(AccelerometerLag, MayBeLongAgainstTheKnots) {
 // Where the spline follows a vibration in part the cost steps as samples pass knots, and rises on the way to
 // the lag.
 TEST(AccelerometerLag, IsReachedThoughTheCostRises) {
-  EXPECT_NEAR(FoundLag(-0.0024, 0.0, {0.03, 12.0}, 30.0), -0.0024, 6e-6);
+  EXPECT_NEAR(FoundLag(-0.0024, 0.0, {0.03, 12.0}, 30.0), -0.0024, 1.2e-5);
+}
+
+// Where the lag lets samples be read earlier, none is left in the trajectory's last segment.
+TEST(AccelerometerLag, DoesNotFollowWhatNoSampleShows) {
+  const test::Motion motion = test::HandHeld();
+  const UniformKnots knots = UniformKnots::Covering(0.0, kDuration, 0.04);
+  const double time = knots.End() - 1.5 * knots.spacing;
+  const auto by_lag = [&](const Eigen::Vector3d& shift) -> Eigen::Vector3d {
+    const SplitSpline trajectory = SplineOf(motion, knots, shift);
+    ImuResidual::Jacobian jacobian;
+    ImuResidual::Evaluate(trajectory, {trajectory, time, 0.0}, ImuCalibration(), kGravity,
+                          motion.Sample(time), &jacobian);
+    return jacobian.block<1, 3>(ImuResidual::kLag, 3).transpose();
+  };
+  EXPECT_LT((by_lag({1.0, 0.0, 0.0}) - by_lag(Eigen::Vector3d::Zero())).norm(), 1e-9);
 }
 
 // Both turn what an accelerometer reads while the rig turns.
