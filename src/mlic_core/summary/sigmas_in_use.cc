@@ -9,6 +9,7 @@
 #include "mlic_core/problem/layout.h"
 #include "mlic_core/result/vehicle_axes.h"
 #include "mlic_core/sensors/camera_model.h"
+#include "mlic_core/uncertainty/pair_jacobian.h"
 
 namespace mlic {
 namespace {

@@ -12,8 +12,8 @@
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/problem/landmark_terms.h"
 #include "mlic_core/uncertainty/image_pattern.h"
-#include "mlic_core/uncertainty/observability.h"
 #include "mlic_core/uncertainty/observation_groups.h"
+#include "mlic_core/uncertainty/pair_jacobian.h"
 
 namespace mlic {
 namespace {

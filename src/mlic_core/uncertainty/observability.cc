@@ -6,13 +6,13 @@
 #include <utility>
 #include <vector>
 
-#include "mlic_core/geometry/so3.h"
 #include "mlic_core/geometry/symmetric_matrix.h"
 #include "mlic_core/problem/inverse_in_limits.h"
 #include "mlic_core/problem/layout.h"
 #include "mlic_core/problem/priors.h"
 #include "mlic_core/sensors/observability_limits.h"
 #include "mlic_core/uncertainty/intrinsics_observability.h"
+#include "mlic_core/uncertainty/pair_jacobian.h"
 
 namespace mlic {
 namespace {
@@ -239,21 +239,6 @@ ObservabilityAnalysis AnalyzeCalibration(const JointProblem& problem, const Cali
     analysis.cameras.push_back(camera);
   }
   return analysis;
-}
-
-Eigen::Matrix<double, 7, 14> PairJacobian(const SensorCalibration& a, const SensorCalibration& b) {
-  const Eigen::Matrix3d R_a_imu = a.T_imu_sensor.rotation.conjugate().toRotationMatrix();
-  // Left perturbations phi of the rotations and moves of the translations, carried into frame a:
-  //   rotation R_a^T (phi_b - phi_a), translation R_a^T (d_b - d_a + (p_b - p_a) x phi_a).
-  Eigen::Matrix<double, 7, 14> J = Eigen::Matrix<double, 7, 14>::Zero();
-  J.block<3, 3>(0, 0) = -R_a_imu;
-  J.block<3, 3>(0, 7) = R_a_imu;
-  J.block<3, 3>(3, 0) = R_a_imu * Hat(b.T_imu_sensor.translation - a.T_imu_sensor.translation);
-  J.block<3, 3>(3, 3) = -R_a_imu;
-  J.block<3, 3>(3, 10) = R_a_imu;
-  J(6, 6) = -1.0;
-  J(6, 13) = 1.0;
-  return J;
 }
 
 Eigen::Matrix<double, 7, 7> PairCovariance(const SensorCalibration& a, const SensorCalibration& b,

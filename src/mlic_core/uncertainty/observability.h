@@ -80,10 +80,6 @@ FreeAlignment CovarianceWithAlignment(const JointProblem& problem, const Calibra
 Eigen::Matrix<double, 14, 14> JointCovariance(const Eigen::MatrixXd& covariance, std::size_t a,
                                               std::size_t b);
 
-// By which the relative pose T_a_b and the difference of the offsets (rotation and translation along the axes
-// of a, as PoseSigma has them) follow both sensors' (a, b).
-Eigen::Matrix<double, 7, 14> PairJacobian(const SensorCalibration& a, const SensorCalibration& b);
-
 // Of the relative pose T_a_b and the difference of the offsets, from their joint covariance (14 x 14: a, b),
 // as PairJacobian has them.
 Eigen::Matrix<double, 7, 7> PairCovariance(const SensorCalibration& a, const SensorCalibration& b,
