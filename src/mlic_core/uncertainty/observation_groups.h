@@ -45,7 +45,7 @@ class ImageGroups {
   Eigen::Index Cells() const { return cells_; }
   // time: IMU clock, s. later: by which stretches begin later, in stretches, 0 to 1.
   Eigen::Index Stretch(std::size_t drive, double time, double later) const;
-  // Those of a camera are the same for all, kCells * kCells of them, one camera's after the other's.
+  // One of kCells * kCells for each camera, one camera's after the other's.
   static Eigen::Index Cell(const LandmarkObservation& o, const CameraIntrinsics& intrinsics);
 
  private:
