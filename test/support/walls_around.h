@@ -46,7 +46,7 @@ class WallsAround : public testing::Test {
   // ten). relief: m, by which dark patches lie deeper.
   void AddPaintedWalls(const std::vector<double>& walks, double relief) {
     const auto echo_of = [&](int, std::size_t l, const Eigen::Vector3d& point, double cosine) -> Echo {
-      const int paint = (static_cast<int>(std::floor(point.sum())) % 3 + 3) % 3;
+      const int paint = PaintAt(point);
       const double strength = kReflectances[paint] * cosine;
       return {(paint == 0 ? relief / cosine : 0.0) - walks[l] * std::log10(strength), 100.0 * strength};
     };
@@ -67,8 +67,7 @@ class WallsAround : public testing::Test {
         AddPlane(axis, side);
         for (std::size_t l = 0; l < 2; ++l) {
           AddPoints(axis, l, &random, [&](const Eigen::Vector3d& point, double cosine) {
-            const int paint = (static_cast<int>(std::floor(point.sum())) % 3 + 3) % 3;
-            return echo_of(kReflectances[paint], cosine);
+            return echo_of(kReflectances[PaintAt(point)], cosine);
           });
         }
         AddPlane(axis, side);
@@ -92,6 +91,11 @@ class WallsAround : public testing::Test {
     double error;  // of the range, m
     double intensity;
   };
+
+  // Of kReflectances.
+  static int PaintAt(const Eigen::Vector3d& point) {
+    return (static_cast<int>(std::floor(point.sum())) % 3 + 3) % 3;
+  }
 
   // echo_of: the wall's axis, the LiDAR, a point and the cosine of its incidence.
   template <typename EchoOf>

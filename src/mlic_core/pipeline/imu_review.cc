@@ -60,10 +60,8 @@ bool ReviewAxes(const AdjustmentContext& context, Adjustment* adjustment) {
   ImuFreedom& imu = adjustment->problem.imu;
   const auto same = [](const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) { return (a - b).norm() < kSame; };
   const bool same_axes = same(review.accelerometer_axes, adjustment->state.accelerometer_axes);
-  if (imu.estimate_alignment && same(review.shown, imu.alignment_shown) && same_axes) return false;
-  imu.estimate_alignment = true;
+  if (same(review.shown, imu.alignment_shown) && same_axes) return false;
   imu.alignment_shown = review.shown;
-  imu.alignment_sigma = prior_sigma;
   if (!same_axes) {
     SetAccelerometerAxes(review.accelerometer_axes, &adjustment->state);
     adjustment->rounds.noise_measured = false;

@@ -31,11 +31,10 @@ constexpr double kMatrixSigma = 0.02;
 
 // What of the IMU moves beside its biases.
 struct ImuFreedom {
-  // Whether the accelerometer's rotation to the gyroscope moves, the projector on the axes about which the
-  // data show it, and the sigma of its prior about others, rad.
-  bool estimate_alignment = false;
+  // Of the accelerometer's rotation to the gyroscope: the projector on the axes about which the data show it,
+  // and the sigma of its prior about others, rad; 0: it is held.
   Eigen::Matrix3d alignment_shown = Eigen::Matrix3d::Zero();
-  double alignment_sigma = ImuConfig().alignment_sigma;
+  double alignment_sigma = 0.0;
   double gravity_sigma = 0.0;  // m/s^2, of the prior about kStandardGravity; 0: gravity is held
   double lag_sigma = 0.0;      // s, of the prior about no lag of the accelerometer; 0: the lag is held
   // Of the prior about no scale error and no shear, where they are estimated.

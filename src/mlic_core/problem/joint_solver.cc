@@ -258,7 +258,7 @@ std::vector<bool> FreeCalibration(const JointProblem& problem, const Layout& lay
   }
   if (problem.imu.gravity_sigma == 0.0) free_calibration[layout.gravity] = false;
   if (problem.imu.lag_sigma == 0.0) free_calibration[layout.lag] = false;
-  if (!problem.imu.estimate_alignment) {
+  if (problem.imu.alignment_sigma == 0.0) {
     std::fill_n(free_calibration.begin() + layout.alignment, 3, false);
   }
   if (problem.fix_trajectory) {

@@ -99,7 +99,7 @@ void AddImu(const ImuFreedom& imu, const CalibrationState& state, const Layout& 
   const RotationAndTriangle accelerometer = SplitAccelerometerMatrix(state.accelerometer_matrix);
   const RotationAndTriangle gyroscope = SplitGyroscopeMatrix(state.gyroscope_matrix);
   Eigen::Matrix3d alignment = Eigen::Matrix3d::Identity() / (kHeld * kHeld);
-  if (imu.estimate_alignment) {
+  if (imu.alignment_sigma > 0.0) {
     const Eigen::Matrix3d others = Eigen::Matrix3d::Identity() - imu.alignment_shown;
     alignment =
         imu.alignment_shown / (kLoose * kLoose) + others / (imu.alignment_sigma * imu.alignment_sigma);
@@ -163,7 +163,6 @@ ImuFreedom FreedomOf(const ImuConfig& imu) {
   // delay by 22 to 5 ms, and those of gyroscope and accelerometer need not be alike
   constexpr double kLagSigma = 10e-3;
   ImuFreedom freedom;
-  freedom.estimate_alignment = imu.alignment_sigma > 0.0;
   freedom.alignment_sigma = imu.alignment_sigma;
   freedom.gravity_sigma = imu.gravity ? 0.0 : kGravitySigma;
   freedom.lag_sigma = kLagSigma;

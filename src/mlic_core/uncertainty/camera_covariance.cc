@@ -182,8 +182,8 @@ void AddLandmark(const Ground& ground, std::size_t drive, const std::vector<std:
   }
   if (count == 0) return;
   for (const auto& [cell, own] : in_cells) {
-    const auto camera = static_cast<std::size_t>(cell / (kCellsOfImage));
-    sums->in_cells[camera].Add(static_cast<std::size_t>(cell % (kCellsOfImage)), own.errors, own.weight);
+    const auto camera = static_cast<std::size_t>(cell / kCellsOfImage);
+    sums->in_cells[camera].Add(static_cast<std::size_t>(cell % kCellsOfImage), own.errors, own.weight);
   }
   sums->of_landmarks += move.cwiseAbs2();
   if (!ground.made_with.noise_of_each) return;

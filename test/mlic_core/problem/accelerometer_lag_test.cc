@@ -6,6 +6,7 @@
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/problem/joint_solver.h"
 #include "mlic_core/problem/priors.h"
+#include "support/spline_through.h"
 #include "support/test_motion.h"
 
 namespace mlic::accelerometer_lag_test {
@@ -19,19 +20,6 @@ struct Vibration {
   double amplitude = 0.0;  // m/s^2, along all axes
   double frequency = 0.0;  // Hz
 };
-
-// shift: m, of the last of the position's control points.
-SplitSpline SplineOf(const test::Motion& motion, const UniformKnots& knots, const Eigen::Vector3d& shift) {
-  std::vector<Eigen::Quaterniond> rotations;
-  std::vector<Eigen::Vector3d> positions;
-  for (int j = 0; j < knots.count; ++j) {
-    const RigidTransform pose = motion.T_map_imu(knots.ControlPointTime(j));
-    rotations.push_back(pose.rotation);
-    positions.push_back(pose.translation);
-  }
-  positions.back() += shift;
-  return {So3Spline(knots, rotations), PositionSpline(knots, positions)};
-}
 
 // The lag (s) that a solve finds in exact samples of a hand-held motion whose accelerometer is late by `lag`,
 // with poses as a LiDAR has them. first_sample: s after a knot. pose_noise: of a LiDAR's. turn: rad, of the
@@ -65,7 +53,7 @@ double FoundLag(double lag, double first_sample, const Vibration& vibration = {}
   for (double t = 0.05; t < kDuration; t += 0.1) terms.poses.T_map_imu.push_back({t, motion.T_map_imu(t)});
   CalibrationState state;
   DriveState drive;
-  drive.trajectory = SplineOf(motion, knots, Eigen::Vector3d::Zero());
+  drive.trajectory = SplineThrough(knots, [&](double t) { return motion.T_map_imu(t); });
   state.drives = {drive};
   EXPECT_TRUE(SolveJointProblem(problem, 20, CancellationToken(), &state).solved);
   return state.accelerometer_lag;
@@ -96,8 +84,13 @@ TEST(AccelerometerLag, DoesNotFollowWhatNoSampleShows) {
   const test::Motion motion = test::HandHeld();
   const UniformKnots knots = UniformKnots::Covering(0.0, kDuration, 0.04);
   const double time = knots.End() - 1.5 * knots.spacing;
+  // shift: m, of the last control point.
   const auto by_lag = [&](const Eigen::Vector3d& shift) -> Eigen::Vector3d {
-    const SplitSpline trajectory = SplineOf(motion, knots, shift);
+    const SplitSpline trajectory = SplineThrough(knots, [&](double t) {
+      RigidTransform pose = motion.T_map_imu(t);
+      if (t == knots.ControlPointTime(knots.count - 1)) pose.translation += shift;
+      return pose;
+    });
     ImuResidual::Jacobian jacobian;
     ImuResidual::Evaluate(trajectory, {trajectory, time, 0.0}, ImuCalibration(), kGravity,
                           motion.Sample(time), &jacobian);

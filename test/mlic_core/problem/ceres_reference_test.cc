@@ -108,7 +108,7 @@ TEST(CeresReference, FindsTheSameMinimumOfImuAndLidars) {
                                  std::vector<PlaneNoise>(sensors.lidars.size()), association);
   for (const LidarConfig& lidar : input.rig.lidars) c.problem.lidars.push_back({lidar.guess, false});
   c.problem.estimate_imu_matrices = true;
-  c.problem.imu.estimate_alignment = true;
+  c.problem.imu.alignment_sigma = ImuConfig().alignment_sigma;
   c.problem.imu.alignment_shown.setIdentity();
   Random random(7);
   for (SensorCalibration& lidar : c.start.lidars) Disturb(&random, &lidar);
@@ -199,7 +199,7 @@ TEST(CeresReference, FindsTheSameMinimumOfImuAndCameras) {
   c.dataset.drives[0].imu = NoisyImu(c.start.drives[0].trajectory, kDuration, &random);
   c.problem.lidars.resize(1);
   c.problem.cameras.resize(2);
-  c.problem.imu.estimate_alignment = true;
+  c.problem.imu.alignment_sigma = ImuConfig().alignment_sigma;
   c.problem.imu.alignment_shown.setIdentity();
   c.problem.imu.gravity_sigma = 0.03;
   c.problem.imu.lag_sigma = 0.01;

@@ -9,6 +9,7 @@
 #include "mlic_core/problem/linearizer.h"
 #include "mlic_core/problem/partial_problem.h"
 #include "mlic_core/problem/plane_terms.h"
+#include "support/spline_through.h"
 #include "support/test_motion.h"
 
 namespace mlic::clock_drift_test {
@@ -25,14 +26,8 @@ class DriftingClocks : public testing::Test {
   DriftingClocks() {
     const test::Motion motion = test::HandHeld();
     const UniformKnots knots = UniformKnots::Covering(0.0, kDuration, 0.05);
-    std::vector<Eigen::Quaterniond> rotations;
-    std::vector<Eigen::Vector3d> positions;
-    for (int j = 0; j < knots.count; ++j) {
-      rotations.push_back(motion.T_map_imu(knots.ControlPointTime(j)).rotation);
-      positions.push_back(motion.T_map_imu(knots.ControlPointTime(j)).translation);
-    }
     DriveState& drive = state_.drives.emplace_back();
-    drive.trajectory = {So3Spline(knots, rotations), PositionSpline(knots, positions)};
+    drive.trajectory = SplineThrough(knots, [&](double t) { return motion.T_map_imu(t); });
     const auto placed = [](double rotation, double offset, double drift) {
       return SensorCalibration{
           {FromRollPitchYaw({rotation, -0.2, 0.5}), Eigen::Vector3d(0.1, -0.2, 0.3)}, offset, drift};

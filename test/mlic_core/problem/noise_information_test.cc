@@ -64,7 +64,7 @@ class Turntable : public testing::Test {
     const SplitSpline& trajectory = state_.drives[0].trajectory;
     dataset_.drives.resize(1);
     problem_.dataset = &dataset_;
-    problem_.imu.estimate_alignment = true;
+    problem_.imu.alignment_sigma = ImuConfig().alignment_sigma;
     problem_.imu.alignment_shown.setIdentity();
     DriveTerms& terms = problem_.drives.emplace_back();
     terms.poses = {{}, 1e-3, 0.01};

@@ -143,10 +143,9 @@ auto Members(Adjustment& adjustment) {
       adjustment.rounds.noise_measured, adjustment.rounds.clocks_freed, adjustment.rounds.stamps_settled,
       adjustment.rounds.matrices_judged, adjustment.rounds.biases_judged, adjustment.rounds.ranges_measured,
       adjustment.rounds.walks_dropped, adjustment.rounds.history, adjustment.alignment_covariance,
-      adjustment.noise_information, adjustment.problem.imu.estimate_alignment,
-      adjustment.problem.imu.alignment_shown, adjustment.problem.imu.alignment_sigma,
-      adjustment.problem.imu.gravity_sigma, adjustment.problem.imu.matrix_sigma,
-      adjustment.problem.estimate_imu_matrices, adjustment.lines);
+      adjustment.noise_information, adjustment.problem.imu.alignment_shown,
+      adjustment.problem.imu.alignment_sigma, adjustment.problem.imu.gravity_sigma,
+      adjustment.problem.imu.matrix_sigma, adjustment.problem.estimate_imu_matrices, adjustment.lines);
 }
 
 template <>
