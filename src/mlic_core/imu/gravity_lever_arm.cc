@@ -202,6 +202,15 @@ class Solver {
   double sigma_ = 0.01;  // m; a first guess of the odometry's noise
 };
 
+// Columns: gravity of any length, lever arm and, with it, rotation. A bias looks like gravity of another
+// length in a drive that hardly tilts, so it waits until that length is known.
+Eigen::MatrixXd WithoutBias(bool with_rotation) {
+  Eigen::MatrixXd basis = Eigen::MatrixXd::Zero(12, with_rotation ? 9 : 6);
+  basis.topLeftCorner<3, 3>().setIdentity();
+  basis.bottomRows(6).rightCols(basis.cols() - 3).setIdentity();
+  return basis;
+}
+
 // Columns: the steps that keep the length of gravity to first order, then bias, lever arm and rotation.
 Eigen::MatrixXd KeepingGravityLength(const Eigen::Vector3d& gravity) {
   Eigen::MatrixXd basis = Eigen::MatrixXd::Zero(12, 11);
@@ -301,14 +310,11 @@ GravityLeverArm SolveGravityLeverArm(const std::vector<ImuSample>& imu, const st
     LeverArmSystem system = solver.Linearize(x, iteration >= kFreeGravityIterations);
     priors.AddTo(x, true, &system);
     // The rotation waits until gravity is there: its Jacobian stands on it.
-    const int size = iteration < kFixedRotationIterations ? 9 : 12;
-    Vector12d step = Vector12d::Zero();
-    if (iteration < kFreeGravityIterations) {
-      step.head(size) = SolveSymmetric(system.H.topLeftCorner(size, size), system.b.head(size));
-    } else {
-      const Eigen::MatrixXd basis = KeepingGravityLength(x.gravity);
-      step = basis * SolveSymmetric(basis.transpose() * system.H * basis, basis.transpose() * system.b);
-    }
+    const Eigen::MatrixXd basis = iteration < kFreeGravityIterations
+                                      ? WithoutBias(iteration >= kFixedRotationIterations)
+                                      : KeepingGravityLength(x.gravity);
+    Vector12d step =
+        basis * SolveSymmetric(basis.transpose() * system.H * basis, basis.transpose() * system.b);
     step.tail<3>() *= std::min(1.0, 0.3 / (step.tail<3>().norm() + 1e-300));
     Step(step, &x);
     if (iteration + 1 >= kFreeGravityIterations) x.gravity *= kGravity / std::max(x.gravity.norm(), 1e-9);

@@ -256,11 +256,13 @@ TEST(VisualInitialization, AxesGravityAndLagOfTheAccelerometerCostNoCamera) {
                             noise;
   }
   CameraInitialization cameras;
-  const Errors worst = Worst(c, c.Run(&cameras));
+  const Initialization result = c.Run(&cameras);
+  const Errors worst = Worst(c, result);
   for (std::size_t i = 0; i < c.truth.size(); ++i) {
     EXPECT_TRUE(cameras.found[i]);
     EXPECT_LT(cameras.noise[i].spread, 1.2) << i;
   }
+  EXPECT_EQ(result.state.accelerometer_lag, 0.0);  // what is still wrong of a start looks like one
   EXPECT_LT(worst.metres, 0.02);
   EXPECT_LT(worst.pixels, 1.0);
 }
@@ -361,6 +363,25 @@ TEST(VisualInitialization, ACarNeedsAGuessOnlyWhereLeverArmsAreLong) {
     camera.sensor.T_imu_sensor.translation += Eigen::Vector3d(-1.2, -0.9, 0.2);
   }
   ExpectTheGuessIsEnough(cameras);
+}
+
+// On flat ground gravity is told from a bias by its length, upwards as well as downwards, and until positions
+// are known wrong observations decide.
+TEST(VisualInitialization, WrongObservationsTurnNothingOver) {
+  SyntheticTracksOptions options = SeenFromACar();
+  options.duration = 24.0;
+  options.outliers = 0.3;
+  for (const std::uint64_t seed : {1, 2}) {
+    Case c = MakeCase({Stereo()[0]}, options, RealImu(), sim::Scenario::kPlanar, seed);
+    ExtrinsicGuess guess;
+    guess.T_imu_sensor = c.truth[0].sensor.T_imu_sensor;
+    c.rig.cameras[0].guess = guess;
+    const Initialization result = c.Run();
+    ASSERT_EQ(result.state.drives.size(), 1u) << seed;
+    const So3Spline& rotation = result.state.drives[0].trajectory.rotation;
+    EXPECT_GT((rotation.Rotation(0.5 * options.duration) * Eigen::Vector3d::UnitZ()).z(), 0.99) << seed;
+    EXPECT_LT(std::abs(result.state.drives[0].bias.Mean()[5]), 0.5) << seed;
+  }
 }
 
 // Steady turning on a plane: what the accelerometer reads is as well a bias.

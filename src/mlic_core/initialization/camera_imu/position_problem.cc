@@ -13,6 +13,7 @@ namespace {
 constexpr double kGravityKnots = 10.0;  // s; from: measured, with kPart (camera_imu.cc)
 // from: measured, with kPart (camera_imu.cc).
 constexpr double kDrift = 5e-4;  // rad/s, of the gyro frame: what the bias is still off by
+constexpr double kHeld = 1e12;   // (m/s^2)^-2, information of what is held; from: guard, beyond all samples'
 
 }  // namespace
 
@@ -170,8 +171,9 @@ void AddPriors(const PositionUnknowns& unknowns, const KnownRotations& known, co
     // The first position is zero; nothing is farther than some kilometres.
     sum->band.row(0).segment(unknowns.first_knot[d], 3 * unknowns.knots[d].count).array() += 1e-8;
     sum->band.row(0).segment(unknowns.first_knot[d] + 3, 3).array() += 1e8;
+    // Gravity of any length and a bias look alike in a drive that hardly tilts: one waits for the other.
     sum->corner.diagonal().segment<3>(unknowns.bias[d]).array() +=
-        1.0 / (kAccelerometerBiasSigma * kAccelerometerBiasSigma);
+        gravity != nullptr ? 1.0 / (kAccelerometerBiasSigma * kAccelerometerBiasSigma) : kHeld;
     const std::size_t count = unknowns.gravity_times[d].size();
     const double length = unknowns.gravity_times[d][1] - unknowns.gravity_times[d][0];
     const double drift = 1.0 / std::pow(9.81 * kDrift * length, 2);

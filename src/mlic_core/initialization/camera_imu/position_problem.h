@@ -60,7 +60,8 @@ void AddRow(const LinearRow& row, const Eigen::Matrix3d& W, const Eigen::Vector3
 // All observations of a point, the point eliminated.
 void AddPoint(const PositionUnknowns& unknowns, const PointObservations& point, Accumulator* sum);
 // First positions, biases, guesses of lever arms, and gravity that turns slowly. gravity: the border as it
-// was found in the round before, where the length of gravity is to be kept; else null.
+// was found in the round before, where the length of gravity is to be kept; else null, and no bias is looked
+// for.
 void AddPriors(const PositionUnknowns& unknowns, const KnownRotations& known, const Eigen::VectorXd* gravity,
                Accumulator* sum);
 
