@@ -155,6 +155,9 @@ Initialization Solve(const Rig& rig, const Dataset& dataset, const std::vector<C
   CameraAdjustment adjustment;
   adjustment.problem.dataset = &dataset;
   adjustment.problem.imu = FreedomOf(rig.imu);
+  // Far from the solution a wrong offset or lever arm looks like a lag of the accelerometer, and beyond the
+  // time in which the rig's motion changes no gradient leads back.
+  adjustment.problem.imu.lag_sigma = 0.0;
   for (const ImuSigma& sigma : result.imu_sigma) adjustment.problem.drives.emplace_back().imu_sigma = {sigma};
   adjustment.rounds = rounds;
   AdjustCameras(rig, start, tracks, std::move(adjustment), cancellation, &state, cameras);
