@@ -12,6 +12,9 @@
 namespace mlic {
 namespace {
 
+// Of a drive, what the middle of an automatic exposure moves by. from: derivation, half of what exposures of 5
+// ms change by where the light changes by 40 %; a RealSense in a room: 9 ms in 40 s (docs/method.md, 8.1)
+constexpr double kExposureMoves = 1e-3;  // s
 constexpr double kUnknownChange = 1e9;  // from: guard, far beyond any that counts as settled
 
 // Of a sensor's time offset, s; zero where it was not compared.
@@ -26,7 +29,8 @@ double DifferenceOfHalves(const Adjustment& adjustment, std::size_t sensor) {
 // No clocks of crystals drift so fast: a camera's stamps do where auto exposure moves the middle of its
 // exposure against them, and go back, as what is left of them wanders. In another drive its offset is
 // another, by about as much as it moves in this one: by the variance of an even move and of the course. A
-// random walk leaves the slope through it the variance 6/5 of that of a second by the walk's length.
+// random walk leaves the slope through it the variance 6/5 of that of a second by the walk's length. What
+// light does to the exposure from one end of a drive to the other is no clock's either, and slower.
 void AddWanderOfExposure(const Adjustment& adjustment, ObservabilityAnalysis* analysis) {
   const CalibrationState& state = adjustment.state;
   const Layout layout(state, adjustment.problem.estimate_imu_matrices);
@@ -39,6 +43,7 @@ void AddWanderOfExposure(const Adjustment& adjustment, ObservabilityAnalysis* an
       const SplitSpline& trajectory = state.drives[d].trajectory;
       const double length = trajectory.End() - trajectory.Start();
       if (drift >= kFastestCrystals) of_offset += std::pow(drift * length, 2) / 12.0;
+      of_drift += std::pow(kExposureMoves / length, 2);
       if (d >= adjustment.cameras.stamp_courses.size()) continue;
       const StampCourse& course = adjustment.cameras.stamp_courses[d][c];
       of_drift += 1.2 * course.walk / length;

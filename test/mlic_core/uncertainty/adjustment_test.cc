@@ -52,6 +52,15 @@ TEST_F(OneCamera, AnOffsetThatMovesFasterThanClocksDoIsUnsureByThat) {
   EXPECT_NEAR(OffsetSigma(), std::hypot(of_clock, 2e-4 * kDuration / std::sqrt(12.0)), 1e-5);
 }
 
+// Light that changes the exposure by a millisecond is no clock's drift.
+TEST_F(OneCamera, ADriftIsUnsureByWhatAnExposureMoves) {
+  Drift(5e-5);
+  adjustment_.last_solve.information *= 1e8;
+  const double length =
+      adjustment_.state.drives[0].trajectory.End() - adjustment_.state.drives[0].trajectory.Start();
+  EXPECT_NEAR(Analyze(adjustment_, dataset_).sensors[0].drift_sigma, 1e-3 / length, 1e-7);
+}
+
 TEST_F(OneCamera, ErrorsThatPointsShareAreInTheSigmaAndNotInTheBound) {
   Drift(5e-5);
   adjustment_.scale.correlation = 4.0;
