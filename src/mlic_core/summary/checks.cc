@@ -368,6 +368,7 @@ std::vector<QualityCheck> MakeChecks(const Rig& rig, const Dataset& dataset, con
   }
   if (!adjustment.state.lidars.empty()) AddPlanes(judged, taking_part, &checks);
   AddImuAgreement(judged, &checks);
+  checks.push_back(CheckImuState(adjustment));
   return checks;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "mlic_core/geometry/symmetric_matrix.h"
+#include "mlic_core/sensors/bias_prior.h"
 
 namespace mlic {
 namespace {
@@ -71,6 +72,40 @@ void JudgeImuAgreement(const Dataset& dataset, const Adjustment& adjustment, Cal
                   found.mean, found.of_gyroscope ? "rad/s" : "m/s^2", found.ratio);
     (found.ratio > kImuContradicts ? result->reasons : result->warnings).push_back(text);
   }
+}
+
+QualityCheck CheckImuState(const Adjustment& adjustment) {
+  struct Found {
+    const char *what, *unit;
+    double value, usual;
+  };
+  std::vector<Found> all;
+  if (adjustment.problem.imu.lag_sigma > 0.0) {
+    all.push_back({"accelerometer's lag", "s", std::abs(adjustment.state.accelerometer_lag),
+                   adjustment.problem.imu.lag_sigma});
+  }
+  for (const DriveState& drive : adjustment.state.drives) {
+    const BiasCourse::Bias bias = drive.bias.Mean();
+    all.push_back({"gyroscope's bias", "rad/s", bias.head<3>().norm(), kGyroscopeBiasSigma});
+    all.push_back({"accelerometer's bias", "m/s^2", bias.tail<3>().norm(), kAccelerometerBiasSigma});
+  }
+  QualityCheck check;
+  check.name = "imu_state";
+  check.limit = 5.0;  // from: derivation, beyond any of a million IMUs
+  check.unit = "of what is usual";
+  check.refuses = true;
+  check.remedy = "check the units of the IMU's topic and the guesses; turn about more axes";
+  for (const Found& found : all) {
+    const double ratio = found.value / found.usual;
+    if (ratio <= check.value) continue;
+    check.value = ratio;
+    char text[200];
+    std::snprintf(text, sizeof(text),
+                  "the IMU's %s comes out at %.2g %s, as no IMU has it: the calibration went astray",
+                  found.what, found.value, found.unit);
+    check.failure = text;
+  }
+  return check;
 }
 
 ImuAlignment AlignmentOf(const Adjustment& adjustment) {

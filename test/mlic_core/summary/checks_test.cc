@@ -6,6 +6,7 @@
 
 #include "mlic_core/common/angles.h"
 #include "mlic_core/problem/layout.h"
+#include "mlic_core/summary/imu_verdict.h"
 #include "support/lidars_at_rest.h"
 
 namespace mlic::checks_test {
@@ -56,6 +57,24 @@ TEST_F(TwoLidars, ShownToOneThatPassesAreNotRefused) {
 TEST_F(TwoLidars, ShownToNoneAreRefused) {
   EXPECT_TRUE(RotationOfSecond(0.49, 0.6).refuses);  // the pair is not shown
   EXPECT_TRUE(RotationOfSecond(0.6, 0.2).refuses);   // nor the first
+}
+
+// A lag that went on to where the motion shows none, and a map that stands on its head.
+TEST(ImuState, ThatNoImuHasIsRefused) {
+  Adjustment adjustment;
+  adjustment.problem.imu.lag_sigma = 0.01;
+  adjustment.state.accelerometer_lag = -0.04;
+  adjustment.state.drives.resize(1);
+  EXPECT_TRUE(CheckImuState(adjustment).Passed());
+  adjustment.state.accelerometer_lag = -0.06;
+  const QualityCheck lag = CheckImuState(adjustment);
+  EXPECT_FALSE(lag.Passed());
+  EXPECT_TRUE(lag.refuses);
+  EXPECT_NEAR(lag.value, 6.0, 1e-9);
+  adjustment.state.drives[0].bias.knots[0][5] = 18.0;
+  const QualityCheck bias = CheckImuState(adjustment);
+  EXPECT_NE(bias.failure.find("accelerometer's bias comes out at 18 m/s^2"), std::string::npos)
+      << bias.failure;
 }
 
 }  // namespace

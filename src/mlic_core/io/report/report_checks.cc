@@ -96,6 +96,7 @@ std::string MeaningOf(const std::string& check) {
       {"planes", "planes of the map"},
       {"pairs_planes", "planes of the map, of LiDARs calibrated to each other without the IMU"},
       {"imu_slow_errors", "means of the IMU's residuals over 1 to 10 s against its noise"},
+      {"imu_state", "biases and lag of the IMU against those that IMUs have"},
       {"imu_agreement", "largest mean of a second's IMU residuals that stands out; 0 if none does"},
       {"map_matches", "matches of the photos with the LiDAR map"},
       {"held_out_matches", "median error of the matches with the LiDAR map that no solve used"},
