@@ -115,6 +115,7 @@ class Follower {
     if (!first.empty()) clock.middle = 0.5 * (first.front().time + first.back().time);
     Take(std::move(first));
     if (RotationDisagreement(alignment) > kFollowed) ForgetSoon();
+    if (!IsUsable(alignment)) FollowGuess();
     if (!IsUsable(alignment) || !PredictsTurning(alignment)) return;
     Take(run_(RotationByImu(drive_->imu, alignment, clock), kAllScans));
     if (IsUsable(alignment)) FollowAccelerations();
@@ -141,6 +142,20 @@ class Follower {
     Follower next = *this;
     next.Take(run_({}, kFewScans));
     if (RotationDisagreement(next.alignment) < RotationDisagreement(alignment)) *this = std::move(next);
+  }
+
+  // Predicted by the gyroscope, with the guess of the rotation and no time offset, which is right to some
+  // degrees where a constant velocity is not.
+  void FollowGuess() {
+    if (!rotation_guess_) return;
+    AngularRateAlignment assumed;
+    assumed.R_imu_lidar = rotation_guess_->R_imu_lidar;
+    for (const std::size_t remembered : {kAllScans, kFewScans}) {
+      Follower next = *this;
+      next.Take(run_(RotationByImu(drive_->imu, assumed, clock), remembered));
+      if (RotationDisagreement(next.alignment) < RotationDisagreement(alignment)) *this = std::move(next);
+      if (RotationDisagreement(alignment) <= kFollowed) return;
+    }
   }
 
   // Each run corrects what the next stands on: gravity, lever arm, rotation and offset.

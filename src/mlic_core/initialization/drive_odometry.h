@@ -22,8 +22,9 @@ struct DriveOdometry {
 };
 
 // docs/method.md, sections 5 and 7.1: all LiDARs in parallel; aligned with the gyroscope, where they do not
-// agree also from a map that forgets; run again with gyro de-skew where that is known; and where
-// accelerations tell of slips, also by the accelerometer, as long as that helps.
+// agree also from a map that forgets, and predicted by the gyroscope with the guess; run again with gyro
+// de-skew where that is known; and where accelerations tell of slips, also by the accelerometer, as long as
+// that helps.
 DriveOdometry RunDriveOdometry(const Rig& rig, const Drive& drive, const CancellationToken& cancellation,
                                const std::function<void(double)>& on_progress);
 

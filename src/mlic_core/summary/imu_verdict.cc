@@ -81,13 +81,13 @@ QualityCheck CheckImuState(const Adjustment& adjustment) {
   };
   std::vector<Found> all;
   if (adjustment.problem.imu.lag_sigma > 0.0) {
-    all.push_back({"accelerometer's lag", "s", std::abs(adjustment.state.accelerometer_lag),
+    all.push_back({"a lag of its accelerometer", "s", std::abs(adjustment.state.accelerometer_lag),
                    adjustment.problem.imu.lag_sigma});
   }
   for (const DriveState& drive : adjustment.state.drives) {
     const BiasCourse::Bias bias = drive.bias.Mean();
-    all.push_back({"gyroscope's bias", "rad/s", bias.head<3>().norm(), kGyroscopeBiasSigma});
-    all.push_back({"accelerometer's bias", "m/s^2", bias.tail<3>().norm(), kAccelerometerBiasSigma});
+    all.push_back({"a gyroscope bias", "rad/s", bias.head<3>().norm(), kGyroscopeBiasSigma});
+    all.push_back({"an accelerometer bias", "m/s^2", bias.tail<3>().norm(), kAccelerometerBiasSigma});
   }
   QualityCheck check;
   check.name = "imu_state";
@@ -101,7 +101,7 @@ QualityCheck CheckImuState(const Adjustment& adjustment) {
     check.value = ratio;
     char text[200];
     std::snprintf(text, sizeof(text),
-                  "the IMU's %s comes out at %.2g %s, as no IMU has it: the calibration went astray",
+                  "the IMU is found to have %s of %.2g %s, as none has: the calibration went astray",
                   found.what, found.value, found.unit);
     check.failure = text;
   }

@@ -43,6 +43,29 @@ TEST(Initialization, ScansThatWereLostDoNotSpoilTheRest) {
   EXPECT_NEAR(found.time_offset, truth.time_offset, 2e-3);
 }
 
+// A car among trees, with few rings: the velocity of one scan does not predict the next well enough.
+TEST(Initialization, TheGyroscopeAndTheGuessFindScansAmongTrees) {
+  sim::SensorSet sensors = ConfiguredSensors("spinning_car.yaml");
+  sim::LidarModel& model = sensors.lidars[0].model;
+  model.rings = 16;
+  model.vertical_fov_deg[0] = -15.0;
+  model.vertical_fov_deg[1] = 15.0;
+  sim::SimulationOptions options = DriveOptions(sim::Scenario::kFigureEight, 12.0, 9);
+  options.world = sim::WorldFamily::kGrove;
+  options.world_seed = 9;
+  SimulatedInput input = SimulateInput(sensors, options, false);
+  input.rig.lidars[0].guess.reset();
+  ASSERT_FALSE(IsUsable(Odometry(input).alignments[0]));
+  const SensorCalibration& truth = sensors.lidars[0].calibration;
+  ExtrinsicGuess guess{truth.T_imu_sensor};
+  guess.T_imu_sensor.rotation = ExpQuaternion({0.05, -0.05, 0.06}) * guess.T_imu_sensor.rotation;
+  input.rig.lidars[0].guess = guess;
+  const AngularRateAlignment found = Odometry(input).alignments[0];
+  ASSERT_TRUE(IsUsable(found));
+  EXPECT_LT(AngleBetween(found.R_imu_lidar, truth.T_imu_sensor.rotation), 1.0 * kDegree);
+  EXPECT_NEAR(found.time_offset, truth.time_offset, 5e-3);
+}
+
 TEST(Initialization, SaysWhetherTheMotionOrTheLidarIsAtFault) {
   const sim::SensorSet sensors = ConfiguredSensors("handheld.yaml");
   SimulatedInput input = SimulateInput(sensors, DriveOptions(sim::Scenario::kHandheld, 6.0, 4), false);

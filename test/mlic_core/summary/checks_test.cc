@@ -73,8 +73,7 @@ TEST(ImuState, ThatNoImuHasIsRefused) {
   EXPECT_NEAR(lag.value, 6.0, 1e-9);
   adjustment.state.drives[0].bias.knots[0][5] = 18.0;
   const QualityCheck bias = CheckImuState(adjustment);
-  EXPECT_NE(bias.failure.find("accelerometer's bias comes out at 18 m/s^2"), std::string::npos)
-      << bias.failure;
+  EXPECT_NE(bias.failure.find("an accelerometer bias of 18 m/s^2"), std::string::npos) << bias.failure;
 }
 
 }  // namespace
