@@ -59,6 +59,19 @@ std::vector<FixedCameraParameters> FixedInRound(const Rig& rig, const std::vecto
   return held;
 }
 
+// A focal length from no more than a field of view is off by some percent, and all else would follow it if it
+// were held there. It moves also where rounds with few observations do not determine it. allowed: what else
+// may move.
+std::vector<FixedCameraParameters> WithFocalLengths(const Rig& rig,
+                                                    const std::vector<FixedCameraParameters>& allowed,
+                                                    std::vector<FixedCameraParameters> held) {
+  for (std::size_t c = 0; c < held.size(); ++c) {
+    if (rig.cameras[c].intrinsics) continue;
+    for (const int i : {0, 1}) held[c].intrinsics[i] = allowed[c].intrinsics[i];
+  }
+  return held;
+}
+
 // Largest change of what is not held, in sigmas.
 double ChangeInSigmas(const CalibrationState& before, const CalibrationState& after, const Layout& layout,
                       const std::vector<FixedCameraParameters>& held, const Eigen::MatrixXd& information) {
@@ -221,8 +234,9 @@ void AdjustCameras(const Rig& rig, const std::vector<CameraStart>& start,
       CalibrationState probe = *state;
       const Eigen::MatrixXd information = SolveJointProblem(problem, 1, cancellation, &probe).information;
       if (information.size() == 0) break;
-      hold(HoldUndeterminedIntrinsics(information + prior, *state, layout, held,
-                                      PatternSensitivity(problem.drives, cameras)));
+      hold(WithFocalLengths(rig, held,
+                            HoldUndeterminedIntrinsics(information + prior, *state, layout, held,
+                                                       PatternSensitivity(problem.drives, cameras))));
       PlaceHeldTangentialTerms(problem.cameras, state);
     }
     SolveSummary summary = SolveJointProblem(problem, planned ? 4 : 3, cancellation, state);

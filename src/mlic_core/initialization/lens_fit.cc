@@ -26,10 +26,9 @@ constexpr int kIterations = 8;  // at each scale, the next goes on from there; f
 constexpr int kDraws = 30;
 
 // Of what is known beforehand; from: definition. The field of view is asked for to 15 percent; alpha goes
-// from 0 (perspective) to 1 (orthographic) with most lenses between 0 and 0.7; principal points lie within
-// some percent.
+// from 0 (perspective) to 1 (orthographic) with most lenses between 0 and 0.7.
 constexpr double kFieldOfViewSigma = 0.15, kAlpha = 0.35, kAlphaSigma = 0.35;
-constexpr double kCentreSigma = 0.03;  // image widths; from: definition
+constexpr double kCentreSigma = 0.015;  // image widths; from: measured, as UsualCentreSigma
 // How far rotation and time offset may go from where a scale of the robust function begins; keeps them where
 // the motion does not show them (a vehicle that only yaws). Judgement, not measured.
 constexpr double kLensRotationSigma = 0.1;  // rad

@@ -17,6 +17,7 @@ namespace {
 constexpr double kLargestScaleSigma = 0.05;  // relative; from: definition, docs/method.md section 7.6
 // from: guard, longer than the lever arms of a rig.
 constexpr double kNoGuessSigma = 2.0;  // m, of a lever arm
+constexpr double kMeasured = 0.2;      // m, sigma of a guess that someone measured; from: definition
 // from: measured, trials, camera and IMU, open 1 and 4: halved and doubled, together with the constants of
 // trajectory.cc and position_problem.cc, results change by at most 0.01 sigma.
 constexpr double kPart = 15.0;     // s, of a drive that is solved first
@@ -57,7 +58,11 @@ KnownRotations Known(const Rig& rig, const Dataset& dataset, const std::vector<C
     ExtrinsicGuess none;
     none.sigma_translation.setConstant(kNoGuessSigma);
     known.guesses.push_back(camera.guess.value_or(none));
-    if (camera.fixed) known.guesses.back().sigma_translation.setConstant(1e-4);
+    // Rotations and offsets that are still off turn the forces, and by that move a lever arm, to the metre in
+    // a car: one that was measured stays until all moves together.
+    if (camera.fixed || known.guesses.back().sigma_translation.maxCoeff() <= kMeasured) {
+      known.guesses.back().sigma_translation.setConstant(1e-4);
+    }
   }
   return known;
 }
