@@ -29,8 +29,8 @@ std::vector<ImuDisagreement> DisagreementsOfImu(const Dataset& dataset, const Ad
 // nothing.
 void JudgeImuAgreement(const Dataset& dataset, const Adjustment& adjustment, CalibrationResult* result);
 
-// Whether what was found of the IMU itself, its biases and the lag of its accelerometer, is what IMUs have: in
-// a wrong minimum it takes what the trajectory does not explain.
+// Whether what was found of the IMU itself, its biases and the lag of its accelerometer, is what IMUs have:
+// in a wrong minimum it takes what the trajectory does not explain.
 QualityCheck CheckImuState(const Adjustment& adjustment);
 
 // Whose axes the IMU's are.

@@ -12,10 +12,10 @@
 namespace mlic {
 namespace {
 
-// Of a drive, what the middle of an automatic exposure moves by. from: derivation, half of what exposures of 5
-// ms change by where the light changes by 40 %; a RealSense in a room: 9 ms in 40 s (docs/method.md, 8.1)
+// Of a drive, what the middle of an automatic exposure moves by. from: derivation, half of what exposures of
+// 5 ms change by where the light changes by 40 %; a RealSense in a room: 9 ms in 40 s (docs/method.md, 8.1)
 constexpr double kExposureMoves = 1e-3;  // s
-constexpr double kUnknownChange = 1e9;  // from: guard, far beyond any that counts as settled
+constexpr double kUnknownChange = 1e9;   // from: guard, far beyond any that counts as settled
 
 // Of a sensor's time offset, s; zero where it was not compared.
 double DifferenceOfHalves(const Adjustment& adjustment, std::size_t sensor) {
