@@ -300,20 +300,21 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
     if (IsRefused(sensors[s].name, result->checks, "halves")) lost[s] = true;
     if (!shown[s]) continue;
     result->sensors.push_back(MakeSensor(sensors[s], of_data, s, drifting));
-    result->sensors.back().clock_reference =
-        TimeFrom(dataset.drives[0].epoch, state.drives[0].trajectory.Middle());
-    WarnOfDrift(result->sensors.back(), &result->warnings);
+    SensorResult& sensor = result->sensors.back();
+    sensor.clock_reference = TimeFrom(dataset.drives[0].epoch, state.drives[0].trajectory.Middle());
     const SensorId id = order.At(s);
     if (id.IsLidar()) {
-      result->sensors.back().corrections = CorrectionsOf(state, id.index);
+      sensor.corrections = CorrectionsOf(state, id.index);
+      WarnOfDrift(sensor, &result->warnings);
       continue;
     }
     const std::size_t c = id.index;
-    WarnOfWander(result->sensors.back(), StampWander(adjustment, c), &result->warnings);
-    AddIntrinsics(state.cameras[c], analysis.cameras[c], &result->sensors.back());
-    AddAlikeLenses(adjustment, c, &result->sensors.back());
+    AddIntrinsics(state.cameras[c], analysis.cameras[c], &sensor);
+    AddAlikeLenses(adjustment, c, &sensor);
+    WarnOfDrift(sensor, &result->warnings);
+    WarnOfWander(sensor, StampWander(adjustment, c), &result->warnings);
     const std::vector<HeldOutMatches>& held_out = adjustment.map.held_out_errors;
-    if (c < held_out.size() && held_out[c].count > 0) result->sensors.back().held_out = held_out[c];
+    if (c < held_out.size() && held_out[c].count > 0) sensor.held_out = held_out[c];
   }
   result->verdict = refused || result->sensors.empty() ? Verdict::kRefused
                     : result->rejected.empty()         ? Verdict::kTrusted
