@@ -74,24 +74,44 @@ double TopOfFilter(const std::array<NoiseSpectrum, 6>& axes) {
   return 0.0;
 }
 
+// Hz, of the rates' own low-pass behind a filter: it stops where splines with the finest knots that such
+// samples allow end.
+double TopOfRates(double top) { return 1.0 / (6.0 * std::max(kFinestKnots, 2.0 / (2.0 * StopOf(top)))); }
+
+// Whether the rates behind the filter have more above that than any gyroscope's noise.
+bool TurnsFast(const std::array<NoiseSpectrum, 6>& axes, double top) {
+  const double begin = StopOf(TopOfRates(top)), end = std::min(2.0 * begin, 2.0 * top);
+  return std::any_of(axes.begin(), axes.begin() + 3, [&](const NoiseSpectrum& axis) {
+    return axis.Variance(begin, end) > kWorstGyroscope * kWorstGyroscope * 2.0 * (end - begin);
+  });
+}
+
+// What a low-pass makes of the samples at a time. reach: s to either side that it looks at most.
+Values Smoothed(const EvenSamples& samples, const LowPass& filter, double time, double reach) {
+  const double at = (time - samples.start) / samples.period;
+  const double wide = std::min(filter.HalfWidth(), reach) / samples.period;
+  double total = 0.0;
+  Values sum = Values::Zero();
+  for (double i = std::ceil(at - wide); i <= at + wide; i += 1.0) {
+    const auto row = std::min(static_cast<Eigen::Index>(i), samples.values.rows() - 1);
+    const double weight = filter.Weight((i - at) * samples.period);
+    total += weight;
+    sum += weight * samples.values.row(row).transpose();
+  }
+  return sum / total;
+}
+
 // Adds those samples that have the whole filter within the given ones.
-void Filter(const EvenSamples& samples, const LowPass& filter, double rate,
+void Filter(const EvenSamples& samples, const LowPass& filter, const LowPass& of_rates, double rate,
             std::vector<ImuSample>* filtered) {
   const double half = filter.HalfWidth();
   const double last = samples.start + static_cast<double>(samples.values.rows() - 1) * samples.period;
   for (double k = std::ceil((samples.start + half) * rate); k / rate <= last - half; k += 1.0) {
-    const double time = k / rate, at = (time - samples.start) / samples.period;
-    const double reach = half / samples.period;
-    double total = 0.0;
-    Values sum = Values::Zero();
-    for (double i = std::ceil(at - reach); i <= at + reach; i += 1.0) {
-      const auto row = std::min(static_cast<Eigen::Index>(i), samples.values.rows() - 1);
-      const double weight = filter.Weight((i - at) * samples.period);
-      total += weight;
-      sum += weight * samples.values.row(row).transpose();
-    }
-    sum /= total;
-    filtered->push_back({time, sum.head<3>(), sum.tail<3>()});
+    const double time = k / rate;
+    // As wide to either side as the ends leave room for: steady slopes stay as they are.
+    const double reach = std::min(time - samples.start, last - time);
+    filtered->push_back({time, Smoothed(samples, of_rates, time, reach).head<3>(),
+                         Smoothed(samples, filter, time, reach).tail<3>()});
   }
 }
 
@@ -105,21 +125,30 @@ std::optional<FilteredImu> WithoutVibration(const std::vector<ImuSample>& sample
   const EvenSamples even(samples.data(), end, period);
   std::array<NoiseSpectrum, 6> axes;
   for (int axis = 0; axis < 6; ++axis) axes[axis] = NoiseSpectrum(even.values.col(axis), 1.0 / period);
-  const double top = TopOfFilter(axes);
-  if (top == 0.0) return std::nullopt;
+  double top = TopOfFilter(axes);
   FilteredImu filtered;
+  const double finest = top > 0.0 ? top : kTops.back();
+  if (1.1 * StopOf(finest) < axes[0].Nyquist() && TurnsFast(axes, finest)) {
+    top = finest;
+    filtered.turns_above = StopOf(TopOfRates(top));
+    for (int axis = 0; axis < 3; ++axis) {
+      filtered.fast_turns =
+          std::max(filtered.fast_turns, std::sqrt(axes[axis].Variance(filtered.turns_above, StopOf(top))));
+    }
+  }
+  if (top == 0.0) return std::nullopt;
   filtered.above = StopOf(top);
   for (int axis = 0; axis < 6; ++axis) {
     double& largest = axis < 3 ? filtered.angular_velocity : filtered.specific_force;
     largest = std::max(largest, std::sqrt(axes[axis].Variance(filtered.above, axes[axis].Nyquist())));
   }
-  const LowPass filter(top);
+  const LowPass filter(top), of_rates(filtered.turns_above > 0.0 ? TopOfRates(top) : top);
   const double rate = 2.0 * StopOf(top), longest = LongestBridgedPeriod(period);
   for (const ImuSample* begin = samples.data(); begin != end;) {
     const ImuSample* next = begin + 1;
     while (next != end && next->time - (next - 1)->time <= longest) ++next;
     if ((next - 1)->time - begin->time > 2.0 * filter.HalfWidth()) {
-      Filter({begin, next, period}, filter, rate, &filtered.samples);
+      Filter({begin, next, period}, filter, of_rates, rate, &filtered.samples);
     }
     begin = next;
   }

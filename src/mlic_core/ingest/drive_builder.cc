@@ -93,6 +93,11 @@ std::vector<ImuSample> BuildImu(std::vector<StampedImu> samples, const std::stri
                         Number(filtered->angular_velocity, "%.2g") + " rad/s rms above " +
                         Number(filtered->above) + " Hz) is filtered out, which leaves " +
                         std::to_string(filtered->samples.size()) + " samples");
+  if (filtered->turns_above > 0.0) {
+    notes.lines.push_back("topic " + topic + ": turning above " + Number(filtered->turns_above) + " Hz (" +
+                          Number(filtered->fast_turns, "%.2g") +
+                          " rad/s rms), which no trajectory follows, is filtered out");
+  }
   return std::move(filtered->samples);
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "mlic_core/common/random.h"
+#include "mlic_core/imu/least_noise.h"
 
 namespace mlic::vibration_test {
 namespace {
@@ -69,6 +70,46 @@ TEST(Vibration, ALineAboveTheBandGoesAndTheMotionStays) {
     EXPECT_NEAR(static_cast<double>(filtered->samples.size()), 20.0 * 2.0 * filtered->above, 30.0);
     EXPECT_LT(LargestError(filtered->samples), 5.0 * kNoise) << frequency;
   }
+}
+
+// 20 s of slow turning at 200 Hz with a line of `line` rad/s about y, forces as they are.
+std::vector<ImuSample> Turning(double line, double frequency) {
+  std::vector<ImuSample> samples = Shaken(0.0);
+  for (ImuSample& sample : samples) {
+    sample.angular_velocity.y() += line * std::sin(2.0 * M_PI * frequency * sample.time);
+  }
+  return samples;
+}
+
+TEST(Vibration, TurningThatNoSplineFollowsGoesFromTheRates) {
+  for (const double frequency : {14.0, 16.0, 18.0}) {
+    const std::optional<FilteredImu> filtered = WithoutVibration(Turning(0.05, frequency));
+    ASSERT_TRUE(filtered) << frequency;
+    EXPECT_EQ(filtered->above, 37.5);
+    EXPECT_EQ(filtered->turns_above, 12.5);
+    EXPECT_NEAR(filtered->fast_turns, 0.05 / std::sqrt(2.0), 0.002) << frequency;
+    for (const ImuSample& sample : filtered->samples) {
+      // Ends are smoothed over less.
+      if (sample.time < 0.4 || sample.time > 19.6) continue;
+      EXPECT_NEAR(sample.angular_velocity.y(), std::sin(sample.time + 1.0), 0.003) << sample.time;
+    }
+    EXPECT_LT(LargestError(filtered->samples), 5.0 * kNoise) << frequency;
+  }
+}
+
+TEST(Vibration, TurningThatSplinesFollowStays) {
+  EXPECT_FALSE(WithoutVibration(Turning(0.05, 8.0)));
+  // 0.7 of the density that the worst gyroscope has over the octave from 12.5 Hz
+  EXPECT_FALSE(WithoutVibration(Turning(0.7 * kWorstGyroscope * std::sqrt(2.0 * 25.0), 18.0)));
+}
+
+TEST(Vibration, BehindTheLowerFilterTurningGoesFromEarlierOn) {
+  std::vector<ImuSample> samples = Turning(0.05, 11.0);
+  for (ImuSample& sample : samples) sample.specific_force.x() += std::sin(2.0 * M_PI * 27.0 * sample.time);
+  const std::optional<FilteredImu> filtered = WithoutVibration(samples);
+  ASSERT_TRUE(filtered);
+  EXPECT_EQ(filtered->above, 18.75);
+  EXPECT_DOUBLE_EQ(filtered->turns_above, 9.375);
 }
 
 TEST(Vibration, LostSamplesDoNotBendTheMotion) {
