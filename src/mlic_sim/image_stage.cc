@@ -32,11 +32,17 @@ class RenderedImages : public ImageSource {
   double middle_;  // s, of the drive
 };
 
+std::unique_ptr<Trajectory> MotionOn(const MotionGround& ground, const SensorSet& sensors,
+                                     const SimulationOptions& options) {
+  if (options.recorded) return MakeRecordedTrajectory(options.recorded->path);
+  return MakeTrajectory(options.scenario, options.seed, options.duration, sensors.imu.T_body_imu, ground);
+}
+
 }  // namespace
 
 std::unique_ptr<Trajectory> MakeTrajectory(const SensorSet& sensors, const SimulationOptions& options) {
-  return MakeTrajectory(options.scenario, options.seed, options.duration, sensors.imu.T_body_imu,
-                        MakeSurroundings(options.world, options.world_seed, options.scenario).ground);
+  return MotionOn(MakeSurroundings(options.world, options.world_seed, options.scenario).ground, sensors,
+                  options);
 }
 
 ImageStage::ImageStage(const SensorSet& sensors, const SimulationOptions& options)
@@ -47,8 +53,7 @@ ImageStage::ImageStage(const SensorSet& sensors, const SimulationOptions& option
       world_(std::make_unique<World>(
           std::move(surroundings.mesh), sensors.infrared,
           MovingObjects(surroundings.lanes, options.moving_objects, Random(options.seed).Fork(6)))),
-      trajectory_(MakeTrajectory(options.scenario, options.seed, options.duration, sensors.imu.T_body_imu,
-                                 surroundings.ground)),
+      trajectory_(MotionOn(surroundings.ground, sensors, options)),
       cameras_(sensors.cameras) {
   if (cameras_.empty()) return;
   const Lighting& lighting = surroundings.lighting;

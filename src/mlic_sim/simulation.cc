@@ -76,17 +76,23 @@ class Simulator {
   void Run(DriveSink& sink, bool with_images, const CancellationToken& cancellation) {
     const std::vector<Job> jobs = PlanJobs(sensors_, with_images, options_.duration);
     ImuSimulator imu(sensors_.imu, options_.with_noise, random_.Fork(0));
+    const std::vector<ImuSample> recorded =
+        options_.recorded ? options_.recorded->readings : std::vector<ImuSample>();
     const std::int64_t imu_count =
-        static_cast<std::int64_t>(std::floor(options_.duration * sensors_.imu.rate)) + 1;
+        recorded.empty() ? static_cast<std::int64_t>(std::floor(options_.duration * sensors_.imu.rate)) + 1
+                         : static_cast<std::int64_t>(recorded.size());
     std::int64_t next_imu = 0;
     const auto motion = [&](double time) { return stage_->trajectory().StateAt(time); };
     Random of_stamps = random_.Fork(0).Fork(2);
     const auto emit_imu_until = [&](TimeNs received) {
       for (; next_imu < imu_count; ++next_imu) {
-        const double time = static_cast<double>(next_imu) / sensors_.imu.rate;
+        const double time = recorded.empty() ? static_cast<double>(next_imu) / sensors_.imu.rate
+                                             : recorded[static_cast<std::size_t>(next_imu)].time;
         const TimeNs stamp = TimeFrom(kSimulationEpoch, time);
         if (stamp + kImuDelay >= received) break;
-        SimulatedImuMessage message{stamp + kImuDelay, Stamped(stamp, &of_stamps), imu.Next(time, motion)};
+        SimulatedImuMessage message{
+            stamp + kImuDelay, Stamped(stamp, &of_stamps),
+            recorded.empty() ? imu.Next(time, motion) : recorded[static_cast<std::size_t>(next_imu)]};
         message.sample.time += 1e-9 * static_cast<double>(message.stamp - stamp);
         sink.OnImu(message);
         if (sensors_.imu.doubled > 0.0 && of_stamps.Uniform() < sensors_.imu.doubled) {

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 
+#include "mlic_sim/recorded_motion.h"
 #include "mlic_sim/surroundings.h"
 #include "mlic_sim/trajectory.h"
 
@@ -17,7 +19,8 @@ struct SimulationOptions {
   bool with_noise = true;
   WorldFamily world = WorldFamily::kOfScenario;
   std::uint64_t world_seed = 1;
-  int moving_objects = 0;  // cars, people or doors, as the world has room for
+  std::shared_ptr<const RecordedMotion> recorded;  // in place of the scenario's motion, from zero on
+  int moving_objects = 0;                          // cars, people or doors, as the world has room for
 };
 
 }  // namespace mlic::sim

@@ -4,16 +4,20 @@
 
 #include <unistd.h>
 
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
+#include <memory>
 #include <opencv2/imgcodecs.hpp>
+#include <sstream>
 #include <string>
 #include <vector>
 
 #include "mlic_core/common/error.h"
 #include "mlic_core/io/output_directory.h"
 #include "mlic_core/io/result/result_file.h"
+#include "mlic_core/io/result/trajectory_file.h"
 #include "mlic_core/io/rig/rig_file.h"
 #include "mlic_core/io/text_file.h"
 #include "mlic_core/result/result.h"
@@ -38,6 +42,8 @@ struct Arguments {
   std::string world = "of_scenario";
   std::uint64_t world_seed = 1;
   int moving = 0;
+  std::string path, readings;
+  double begin = 0.0;       // s
   double image_rate = 0.0;  // Hz; 0: as the sensors file has it
   bool no_guess = false;
   bool noise_free = false;
@@ -78,6 +84,19 @@ void AddOptions(CLI::App& app, Arguments& a) {
       ->check(CLI::Range(0, 100))
       ->type_name("NUMBER");
   app.add_option(
+         "--path", a.path,
+         "recorded poses of the IMU, z up, 'seconds x y z qx qy qz qw' in each line: the motion, in place "
+         "of the scenario's; the world is still the scenario's, give one by hand for a hall")
+      ->type_name("FILE");
+  app.add_option(
+         "--readings", a.readings,
+         "what the IMU read along --path, 'nanoseconds, rad/s about x, y, z, m/s^2 along x, y, z': in "
+         "place of the simulated one, whose errors then mean nothing in the truth")
+      ->type_name("FILE");
+  app.add_option("--begin", a.begin, "where in --path the drive begins, since its first pose")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("SECONDS");
+  app.add_option(
          "--image-rate", a.image_rate,
          "images per second of every camera, which take most of the time; 0: as the sensors file has it")
       ->check(CLI::NonNegativeNumber)
@@ -96,6 +115,43 @@ void AddOptions(CLI::App& app, Arguments& a) {
   Describe(app, {{kTrusted, "written"}, {kInterrupted, "interrupted"}},
            "rosrun mlic simulate --sensors config/simulation/handheld.yaml --scenario handheld "
            "--duration 30 --output drive.bag");
+}
+
+// Lines without seven numbers, such as titles, are left out.
+std::vector<ImuSample> ReadReadings(const fs::path& path, TimeNs epoch) {
+  std::istringstream lines(ReadFile(path));
+  std::vector<ImuSample> readings;
+  for (std::string line; std::getline(lines, line);) {
+    long double time = 0.0;  // which holds nanoseconds of today's clock, also as 1.4E+018
+    ImuSample s;
+    Eigen::Vector3d &w = s.angular_velocity, &f = s.specific_force;
+    if (std::sscanf(line.c_str(), "%Lf ,%lf ,%lf ,%lf ,%lf ,%lf ,%lf", &time, &w[0], &w[1], &w[2], &f[0],
+                    &f[1], &f[2]) != 7) {
+      continue;
+    }
+    s.time = SecondsSince(epoch, static_cast<TimeNs>(std::llroundl(time)));
+    readings.push_back(s);
+  }
+  if (readings.empty()) {
+    throw InputError(
+        "--readings " + path.string() +
+        ": no line of seven numbers separated by commas; expected nanoseconds, rates and forces");
+  }
+  return readings;
+}
+
+std::shared_ptr<const sim::RecordedMotion> ReadMotion(const Arguments& arguments) {
+  if (arguments.path.empty()) {
+    if (arguments.readings.empty()) return nullptr;
+    throw InputError("--readings without --path; give the poses that the IMU had as well");
+  }
+  const std::vector<StampedPose> poses = ReadTrajectoryFile(arguments.path);
+  sim::RecordedMotion motion;
+  for (const StampedPose& pose : poses) {
+    motion.path.push_back({SecondsSince(poses.front().time, pose.time), pose.pose});
+  }
+  if (!arguments.readings.empty()) motion.readings = ReadReadings(arguments.readings, poses.front().time);
+  return std::make_shared<sim::RecordedMotion>(sim::PartOf(motion, arguments.begin, arguments.duration));
 }
 
 // The truth as a calibration result: sigmas are zero.
@@ -209,6 +265,7 @@ void Run(const Arguments& arguments) {
   options.world_seed = arguments.world_seed;
   options.moving_objects = arguments.moving;
   options.with_noise = !arguments.noise_free;
+  options.recorded = ReadMotion(arguments);
   sim::GuessOptions guess;
   guess.with_guess = !arguments.no_guess;
   guess.rotation_error_deg = arguments.rotation_error_deg;

@@ -110,7 +110,7 @@ TEST(DriveBuilder, SpikesOfTheImuAreLeftOut) {
   std::vector<StampedImu>& imu = test.messages.imu;
   for (std::size_t i = 0; i < imu.size(); ++i) {
     for (int axis = 0; axis < 3; ++axis) {
-      imu[i].angular_velocity[axis] = std::sin(0.3 * static_cast<double>(i)) + 0.01 * random.Normal();
+      imu[i].angular_velocity[axis] = std::sin(0.3 * static_cast<double>(i)) + 0.002 * random.Normal();
       imu[i].specific_force[axis] += 0.3 * random.Normal();
     }
   }
