@@ -346,16 +346,7 @@ std::vector<QualityCheck> MakeChecks(const Rig& rig, const Dataset& dataset, con
     }
     AddWhiteness(judged, sensor.name, &checks);
     if (s < adjustment.halves.size()) {
-      SensorHalves halves = adjustment.halves[s];
-      // The offset of stamps that wander is another in each half, and its sigma has that.
-      if (!id.IsLidar() && StampWander(adjustment, id.index) > 0.0) {
-        halves.quantities.erase(
-            std::remove_if(
-                halves.quantities.begin(), halves.quantities.end(),
-                [](const auto& of) { return of.quantity == HalvesDifference::Quantity::kTimeOffset; }),
-            halves.quantities.end());
-      }
-      AddHalves(sensor.name, halves, by_chance, &checks);
+      AddHalves(sensor.name, adjustment.halves[s], by_chance, &checks);
     }
     if (id.IsLidar() && id.index < adjustment.scale.offsets.size()) {
       checks.push_back(CheckRanges(sensor.name, adjustment.scale.offsets[id.index]));
