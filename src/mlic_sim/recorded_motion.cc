@@ -15,6 +15,7 @@ namespace {
 
 constexpr std::size_t kFewestPoses = 20;          // from: guard, five segments of the spline
 constexpr double kPosesOfSegment = 4.0;           // from: structural, what is read off to 1e-6 m stays smooth
+constexpr double kLatest = 0.1;                   // s, of the first reading, and before the end; from: guard
 constexpr double kMargin = 1.0;                   // s, beyond the part; from: guard, of the spline's ends
 constexpr double kLowest = 1.0;                   // m, over the ground; from: definition
 constexpr int kDegree = 5, kTerms = kDegree + 1;  // from: structural, accelerations are smooth
@@ -116,6 +117,20 @@ class RecordedTrajectory : public Trajectory {
   Eigen::MatrixXd knots_;
 };
 
+// The spline is shown nothing where poses lie further apart than its knots.
+void CheckSteps(const std::vector<TimedPose>& path) {
+  const double longest =
+      kPosesOfSegment * (path.back().time - path.front().time) / static_cast<double>(path.size() - 1);
+  for (std::size_t k = 1; k < path.size(); ++k) {
+    const double step = path[k].time - path[k - 1].time;
+    if (step > 0.0 && step <= longest) continue;
+    throw InputError("the recorded path has its poses " + std::to_string(k) + " and " +
+                     std::to_string(k + 1) + " " + std::to_string(step) +
+                     " s apart; expected steps above zero of at most " + std::to_string(longest) +
+                     " s, four times their mean");
+  }
+}
+
 }  // namespace
 
 RecordedMotion PartOf(const RecordedMotion& whole, double begin, double duration) {
@@ -150,6 +165,12 @@ RecordedMotion PartOf(const RecordedMotion& whole, double begin, double duration
     part.readings.push_back(reading);
     part.readings.back().time = time;
   }
+  if (!whole.readings.empty() && (part.readings.empty() || part.readings.front().time > kLatest ||
+                                  part.readings.back().time < duration - kLatest)) {
+    throw InputError(
+        "the readings do not cover the part of the path; expected those of the same clock, from " +
+        std::to_string(begin) + " s after the first pose for " + std::to_string(duration) + " s");
+  }
   return part;
 }
 
@@ -158,6 +179,7 @@ std::unique_ptr<Trajectory> MakeRecordedTrajectory(const std::vector<TimedPose>&
     throw InputError("the recorded path has " + std::to_string(path.size()) + " poses; expected at least " +
                      std::to_string(kFewestPoses));
   }
+  CheckSteps(path);
   return std::make_unique<RecordedTrajectory>(path);
 }
 

@@ -18,11 +18,12 @@ struct RecordedMotion {
 
 // From `begin` (s after the path's first pose) on for `duration` s: times start there at zero, and the path
 // lies about the origin, its longer side along x, its lowest pose 1 m high, where the middle of the hall has
-// room. The path goes on for up to a second to either side. InputError where it is too short.
+// room. The path goes on for up to a second to either side. InputError where it or the readings are too
+// short.
 RecordedMotion PartOf(const RecordedMotion& whole, double begin, double duration);
 
 // Through the poses, by uniform B-splines of degree 5 with knots every four of their periods. InputError for
-// fewer than 20 poses.
+// fewer than 20 poses, or where some lie further apart than that.
 std::unique_ptr<Trajectory> MakeRecordedTrajectory(const std::vector<TimedPose>& path);
 
 }  // namespace mlic::sim

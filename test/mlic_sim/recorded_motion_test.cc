@@ -70,6 +70,14 @@ TEST(RecordedMotion, APathThatIsTooShortIsRefused) {
   EXPECT_THROW(MakeRecordedTrajectory({}), InputError);
 }
 
+TEST(RecordedMotion, AGapOrReadingsOfAnotherTimeAreRefused) {
+  RecordedMotion whole = Recorded(12.0);
+  whole.readings.push_back({500.0, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()});
+  EXPECT_THROW(PartOf(whole, 4.0, 5.0), InputError);
+  whole.path.erase(whole.path.begin() + 1000, whole.path.begin() + 1010);
+  EXPECT_THROW(MakeRecordedTrajectory(whole.path), InputError);
+}
+
 TEST(RecordedMotion, ADriveHasThePathsScansAndTheReadings) {
   SensorSet sensors;
   sensors.lidars.emplace_back();

@@ -75,8 +75,8 @@ double TopOfFilter(const std::array<NoiseSpectrum, 6>& axes) {
 }
 
 // Hz, of the rates' own low-pass behind a filter: it stops where splines with the finest knots that such
-// samples allow end.
-double TopOfRates(double top) { return 1.0 / (6.0 * std::max(kFinestKnots, 2.0 / (2.0 * StopOf(top)))); }
+// samples allow (every two of them) end.
+double TopOfRates(double top) { return 1.0 / (6.0 * std::max(kFinestKnots, 1.0 / StopOf(top))); }
 
 // Whether the rates behind the filter have more above that than any gyroscope's noise.
 bool TurnsFast(const std::array<NoiseSpectrum, 6>& axes, double top) {

@@ -86,7 +86,7 @@ void AddOptions(CLI::App& app, Arguments& a) {
   app.add_option(
          "--path", a.path,
          "recorded poses of the IMU, z up, 'seconds x y z qx qy qz qw' in each line: the motion, in place "
-         "of the scenario's; the world is still the scenario's, give one by hand for a hall")
+         "of the scenario's; the world is still the scenario's, a hall for handheld")
       ->type_name("FILE");
   app.add_option(
          "--readings", a.readings,
@@ -146,11 +146,12 @@ std::shared_ptr<const sim::RecordedMotion> ReadMotion(const Arguments& arguments
     throw InputError("--readings without --path; give the poses that the IMU had as well");
   }
   const std::vector<StampedPose> poses = ReadTrajectoryFile(arguments.path);
+  const TimeNs epoch = poses.empty() ? 0 : poses.front().time;
   sim::RecordedMotion motion;
   for (const StampedPose& pose : poses) {
-    motion.path.push_back({SecondsSince(poses.front().time, pose.time), pose.pose});
+    motion.path.push_back({SecondsSince(epoch, pose.time), pose.pose});
   }
-  if (!arguments.readings.empty()) motion.readings = ReadReadings(arguments.readings, poses.front().time);
+  if (!arguments.readings.empty()) motion.readings = ReadReadings(arguments.readings, epoch);
   return std::make_shared<sim::RecordedMotion>(sim::PartOf(motion, arguments.begin, arguments.duration));
 }
 
