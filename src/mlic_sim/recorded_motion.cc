@@ -35,11 +35,16 @@ std::array<double, 3> Basis(double u) {
   return value;
 }
 
+// s, of the knots.
+double SpacingOf(const std::vector<TimedPose>& path) {
+  return kPosesOfSegment * (path.back().time - path.front().time) / static_cast<double>(path.size() - 1);
+}
+
 class RecordedTrajectory : public Trajectory {
  public:
   explicit RecordedTrajectory(const std::vector<TimedPose>& path)
       : start_(path.front().time),
-        spacing_(kPosesOfSegment * (path.back().time - start_) / static_cast<double>(path.size() - 1)),
+        spacing_(SpacingOf(path)),
         segments_(static_cast<int>(std::ceil((path.back().time - start_) / spacing_))) {
     const int count = segments_ + kDegree;
     std::vector<Eigen::Triplet<double>> entries;
@@ -119,8 +124,7 @@ class RecordedTrajectory : public Trajectory {
 
 // The spline is shown nothing where poses lie further apart than its knots.
 void CheckSteps(const std::vector<TimedPose>& path) {
-  const double longest =
-      kPosesOfSegment * (path.back().time - path.front().time) / static_cast<double>(path.size() - 1);
+  const double longest = SpacingOf(path);
   for (std::size_t k = 1; k < path.size(); ++k) {
     const double step = path[k].time - path[k - 1].time;
     if (step > 0.0 && step <= longest) continue;

@@ -75,24 +75,14 @@ class Simulator {
 
   void Run(DriveSink& sink, bool with_images, const CancellationToken& cancellation) {
     const std::vector<Job> jobs = PlanJobs(sensors_, with_images, options_.duration);
-    ImuSimulator imu(sensors_.imu, options_.with_noise, random_.Fork(0));
-    const std::vector<ImuSample> recorded =
-        options_.recorded ? options_.recorded->readings : std::vector<ImuSample>();
-    const std::int64_t imu_count =
-        recorded.empty() ? static_cast<std::int64_t>(std::floor(options_.duration * sensors_.imu.rate)) + 1
-                         : static_cast<std::int64_t>(recorded.size());
-    std::int64_t next_imu = 0;
-    const auto motion = [&](double time) { return stage_->trajectory().StateAt(time); };
+    const std::vector<ImuSample> readings = Readings();
+    std::size_t next_imu = 0;
     Random of_stamps = random_.Fork(0).Fork(2);
     const auto emit_imu_until = [&](TimeNs received) {
-      for (; next_imu < imu_count; ++next_imu) {
-        const double time = recorded.empty() ? static_cast<double>(next_imu) / sensors_.imu.rate
-                                             : recorded[static_cast<std::size_t>(next_imu)].time;
-        const TimeNs stamp = TimeFrom(kSimulationEpoch, time);
+      for (; next_imu < readings.size(); ++next_imu) {
+        const TimeNs stamp = TimeFrom(kSimulationEpoch, readings[next_imu].time);
         if (stamp + kImuDelay >= received) break;
-        SimulatedImuMessage message{
-            stamp + kImuDelay, Stamped(stamp, &of_stamps),
-            recorded.empty() ? imu.Next(time, motion) : recorded[static_cast<std::size_t>(next_imu)]};
+        SimulatedImuMessage message{stamp + kImuDelay, Stamped(stamp, &of_stamps), readings[next_imu]};
         message.sample.time += 1e-9 * static_cast<double>(message.stamp - stamp);
         sink.OnImu(message);
         if (sensors_.imu.doubled > 0.0 && of_stamps.Uniform() < sensors_.imu.doubled) {
@@ -132,6 +122,19 @@ class Simulator {
   }
 
  private:
+  // Of the IMU, recorded or simulated, at their true times.
+  std::vector<ImuSample> Readings() const {
+    if (options_.recorded && !options_.recorded->readings.empty()) return options_.recorded->readings;
+    ImuSimulator imu(sensors_.imu, options_.with_noise, random_.Fork(0));
+    const auto motion = [&](double time) { return stage_->trajectory().StateAt(time); };
+    const auto last = static_cast<std::int64_t>(std::floor(options_.duration * sensors_.imu.rate));
+    std::vector<ImuSample> readings;
+    for (std::int64_t k = 0; k <= last; ++k) {
+      readings.push_back(imu.Next(static_cast<double>(k) / sensors_.imu.rate, motion));
+    }
+    return readings;
+  }
+
   // A sample's time as its driver stamps it.
   TimeNs Stamped(TimeNs time, Random* random) const {
     const SimulatedImu& imu = sensors_.imu;

@@ -101,17 +101,19 @@ Values Smoothed(const EvenSamples& samples, const LowPass& filter, double time, 
   return sum / total;
 }
 
-// Adds those samples that have the whole filter within the given ones.
-void Filter(const EvenSamples& samples, const LowPass& filter, const LowPass& of_rates, double rate,
-            std::vector<ImuSample>* filtered) {
+// Adds those samples that have the whole filter within the given ones. of_rates: their own, where they have
+// one.
+void Filter(const EvenSamples& samples, const LowPass& filter, const std::optional<LowPass>& of_rates,
+            double rate, std::vector<ImuSample>* filtered) {
   const double half = filter.HalfWidth();
   const double last = samples.start + static_cast<double>(samples.values.rows() - 1) * samples.period;
   for (double k = std::ceil((samples.start + half) * rate); k / rate <= last - half; k += 1.0) {
     const double time = k / rate;
     // As wide to either side as the ends leave room for: steady slopes stay as they are.
     const double reach = std::min(time - samples.start, last - time);
-    filtered->push_back({time, Smoothed(samples, of_rates, time, reach).head<3>(),
-                         Smoothed(samples, filter, time, reach).tail<3>()});
+    Values values = Smoothed(samples, filter, time, reach);
+    if (of_rates) values.head<3>() = Smoothed(samples, *of_rates, time, reach).head<3>();
+    filtered->push_back({time, values.head<3>(), values.tail<3>()});
   }
 }
 
@@ -142,7 +144,9 @@ std::optional<FilteredImu> WithoutVibration(const std::vector<ImuSample>& sample
     double& largest = axis < 3 ? filtered.angular_velocity : filtered.specific_force;
     largest = std::max(largest, std::sqrt(axes[axis].Variance(filtered.above, axes[axis].Nyquist())));
   }
-  const LowPass filter(top), of_rates(filtered.turns_above > 0.0 ? TopOfRates(top) : top);
+  const LowPass filter(top);
+  std::optional<LowPass> of_rates;
+  if (filtered.turns_above > 0.0) of_rates.emplace(TopOfRates(top));
   const double rate = 2.0 * StopOf(top), longest = LongestBridgedPeriod(period);
   for (const ImuSample* begin = samples.data(); begin != end;) {
     const ImuSample* next = begin + 1;
