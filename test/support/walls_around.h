@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <vector>
 
 #include "mlic_core/common/random.h"
@@ -78,9 +80,10 @@ class WallsAround : public testing::Test {
     SolveJointProblem(problem_, 5, CancellationToken(), &state_);
   }
 
-  // m, by which dark patches of painted walls lie deeper than before.
-  void AddRelief(double relief) {
+  // m, by which dark patches of painted walls lie deeper than before to these LiDARs.
+  void AddRelief(double relief, const std::vector<std::int32_t>& lidars = {0, 1}) {
     for (PlaneObservation& o : problem_.drives[0].planes.observations) {
+      if (std::find(lidars.begin(), lidars.end(), o.lidar) == lidars.end()) continue;
       const bool dark = o.intensity < 110.0 * kReflectances[0] * o.cos_incidence;
       o.position *= 1.0 + (dark ? relief / o.cos_incidence : 0.0) / o.position.norm();
     }

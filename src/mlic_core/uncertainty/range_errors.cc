@@ -368,4 +368,9 @@ std::optional<RangeErrors> MeasureRangeErrors(const JointProblem& given, const C
   return errors;
 }
 
+std::optional<RangeErrors> MeasureRangeErrorsOfAll(const JointProblem& problem, const CalibrationState& state,
+                                                   RangeModel model, const FreeRanges& free) {
+  return MeasureRangeErrors(problem, state, model, std::vector<FreeRanges>(state.lidars.size(), free));
+}
+
 }  // namespace mlic

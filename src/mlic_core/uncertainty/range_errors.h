@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -47,6 +48,11 @@ struct RangeErrors {
   static Eigen::Index Of(std::size_t lidar, RangeParameter parameter) {
     return static_cast<Eigen::Index>(kRangeParameters * lidar) + parameter;
   }
+
+  // Of a LiDAR's parameter. correlation: by which residuals that share errors widen variances.
+  double Sigma(std::size_t lidar, RangeParameter parameter, double correlation) const {
+    return std::sqrt(correlation * covariance(Of(lidar, parameter), Of(lidar, parameter)));
+  }
 };
 
 // At a solution of the problem; free: of each LiDAR. Where any walk is free, planes have a relief that their
@@ -54,5 +60,9 @@ struct RangeErrors {
 // have no solution, the trajectory is held or none is free. docs/method.md, section 4.
 std::optional<RangeErrors> MeasureRangeErrors(const JointProblem& problem, const CalibrationState& state,
                                               RangeModel model, const std::vector<FreeRanges>& free);
+
+// With the same parameters free of all LiDARs.
+std::optional<RangeErrors> MeasureRangeErrorsOfAll(const JointProblem& problem, const CalibrationState& state,
+                                                   RangeModel model, const FreeRanges& free);
 
 }  // namespace mlic

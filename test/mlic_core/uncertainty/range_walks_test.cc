@@ -1,3 +1,5 @@
+#include "mlic_core/uncertainty/range_walks.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -68,6 +70,20 @@ TEST_F(WallsAround, DarkPatchesThatLieDeeperAreNoWalk) {
   AddPaintedWalls({0.0, 0.0}, 0.01);
   EXPECT_FALSE(CorrectRanges(problem_, 1.0, &walks_dropped_, &state_));
   EXPECT_EQ(state_.ranges[0].walk, 0.0);
+}
+
+// Of windows in a wall, the LiDAR of more noise takes more for the wall's: it seems to have a walk.
+TEST_F(WallsAround, DarkPatchesThatLieDeeperToOneLidarAreDoubtOfItsWalk) {
+  AddPaintedWalls({0.0, 0.0}, 0.0);
+  AddRelief(0.01, {1});
+  const FreeRanges free{true, false, true, true};
+  const auto found = MeasureRangeErrors(problem_, state_, RangeModel::kWhole, {free, free});
+  ASSERT_TRUE(found);
+  const double difference = std::abs(found->steps[1][kRangeWalk] - found->steps[0][kRangeWalk]);
+  EXPECT_GT(difference, 0.003);
+  EXPECT_GT(3.0 * MeasureDoubtOfWalks(problem_, state_, 1.0).OfDifference(0, 1), difference);
+  CorrectRanges(problem_, 1.0, &walks_dropped_, &state_);
+  EXPECT_LT(std::abs(state_.ranges[1].walk - state_.ranges[0].walk), 0.001);
 }
 
 // A LiDAR that sees brighter things than the other has another usual intensity: the same wall is as deep.
