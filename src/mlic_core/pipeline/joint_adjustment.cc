@@ -35,6 +35,8 @@ constexpr int kLeastRounds = 5;
 constexpr int kMostRounds = 15;  // from: guard, time
 // After a move of a sigma, or what a review frees or corrects, so many rounds may follow, in all.
 constexpr int kRoundsAfterMove = 5, kMostAfterMoves = 30;  // from: guard, time
+constexpr int kMostWhileGrowing = 60;                      // from: guard, time
+constexpr double kGrowth = 1.05;  // of the points on planes, in some rounds; from: guard, less is scatter
 // Rounds that find landmarks and matches anew, further ones while they move the calibration by its sigma, and
 // once the stamps of cameras have moved. Later ones keep them, as which of them just agree and which just do
 // not would change for ever. from: measured, paper rig, seeds 1 to 3; what agrees, then its noise
@@ -45,14 +47,12 @@ constexpr int kLandmarkRounds = 3;
 // intrinsics of fisheyes 0.3 px off that the tracks have right to 0.1 px. from: measured, paper rig, 60 s
 constexpr double kLeastMatchNoise = 4.0;
 
-int MostRounds(const JointRounds& rounds) {
-  return std::clamp(rounds.last_move + kRoundsAfterMove, kMostRounds, kMostAfterMoves);
-}
-
 void BeginRounds(Landmarks landmarks, Adjustment* adjustment) {
   adjustment->rounds.landmarks = landmarks;
   adjustment->rounds.done = 0;
   adjustment->rounds.last_move = 0;
+  adjustment->rounds.most_points = 0;
+  adjustment->rounds.last_growth = 0;
   adjustment->rounds.landmark_rounds = kLandmarkRounds;
   adjustment->rounds.noise_measured = false;
   adjustment->rounds.clocks_freed = false;
@@ -177,6 +177,16 @@ void MeasureNoiseAndScale(const AdjustmentContext& context, Adjustment* adjustme
   MeasureScale(linearized, *adjustment, &adjustment->scale);
 }
 
+// Whether the map ties clearly more points to planes than any of these rounds' before.
+void NoteGrowth(Adjustment* adjustment) {
+  std::size_t points = 0;
+  for (const DriveTerms& drive : adjustment->problem.drives) points += drive.planes.observations.size();
+  JointRounds& rounds = adjustment->rounds;
+  if (static_cast<double>(points) <= kGrowth * static_cast<double>(rounds.most_points)) return;
+  rounds.most_points = points;
+  rounds.last_growth = rounds.done + 1;
+}
+
 // True if the next round takes more points of each scan.
 bool TakeMorePoints(const Dataset& dataset, Adjustment* adjustment) {
   std::size_t& points_per_scan = adjustment->rounds.points_per_scan;
@@ -252,6 +262,12 @@ const char* NameOf(Landmarks landmarks) {
   return "";
 }
 
+int MostRounds(const JointRounds& rounds) {
+  const int after_moves =
+      std::max(kMostAfterMoves, std::min(rounds.last_growth + kRoundsAfterMove, kMostWhileGrowing));
+  return std::clamp(rounds.last_move + kRoundsAfterMove, kMostRounds, after_moves);
+}
+
 Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context,
                          const JointOptions& options) {
   const bool cameras = options.landmarks != Landmarks::kNone;
@@ -269,6 +285,7 @@ Adjustment AdjustJointly(Adjustment adjustment, const AdjustmentContext& context
     AssociateAndSolve(context, many, probe_matrices, &adjustment);
     const double change = ChangeInSigmas(adjustment, context.dataset, before);
     rounds.last_change = change;
+    NoteGrowth(&adjustment);
     rounds.history.push_back({NameOf(options.landmarks), change});
     if (many && !rounds.noise_measured) {
       MeasureNoise(context, {adjustment.problem, adjustment.state}, &adjustment);

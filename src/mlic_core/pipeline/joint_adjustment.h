@@ -22,6 +22,10 @@ struct JointOptions {
 // For people: how the adjustment with these landmarks is called.
 const char* NameOf(Landmarks landmarks);
 
+// So many rounds these may be in all, of what has happened in them: more after moves, and more still where
+// the map goes on to grow, as a trajectory among trees is drawn straight little by little.
+int MostRounds(const JointRounds& rounds);
+
 // docs/method.md, section 8: one map of all LiDARs and all landmarks, everything moves. Association and solve
 // in turn until the calibration is settled. Goes on with the rounds of an adjustment whose rounds had the
 // same landmarks, else counts them anew.

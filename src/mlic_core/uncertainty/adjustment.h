@@ -54,6 +54,9 @@ struct JointRounds {
   int done = 0;
   // Rounds done when one last moved the calibration by its sigma, or a review freed or corrected something.
   int last_move = 0;
+  // Points that a map of these rounds tied to planes at most, and rounds done when that last grew clearly.
+  std::size_t most_points = 0;
+  int last_growth = 0;
   int landmark_rounds = 0;          // of those, find landmarks anew
   std::size_t points_per_scan = 0;  // that take part in the map
   bool clocks_freed = false;        // the sensors' clocks may drift

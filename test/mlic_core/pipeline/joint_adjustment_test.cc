@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cstddef>
+#include <limits>
+
 #include "mlic_core/summary/checks.h"
 #include "mlic_core/summary/result_assembly.h"
 #include "support/simulated_input.h"
@@ -30,6 +33,7 @@ class JointAdjustment : public testing::Test {
     adjustment.state.lidars[0].T_imu_sensor.translation += off;
     adjustment.rounds.done = rounds_done;
     adjustment.rounds.last_move = rounds_done;
+    adjustment.rounds.most_points = std::numeric_limits<std::size_t>::max();  // no growth
     adjustment = AdjustJointly(std::move(adjustment), context_, {});
     unsettled_ = adjustment.rounds.unsettled;
     MeasureUncertainty(context_, &adjustment);
@@ -65,6 +69,24 @@ TEST_F(JointAdjustment, WhatHasSettledIsTrustedWithoutWarning) {
   EXPECT_TRUE(result.Trusted());
   EXPECT_TRUE(result.warnings.empty());
   for (const QualityCheck& check : result.checks) EXPECT_TRUE(check.Passed()) << DescribeCheck(check);
+}
+
+TEST(MostRounds, GoOnAfterMovesAndWhileTheMapGrows) {
+  JointRounds rounds;
+  rounds.last_move = 3;
+  EXPECT_EQ(MostRounds(rounds), 15);
+  rounds.last_move = 20;
+  EXPECT_EQ(MostRounds(rounds), 25);
+  rounds.last_move = 30;
+  EXPECT_EQ(MostRounds(rounds), kMostAfterMoves);
+  rounds.last_growth = 29;
+  EXPECT_EQ(MostRounds(rounds), 34);
+  rounds.last_move = 33;
+  EXPECT_EQ(MostRounds(rounds), 34) << "what moves on without growth comes to an end";
+  rounds.last_move = rounds.last_growth = 70;
+  EXPECT_EQ(MostRounds(rounds), 60);
+  rounds.last_move = 12;
+  EXPECT_EQ(MostRounds(rounds), 17) << "growth alone is no reason";
 }
 
 }  // namespace

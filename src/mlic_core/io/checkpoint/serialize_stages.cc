@@ -139,13 +139,14 @@ auto Members(Adjustment& adjustment) {
       adjustment.problem.cameras, adjustment.cameras.landmark_options.noise, adjustment.cameras.stamp_courses,
       adjustment.cameras.twins, adjustment.cameras.sigmas, adjustment.map.cameras_before,
       adjustment.map.noise, adjustment.map.held_out, adjustment.rounds.landmarks, adjustment.rounds.done,
-      adjustment.rounds.last_move, adjustment.rounds.landmark_rounds, adjustment.rounds.points_per_scan,
-      adjustment.rounds.noise_measured, adjustment.rounds.clocks_freed, adjustment.rounds.stamps_settled,
-      adjustment.rounds.matrices_judged, adjustment.rounds.biases_judged, adjustment.rounds.ranges_measured,
-      adjustment.rounds.walks_dropped, adjustment.rounds.history, adjustment.alignment_covariance,
-      adjustment.noise_information, adjustment.problem.imu.alignment_shown,
-      adjustment.problem.imu.alignment_sigma, adjustment.problem.imu.gravity_sigma,
-      adjustment.problem.imu.matrix_sigma, adjustment.problem.estimate_imu_matrices, adjustment.lines);
+      adjustment.rounds.last_move, adjustment.rounds.most_points, adjustment.rounds.last_growth,
+      adjustment.rounds.landmark_rounds, adjustment.rounds.points_per_scan, adjustment.rounds.noise_measured,
+      adjustment.rounds.clocks_freed, adjustment.rounds.stamps_settled, adjustment.rounds.matrices_judged,
+      adjustment.rounds.biases_judged, adjustment.rounds.ranges_measured, adjustment.rounds.walks_dropped,
+      adjustment.rounds.history, adjustment.alignment_covariance, adjustment.noise_information,
+      adjustment.problem.imu.alignment_shown, adjustment.problem.imu.alignment_sigma,
+      adjustment.problem.imu.gravity_sigma, adjustment.problem.imu.matrix_sigma,
+      adjustment.problem.estimate_imu_matrices, adjustment.lines);
 }
 
 template <>
