@@ -82,11 +82,15 @@ def parse():
     parser.add_argument('--split', default='open,closed', help='families: open, closed or both')
     parser.add_argument('--seeds', type=seeds_of, default=seeds_of('1-10'), help='such as 1-10,15; of each split')
     parser.add_argument('--effect', choices=sorted(families.EFFECTS), default='none')
+    parser.add_argument('--longer', type=float, default=1.0, metavar='TIMES', help='drives so many times as long')
     parser.add_argument('--threads', type=int, default=1)
     parser.add_argument('--commit', help='of the programs; default: that of the directory the build lies in')
     parser.add_argument('--rows', type=pathlib.Path, help='CSV file that rows are added to')
     parser.add_argument('--keep', type=pathlib.Path, help='folder in which the drives stay')
-    return parser.parse_args()
+    arguments = parser.parse_args()
+    if not arguments.longer > 0:
+        parser.error(f'--longer: {arguments.longer}, expected more than 0')
+    return arguments
 
 
 def main():
@@ -97,11 +101,13 @@ def main():
         if not program.exists():
             sys.exit(f'run.py: no program {program}; build first, or name the build directory by --build')
     commit = arguments.commit or commit_of(arguments.build.resolve().parent)
-    path = arguments.rows or HERE / 'results' / f'{arguments.kind}_{commit}.csv'
+    times = '' if arguments.longer == 1.0 else f'{arguments.longer:g}_times_'
+    path = arguments.rows or HERE / 'results' / f'{arguments.kind}_{times}{commit}.csv'
     done = done_in(path)
     for seed in arguments.seeds:
         for split in arguments.split.split(','):
             trial = families.draw_trial(arguments.kind, seed, split, arguments.effect)
+            trial['duration'] = round(arguments.longer * trial['duration'], 1)
             if key_of(trial) in done:
                 continue
             if arguments.keep:

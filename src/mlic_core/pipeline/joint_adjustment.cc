@@ -36,7 +36,7 @@ constexpr int kMostRounds = 15;  // from: guard, time
 // After a move of a sigma, or what a review frees or corrects, so many rounds may follow, in all.
 constexpr int kRoundsAfterMove = 5, kMostAfterMoves = 30;  // from: guard, time
 constexpr int kMostWhileGrowing = 60;                      // from: guard, time
-constexpr double kGrowth = 1.05;  // of the points on planes, in some rounds; from: guard, less is scatter
+constexpr double kGrowth = 1.05;  // times the points on planes; from: guard, less is scatter
 // Rounds that find landmarks and matches anew, further ones while they move the calibration by its sigma, and
 // once the stamps of cameras have moved. Later ones keep them, as which of them just agree and which just do
 // not would change for ever. from: measured, paper rig, seeds 1 to 3; what agrees, then its noise
@@ -177,7 +177,7 @@ void MeasureNoiseAndScale(const AdjustmentContext& context, Adjustment* adjustme
   MeasureScale(linearized, *adjustment, &adjustment->scale);
 }
 
-// Whether the map ties clearly more points to planes than any of these rounds' before.
+// Remembers rounds whose map ties clearly more points to planes than any of theirs before.
 void NoteGrowth(Adjustment* adjustment) {
   std::size_t points = 0;
   for (const DriveTerms& drive : adjustment->problem.drives) points += drive.planes.observations.size();

@@ -43,7 +43,7 @@ DoubtOfWalks MeasureDoubtOfWalks(const JointProblem& problem, const CalibrationS
 enum class ShownWalks { kNone, kSome, kTooLarge };
 
 // Of two LiDARs' difference, as both see what planes themselves have of it, and of each walk by itself, as
-// far as it is told from that.
+// far as it is told from that; either beyond its doubt.
 ShownWalks FindWalks(const JointProblem& problem, const CalibrationState& state, double correlation);
 
 // How all parameters follow when the walk of one LiDAR moves and the others' stay: a column for each.
