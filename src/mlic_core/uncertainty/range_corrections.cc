@@ -97,17 +97,16 @@ Corrections CorrectionsOf(const CalibrationState& state, const RangeErrors& foun
   return corrections;
 }
 
-// The same of LiDARs that err as usual, where what all walks share is as unsure as strong and weak echoes
-// differ in it, and offsets with it: the mean given both.
-Corrections UsualCorrections(const JointProblem& problem, const CalibrationState& state,
-                             const RangeErrors& found, double correlation) {
+// The same of LiDARs that err as usual, where walks are doubted, and offsets with them: the mean given both.
+Corrections UsualCorrections(const CalibrationState& state, const RangeErrors& found,
+                             const DoubtOfWalks& doubt, double correlation) {
   constexpr double kAny = 1.0;  // m, m/rad; from: structural, no prior
   Eigen::VectorXd usual = Eigen::VectorXd::Constant(found.covariance.rows(), kAny);
   for (std::size_t l = 0; l < found.steps.size(); ++l) {
     for (const RangeParameter p : {kRangeOffset, kRangeWalk}) usual[RangeErrors::Of(l, p)] = kUsualError;
   }
   const Eigen::MatrixXd prior = usual.cwiseAbs2().asDiagonal();
-  const Eigen::MatrixXd covariance = CovarianceWithDoubtOfWalks(problem, state, found, correlation);
+  const Eigen::MatrixXd covariance = CovarianceWithDoubtOfWalks(found, doubt, correlation);
   Corrections corrections = CorrectionsOf(state, found, correlation);
   corrections.values = prior * SolveSymmetric(prior + covariance, corrections.values);
   corrections.sigmas = covariance.diagonal().cwiseSqrt();
@@ -116,14 +115,12 @@ Corrections UsualCorrections(const JointProblem& problem, const CalibrationState
 
 // What corrected walks may err by beyond their covariance, as moves of the gradient: a column for each LiDAR,
 // by what is its own, and one for what all share.
-Eigen::MatrixXd DoubtOfCorrectedWalks(const JointProblem& problem, const CalibrationState& state,
-                                      const RangeErrors& found, const Eigen::MatrixXd& coupling,
-                                      double correlation) {
+Eigen::MatrixXd DoubtOfCorrectedWalks(const CalibrationState& state, const RangeErrors& found,
+                                      const Eigen::MatrixXd& coupling, const DoubtOfWalks& doubt) {
   const Eigen::MatrixXd moved_by = coupling * FollowingWalks(found);
   const auto lidars = static_cast<double>(state.lidars.size());
   double mean = 0.0;
   for (const RangeCorrection& ranges : state.ranges) mean += ranges.walk / lidars;
-  const DoubtOfWalks doubt = MeasureDoubtOfWalks(problem, state, correlation);
   const auto of_usual = [](double sigma) { return sigma * kUsualError / std::hypot(sigma, kUsualError); };
   Eigen::MatrixXd moves(moved_by.rows(), moved_by.cols() + 1);
   for (Eigen::Index l = 0; l < moved_by.cols(); ++l) {
@@ -196,8 +193,10 @@ bool CorrectRanges(const JointProblem& problem, double correlation, bool* walks_
     return true;
   }
   bool walks = AnyWalkCorrected(*state);
+  DoubtOfWalks doubt;
+  if (walks || !*walks_dropped) doubt = MeasureDoubtOfWalks(problem, *state, correlation);
   if (!walks && !*walks_dropped) {
-    const ShownWalks shown = FindWalks(problem, *state, correlation);
+    const ShownWalks shown = FindWalks(problem, *state, doubt, correlation);
     walks = shown == ShownWalks::kSome;
     *walks_dropped = shown == ShownWalks::kTooLarge;
   }
@@ -222,7 +221,7 @@ bool CorrectRanges(const JointProblem& problem, double correlation, bool* walks_
     found = MeasureRangeErrors(problem, *state, RangeModel::kWhole, free);
     if (!found) return moved;
   }
-  const Corrections corrections = walks ? UsualCorrections(problem, *state, *found, correlation)
+  const Corrections corrections = walks ? UsualCorrections(*state, *found, doubt, correlation)
                                         : CorrectionsOf(*state, *found, correlation);
   for (std::size_t l = 0; l < free.size(); ++l) {
     RangeCorrection& ranges = state->ranges[l];
@@ -272,17 +271,18 @@ Eigen::MatrixXd ScatterOfRanges(const JointProblem& problem, const CalibrationSt
   const auto found = MeasureRangeErrors(problem, state, RangeModel::kWhole, free);
   const Eigen::Index size = Layout(state, problem.estimate_imu_matrices).calibration;
   if (!found) return Eigen::MatrixXd::Zero(size, size);
+  DoubtOfWalks doubt;
+  if (walks || drawn_walks) doubt = MeasureDoubtOfWalks(problem, state, correlation);
   const Eigen::MatrixXd& coupling = found->coupling;
-  const Eigen::MatrixXd covariance = drawn_walks
-                                         ? CovarianceWithDoubtOfWalks(problem, state, *found, correlation)
-                                         : Eigen::MatrixXd(correlation * found->covariance);
+  const Eigen::MatrixXd covariance = drawn_walks ? CovarianceWithDoubtOfWalks(*found, doubt, correlation)
+                                                 : Eigen::MatrixXd(correlation * found->covariance);
   Eigen::MatrixXd square = MeanSquareOfRangeErrors(*found, draws, covariance, kLargestError);
   if (walks) square = CorrectedAndLevel(covariance, square);
   Eigen::MatrixXd scatter = coupling * square / correlation * coupling.transpose();
   if (walks || walks_dropped) {
-    const Eigen::MatrixXd doubt = walks ? DoubtOfCorrectedWalks(problem, state, *found, coupling, correlation)
-                                        : DoubtOfDroppedWalks(*found);
-    scatter += doubt * doubt.transpose() / correlation;
+    const Eigen::MatrixXd moves =
+        walks ? DoubtOfCorrectedWalks(state, *found, coupling, doubt) : DoubtOfDroppedWalks(*found);
+    scatter += moves * moves.transpose() / correlation;
   }
   return scatter;
 }

@@ -67,11 +67,11 @@ DoubtOfWalks MeasureDoubtOfWalks(const JointProblem& problem, const CalibrationS
   return doubt;
 }
 
-ShownWalks FindWalks(const JointProblem& problem, const CalibrationState& state, double correlation) {
+ShownWalks FindWalks(const JointProblem& problem, const CalibrationState& state, const DoubtOfWalks& doubt,
+                     double correlation) {
   const auto found = MeasureRangeErrorsOfAll(problem, state, RangeModel::kWhole, {true, false, true, true});
   if (!found) return ShownWalks::kNone;
   const Eigen::MatrixXd& C = found->covariance;
-  const DoubtOfWalks doubt = MeasureDoubtOfWalks(problem, state, correlation);
   ShownWalks shown = ShownWalks::kNone;
   bool differ = false;
   for (std::size_t a = 0; a < state.lidars.size(); ++a) {
@@ -103,9 +103,8 @@ Eigen::MatrixXd FollowingWalks(const RangeErrors& found) {
   return SolveSymmetric(of_walks, Eigen::MatrixXd(with_walks.transpose())).transpose();
 }
 
-Eigen::MatrixXd CovarianceWithDoubtOfWalks(const JointProblem& problem, const CalibrationState& state,
-                                           const RangeErrors& found, double correlation) {
-  const DoubtOfWalks doubt = MeasureDoubtOfWalks(problem, state, correlation);
+Eigen::MatrixXd CovarianceWithDoubtOfWalks(const RangeErrors& found, const DoubtOfWalks& doubt,
+                                           double correlation) {
   const Eigen::MatrixXd following = FollowingWalks(found);
   const Eigen::VectorXd common = doubt.common * following.rowwise().sum();
   const Eigen::MatrixXd own = following * doubt.own.asDiagonal();

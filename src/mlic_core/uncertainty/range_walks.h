@@ -44,13 +44,14 @@ enum class ShownWalks { kNone, kSome, kTooLarge };
 
 // Of two LiDARs' difference, as both see what planes themselves have of it, and of each walk by itself, as
 // far as it is told from that; either beyond its doubt.
-ShownWalks FindWalks(const JointProblem& problem, const CalibrationState& state, double correlation);
+ShownWalks FindWalks(const JointProblem& problem, const CalibrationState& state, const DoubtOfWalks& doubt,
+                     double correlation);
 
 // How all parameters follow when the walk of one LiDAR moves and the others' stay: a column for each.
 Eigen::MatrixXd FollowingWalks(const RangeErrors& found);
 
 // With what walks may err by, all else following.
-Eigen::MatrixXd CovarianceWithDoubtOfWalks(const JointProblem& problem, const CalibrationState& state,
-                                           const RangeErrors& found, double correlation);
+Eigen::MatrixXd CovarianceWithDoubtOfWalks(const RangeErrors& found, const DoubtOfWalks& doubt,
+                                           double correlation);
 
 }  // namespace mlic
