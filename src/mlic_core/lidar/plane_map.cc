@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "mlic_core/common/parallel.h"
 #include "mlic_core/geometry/octree_key.h"
 #include "mlic_core/geometry/symmetric_matrix.h"
+#include "mlic_core/lidar/plane_cells.h"
 
 namespace mlic {
 namespace {
@@ -55,79 +55,6 @@ std::uint64_t VoxelKey(const Eigen::Vector3f& position, double root) {
   const auto cell = [&](int axis) { return static_cast<std::int64_t>(std::floor(p[axis] / leaf)); };
   return Voxels::KeyOf({cell(0), cell(1), cell(2)});
 }
-
-// Where other surfaces meet a plane: the cells of the plane that hold points off it, and their neighbours. Of
-// what stands on a wall a part lies within the wall's gate, all of it on one side, and the more of it the
-// noisier a LiDAR's points are: the wall would seem nearer to each LiDAR by another length, 1 to 3 mm at 2 cm
-// of noise. Cells are as wide as the gate is thick (what crosses the plane at 45 deg or more leaves the gate
-// in the next cell at the latest), and wide enough to be no more than the points.
-class MixedCells {
- public:
-  struct Point {
-    Eigen::Vector2d position;  // in the plane, m
-    bool off;                  // beyond the gate
-  };
-
-  MixedCells(const std::vector<Point>& points, double gate) {
-    Eigen::Vector2d last = points.front().position;
-    first_ = last;
-    for (const Point& p : points) {
-      first_ = first_.cwiseMin(p.position);
-      last = last.cwiseMax(p.position);
-    }
-    width_ = std::max(gate, std::sqrt((last - first_).prod() / static_cast<double>(points.size())));
-    columns_ = CellOf(last)[0] + 1;
-    rows_ = CellOf(last)[1] + 1;
-    std::vector<Count> counts(static_cast<std::size_t>(columns_) * rows_);
-    for (const Point& p : points) {
-      Count& count = counts[PlaceOf(CellOf(p.position))];
-      ++count.all;
-      count.off += p.off ? 1 : 0;
-    }
-    mixed_.assign(counts.size(), false);
-    for (int column = 0; column < columns_; ++column) {
-      for (int row = 0; row < rows_; ++row) {
-        const Count around = CountAround(counts, column, row);
-        mixed_[PlaceOf({column, row})] = around.off >= kFewestOff && around.off > kShareOff * around.all;
-      }
-    }
-  }
-
-  // position: of one of the points.
-  bool Contains(const Eigen::Vector2d& position) const { return mixed_[PlaceOf(CellOf(position))]; }
-
- private:
-  // from: measured, trials, LiDAR, open 54, 106 and its world with seed 3: 0.02 changes results by at most
-  // 0.4 sigma
-  static constexpr double kShareOff = 0.05;
-  static constexpr int kFewestOff = 2;  // from: derivation, one may be an outlier of its own
-
-  struct Count {
-    int all = 0, off = 0;
-  };
-
-  Eigen::Vector2i CellOf(const Eigen::Vector2d& position) const {
-    return ((position - first_) / width_).cast<int>();
-  }
-  std::size_t PlaceOf(const Eigen::Vector2i& cell) const {
-    return static_cast<std::size_t>(cell[1]) * columns_ + cell[0];
-  }
-  Count CountAround(const std::vector<Count>& counts, int column, int row) const {
-    Count sum;
-    for (int r = std::max(0, row - 1); r <= std::min(rows_ - 1, row + 1); ++r) {
-      for (int c = std::max(0, column - 1); c <= std::min(columns_ - 1, column + 1); ++c) {
-        sum.all += counts[PlaceOf({c, r})].all;
-        sum.off += counts[PlaceOf({c, r})].off;
-      }
-    }
-    return sum;
-  }
-
-  double width_;
-  Eigen::Vector2d first_;
-  int columns_, rows_;
-  std::vector<bool> mixed_;
-};
 
 // One root voxel during one stretch of time.
 class RootVoxel {
@@ -212,19 +139,19 @@ class RootVoxel {
     return true;
   }
 
-  // A point as a side of a plane sees it.
+  // Points as a side of a plane sees them.
   struct Seen {
-    std::size_t place;  // in keyed_
-    double cosine;      // of its incidence
-    double whitened;    // signed distance in sigmas
-    Eigen::Vector2d in_plane;
+    std::vector<std::size_t> places;  // in keyed_
+    std::vector<bool> steep;          // not at grazing incidence
+    std::vector<PointAtPlane> points;
+    double gate = 0.0;  // its thickness in the mean, m
   };
 
-  // Those that do not see the other side. width: of the gate, the mean over them; m.
-  std::vector<Seen> SeenBy(std::size_t begin, std::size_t end, const Fit& fit, double* width) const {
+  // Those that do not see the other side.
+  Seen SeenBy(std::size_t begin, std::size_t end, const Fit& fit) const {
     Eigen::Matrix<double, 2, 3> axes;
     axes << fit.axis_u.normalized().transpose(), fit.axis_v.normalized().transpose();
-    std::vector<Seen> seen;
+    Seen seen;
     double sigmas = 0.0;
     for (std::size_t k = begin; k < end; ++k) {
       const MapSample& s = Sample(k);
@@ -232,45 +159,55 @@ class RootVoxel {
       if (cosine < -kGrazingCosine) continue;
       const double sigma = noise_[s.lidar].Sigma(std::max(kGrazingCosine, cosine));
       const Eigen::Vector3d p = s.position.cast<double>();
-      seen.push_back({k, cosine, fit.plane.SignedDistance(p) / sigma, axes * (p - fit.center)});
+      seen.places.push_back(k);
+      seen.steep.push_back(cosine >= kGrazingCosine);
+      seen.points.push_back({axes * (p - fit.center), fit.plane.SignedDistance(p), sigma});
       sigmas += sigma;
     }
-    *width = 2.0 * kGateSigmas * sigmas / static_cast<double>(std::max<std::size_t>(1, seen.size()));
+    seen.gate =
+        2.0 * kGateSigmas * sigmas / static_cast<double>(std::max<std::size_t>(1, seen.places.size()));
     return seen;
+  }
+
+  // Those within the gate and outside of what is left out.
+  static Seen Within(const Seen& seen, const std::vector<bool>& left_out) {
+    Seen within;
+    within.gate = seen.gate;
+    for (std::size_t k = 0; k < seen.places.size(); ++k) {
+      const PointAtPlane& point = seen.points[k];
+      if (!seen.steep[k] || std::abs(point.distance) > kGateSigmas * point.sigma || left_out[k]) continue;
+      within.places.push_back(seen.places[k]);
+      within.steep.push_back(true);
+      within.points.push_back(point);
+    }
+    return within;
   }
 
   void AddSide(std::size_t begin, std::size_t end, const Eigen::Vector3d& anchor, Fit fit, double side,
                std::uint64_t voxel) {
+    constexpr int kPasses = 4;  // from: definition, three fits and the last, without relief
     fit.plane.normal *= side;
     fit.plane.offset *= side;
     const auto fewest = static_cast<std::size_t>(std::ceil(kFewestPoints / Tolerance(voxel)));
     std::vector<std::uint32_t> members;
     double inflation = 1.0;
     // Later passes take the gate from the trimmed fit of the one before, and leave out where other surfaces
-    // meet that plane.
-    for (int pass = 0; pass < 3; ++pass) {
+    // meet that plane; the last one leaves out relief, too.
+    for (int pass = 0; pass < kPasses; ++pass) {
+      const Seen seen = SeenBy(begin, end, fit);
+      if (seen.places.size() < fewest) return;
+      Seen within = Within(seen, pass == 0 ? std::vector<bool>(seen.places.size(), false)
+                                           : FindMixed(seen.points, kGateSigmas * inflation, seen.gate));
+      if (pass == kPasses - 1) within = Within(within, FindRelief(within.points, within.gate));
+      if (within.places.size() < fewest) return;
       members.clear();
       double squares = 0.0;
       PointCluster cluster;
-      double width = 0.0;
-      const std::vector<Seen> seen = SeenBy(begin, end, fit, &width);
-      if (seen.size() < fewest) return;
-      std::optional<MixedCells> mixed;
-      if (pass > 0) {
-        std::vector<MixedCells::Point> points;
-        points.reserve(seen.size());
-        const double gate = kGateSigmas * inflation;
-        for (const Seen& s : seen) points.push_back({s.in_plane, std::abs(s.whitened) > gate});
-        mixed.emplace(points, width);
+      for (std::size_t k = 0; k < within.places.size(); ++k) {
+        members.push_back(keyed_[within.places[k]].index);
+        squares += std::pow(within.points[k].distance / within.points[k].sigma, 2);
+        cluster.Add(Sample(within.places[k]).position.cast<double>() - anchor);
       }
-      for (const Seen& s : seen) {
-        if (s.cosine < kGrazingCosine || std::abs(s.whitened) > kGateSigmas) continue;
-        if (mixed && mixed->Contains(s.in_plane)) continue;
-        members.push_back(keyed_[s.place].index);
-        squares += s.whitened * s.whitened;
-        cluster.Add(Sample(s.place).position.cast<double>() - anchor);
-      }
-      if (members.size() < fewest) return;
       inflation = std::max(1.0, std::sqrt(squares / static_cast<double>(members.size())));
       const Eigen::Vector3d old_normal = fit.plane.normal;
       fit = FitPlane(cluster, anchor);

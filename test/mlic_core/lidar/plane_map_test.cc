@@ -190,5 +190,31 @@ TEST(PlaneMap, IsNotDrawnByWhatStandsOnIt) {
   EXPECT_LT(std::abs(drawn / points), 0.02 * kNoise);
 }
 
+// A floor with hollows of 0.6 m, 5 cm deep: 2.5 sigmas, so that they lie within its gate.
+TEST(PlaneMap, IsNotDrawnByWindows) {
+  constexpr double kHeight = 0.3, kDepth = 0.05;
+  const auto is_hollow = [](const Eigen::Vector3f& p) {
+    return std::fmod(p.x(), 1.5) < 0.6 && std::fmod(p.y(), 1.2) < 0.6;
+  };
+  Random random(5);
+  std::vector<MapSample> samples;
+  SeeFloor(kHeight, 0.0, 0, &random, &samples);
+  for (MapSample& sample : samples) {
+    if (is_hollow(sample.position)) sample.position.z() -= static_cast<float>(kDepth);
+  }
+  double drawn = 0.0, points = 0.0, hollow = 0.0;
+  for (const MapPlane& plane : BuildPlaneMap(samples, kNoises, {})) {
+    if (std::abs(plane.center.z() - kHeight) > 0.5 * kDepth) continue;  // of a hollow alone
+    for (const std::uint32_t s : plane.samples) {
+      points += 1.0;
+      hollow += is_hollow(samples[s].position) ? 1.0 : 0.0;
+      drawn += samples[s].position.z() - kHeight;
+    }
+  }
+  ASSERT_GT(points, 0.5 * samples.size());
+  EXPECT_LT(hollow, 0.02 * points);
+  EXPECT_LT(std::abs(drawn / points), 0.05 * kNoise);
+}
+
 }  // namespace
 }  // namespace mlic::plane_map_test
