@@ -14,13 +14,14 @@ namespace {
 // paper rig, seeds 1 to 3; what agrees, then its noise
 constexpr int kLandmarkRoundsAfterStamps = 2;
 
-// What LiDARs err by: their rings, and all their ranges together, which is asked once in the rounds, and
-// again where they do. True if any correction has moved.
+// What LiDARs err by: their rings, and all their ranges together, which is asked once in the rounds with
+// rings that stand still, and again where ranges err: what rings err by hides how ranges go with the
+// brightness. True if any correction has moved.
 bool ReviewRanges(Adjustment* adjustment) {
   const double correlation = CorrelationFactor(adjustment->problem.drives, adjustment->state);
   const bool rings_moved = CorrectRings(adjustment->problem.drives, correlation, &adjustment->state);
   if (adjustment->rounds.ranges_measured && !AnyRangeCorrected(adjustment->state)) return rings_moved;
-  adjustment->rounds.ranges_measured = true;
+  adjustment->rounds.ranges_measured = !rings_moved;
   return CorrectRanges(adjustment->problem, correlation, &adjustment->rounds.walks_dropped,
                        &adjustment->state) ||
          rings_moved;

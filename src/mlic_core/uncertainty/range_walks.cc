@@ -48,10 +48,12 @@ DoubtOfWalks DifferenceOfWalks(const JointProblem& problem, const CalibrationSta
   return doubt;
 }
 
-// Whether a walk that was found with this variance is likelier to be a draw of the usual size than nothing.
-bool IsLikelierThanNone(double walk, double variance) {
-  const double noise = variance + kFlatness * kFlatness, with_walk = noise + kUsualError * kUsualError;
-  return walk * walk * (1.0 / noise - 1.0 / with_walk) > std::log(with_walk / noise);
+// Whether a walk, or a difference of two, that was found with this variance is likelier to be of the usual
+// size than nothing. walks: how many.
+bool IsLikelierThanNone(double found, double variance, int walks) {
+  const double noise = variance + kFlatness * kFlatness,
+               with_walk = noise + walks * kUsualError * kUsualError;
+  return found * found * (1.0 / noise - 1.0 / with_walk) > std::log(with_walk / noise);
 }
 
 }  // namespace
@@ -77,7 +79,7 @@ ShownWalks FindWalks(const JointProblem& problem, const CalibrationState& state,
   for (std::size_t a = 0; a < state.lidars.size(); ++a) {
     const Eigen::Index at_a = RangeErrors::Of(a, kRangeWalk);
     const double walk = found->steps[a][kRangeWalk];
-    if (IsLikelierThanNone(walk, correlation * C(at_a, at_a) + std::pow(doubt.Of(a), 2))) {
+    if (IsLikelierThanNone(walk, correlation * C(at_a, at_a) + std::pow(doubt.Of(a), 2), 1)) {
       const bool too_large = std::abs(walk) >= kLargestError;
       shown = std::max(shown, too_large ? ShownWalks::kTooLarge : ShownWalks::kSome);
     }
@@ -86,8 +88,7 @@ ShownWalks FindWalks(const JointProblem& problem, const CalibrationState& state,
       const double difference = walk - found->steps[b][kRangeWalk];
       const double variance = correlation * (C(at_a, at_a) + C(at_b, at_b) - 2.0 * C(at_a, at_b));
       differ |= std::abs(difference) < kLargestError &&
-                std::abs(difference) >
-                    kFarFromZero * std::hypot(std::sqrt(variance), doubt.OfDifference(a, b), kFlatness);
+                IsLikelierThanNone(difference, variance + std::pow(doubt.OfDifference(a, b), 2), 2);
     }
   }
   if (differ) return ShownWalks::kSome;  // UsualCorrections sorts out what they share
