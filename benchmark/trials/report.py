@@ -16,6 +16,13 @@ import sys
 
 BEYOND = 5.0  # claimed sigmas; a normal error is there once in 1.7 million
 RESAMPLES = 2000
+PLACES = {'lidar_imu': 'LiDAR to IMU', 'camera_imu': 'camera to IMU', 'lidar_lidar': 'between LiDARs',
+          'lidar_camera': 'LiDAR to camera', 'camera_camera': 'between cameras', 'camera': 'camera'}
+# What it is called, by what it is multiplied, its unit then.
+QUANTITIES = {'rotation': ('rotation', 1.0, ' deg'), 'translation': ('translation', 1e3, ' mm'),
+              'offset': ('offset', 1e3, ' ms'), 'drift': ('drift', 1.0, ' ppm'), 'readout': ('readout', 1e3, ' ms'),
+              'focal': ('focal length', 1.0, ' px'), 'center': ('centre', 1.0, ' px'),
+              'distortion': ('distortion', 1.0, '')}
 
 
 def load(paths):
@@ -50,6 +57,13 @@ def mean_square_interval(groups):
     return mean(groups), means[int(0.025 * RESAMPLES)], means[int(0.975 * RESAMPLES)]
 
 
+def name_of(parameter):
+    """What a kind of parameter is called, by what its errors are multiplied, and their unit then."""
+    place, quantity = parameter.rsplit('_', 1)
+    name, factor, unit = QUANTITIES[quantity]
+    return f'{PLACES[place]}, {name}', factor, unit
+
+
 def is_given(line):
     return line['verdict'] in ('trusted', 'partial')
 
@@ -76,7 +90,7 @@ def drives_table(drives):
 
 def sigmas_table(rows):
     """By split and kind of parameter, of what is given."""
-    lines = ['| split | parameter | drives | error, median / worst | of claimed sigma, median | of the bound, median | '
+    lines = ['| split | parameter | drives | error, median | worst | by the Cramer-Rao bound, median | '
              'mean z^2 [95 %] | intervals that hold | worst z |', '|---|---|---|---|---|---|---|---|---|']
     groups = collections.defaultdict(list)
     for line in rows:
@@ -87,13 +101,14 @@ def sigmas_table(rows):
         mean, low, high = mean_square_interval(squares)
         count = sum(n for _, n in squares)
         errors = [float(line['error']) for line in members]
-        ratio = statistics.median(float(line['error']) / float(line['sigma']) for line in members)
         # Rows of programs that told no bound lack it.
         of_bound = [float(line['error']) / float(line['bound']) for line in members if line.get('bound')]
         inside = sum(int(line['inside']) for line in members)
-        lines.append(f'| {split} | {parameter} | {len(members)} | {statistics.median(errors):.3g} / {max(errors):.3g} | '
-                     f'{ratio:.2f} | {f"{statistics.median(of_bound):.2f}" if of_bound else ""} | {mean:.2f} [{low:.2f}, {high:.2f}] of {count} | {inside / count:.0%} | '
-                     f'{max(float(line["worst_z"]) for line in members):.1f} |')
+        bound = f'{statistics.median(of_bound):.2f}' if of_bound else ''
+        name, factor, unit = name_of(parameter)
+        lines.append(f'| {split} | {name} | {len(members)} | {factor * statistics.median(errors):.3g}{unit} | '
+                     f'{factor * max(errors):.3g}{unit} | {bound} | {mean:.2f} [{low:.2f}, {high:.2f}] of {count} | '
+                     f'{inside / count:.0%} | {max(float(line["worst_z"]) for line in members):.1f} |')
     return lines
 
 
