@@ -122,10 +122,11 @@ Eigen::MatrixXd DoubtOfCorrectedWalks(const CalibrationState& state, const Range
   double mean = 0.0;
   for (const RangeCorrection& ranges : state.ranges) mean += ranges.walk / lidars;
   const auto of_usual = [](double sigma) { return sigma * kUsualError / std::hypot(sigma, kUsualError); };
+  const Eigen::VectorXd beside = doubt.Beside();
   Eigen::MatrixXd moves(moved_by.rows(), moved_by.cols() + 1);
   for (Eigen::Index l = 0; l < moved_by.cols(); ++l) {
     const double own = state.ranges[static_cast<std::size_t>(l)].walk - mean;
-    moves.col(l) = std::hypot(kShareOfWalk * own, of_usual(doubt.own[l])) * moved_by.col(l);
+    moves.col(l) = std::hypot(kShareOfWalk * own, of_usual(beside[l])) * moved_by.col(l);
   }
   moves.rightCols<1>() = of_usual(doubt.common) * moved_by.rowwise().sum();
   return moves;

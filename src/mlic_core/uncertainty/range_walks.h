@@ -20,10 +20,15 @@ inline constexpr double kLargestError = 0.03;
 // largest
 inline constexpr double kUsualError = 0.01;
 
-// What LiDARs' walks may err by, m for each power of ten: all together, and each beside that.
+// What LiDARs' walks may err by, m for each power of ten: all together, and each beside that, as what kinds
+// of points contradict each other in shows.
 struct DoubtOfWalks {
   double common = 0.0;
   Eigen::VectorXd own;
+
+  // Sigmas of walks beside what all share, with a share of that: LiDARs see relief from elsewhere, with other
+  // beams and noise, which kinds of points need not show. Of a single LiDAR as `own`.
+  Eigen::VectorXd Beside() const;
 
   // Sigma of one LiDAR's walk, and of the difference of two.
   double Of(std::size_t lidar) const { return std::hypot(common, own[static_cast<Eigen::Index>(lidar)]); }
