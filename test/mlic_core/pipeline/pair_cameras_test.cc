@@ -59,13 +59,14 @@ PairError ErrorOf(const PairResult& pair, const SimulatedInput& input) {
           pair.T_a_b.translation - T_a_b.translation};
 }
 
-// Neither too good nor worthless.
-void ExpectHonest(const PairResult& pair, const PairError& error, double largest_sigma_deg) {
-  for (int k = 0; k < 3; ++k) {
-    EXPECT_LT(std::abs(error.turn[k]), 3.0 * pair.sigma.rotation[k]);
-    EXPECT_LT(std::abs(error.shift[k]), 3.0 * pair.sigma.translation[k]);
-  }
-  EXPECT_LT(pair.sigma.rotation.maxCoeff(), largest_sigma_deg * M_PI / 180.0);
+// Errors as claimed: within 3 sigmas each, and the six together within what chance leaves of 99 in 100
+// (chi-square, 6 degrees of freedom).
+void ExpectHonest(const PairResult& pair, const PairError& error) {
+  const Eigen::Array3d turn = error.turn.array() / pair.sigma.rotation.array();
+  const Eigen::Array3d shift = error.shift.array() / pair.sigma.translation.array();
+  EXPECT_LT(turn.abs().maxCoeff(), 3.0);
+  EXPECT_LT(shift.abs().maxCoeff(), 3.0);
+  EXPECT_LT(turn.square().sum() + shift.square().sum(), 16.8);
 }
 
 TEST(PairCameras, AParkedCarGivesTheCameraThatSeesWhatItsLidarSeesAndNamesTheOther) {
@@ -83,9 +84,9 @@ TEST(PairCameras, AParkedCarGivesTheCameraThatSeesWhatItsLidarSeesAndNamesTheOth
   const PairResult& pair = result.pairs[0];
   EXPECT_EQ(pair.b, input.rig.cameras[1].name);
   const PairError error = ErrorOf(pair, input);
-  ExpectHonest(pair, error, 1.5);
-  EXPECT_LT(error.turn.norm(), 0.3 * M_PI / 180.0);
-  EXPECT_LT(error.shift.norm(), 0.06);
+  ExpectHonest(pair, error);
+  EXPECT_LT(pair.sigma.rotation.maxCoeff(), 0.25 * M_PI / 180.0);
+  EXPECT_LT(pair.sigma.translation.maxCoeff(), 0.04);
   ASSERT_FALSE(pair.unobservable.empty());
   EXPECT_EQ(pair.unobservable.back().quantity, UnobservableDirection::Quantity::kTimeOffset);
   const bool named = std::any_of(result.reasons.begin(), result.reasons.end(), [](const std::string& reason) {
