@@ -12,6 +12,7 @@ import sys
 
 import row
 import scenarios
+from page import replace_section
 
 PAGE = pathlib.Path(__file__).resolve().parent.parent.parent / 'docs/benchmark.md'
 BEGIN, END = '<!-- accuracy: written by benchmark/accuracy/report.py -->', '<!-- end of accuracy -->'
@@ -87,23 +88,13 @@ def section(rows):
         if of_it:
             by_scenario[name] = of_it
     commits = ', '.join(sorted({line['commit'] for line in rows}))
-    return '\n'.join(
-        [BEGIN, f'`benchmark/accuracy/run.py`, commit {commits}; {machine()}. Each cell: median / worst over the seeds of '
+    return (
+        [f'`benchmark/accuracy/run.py`, commit {commits}; {machine()}. Each cell: median / worst over the seeds of '
          'the worst sensor or pair of a drive. Directions that a result marks as not observable are left out.', ''] +
         runs_table(by_scenario) + [''] + errors_table(by_scenario) +
         ['', 'Errors in claimed sigmas: mean square of all components (1 where sigmas are right), how many, the largest.',
          ''] +
-        consistency_table(rows) + [END])
-
-
-def write(page, text):
-    """Replaces what stands between the markers, or adds it at the end."""
-    old = page.read_text() if page.exists() else '# Benchmarks\n\n## Accuracy\n\n'
-    if BEGIN in old and END in old:
-        new = old[:old.index(BEGIN)] + text + old[old.index(END) + len(END):]
-    else:
-        new = old.rstrip('\n') + '\n\n' + text + '\n'
-    page.write_text(new)
+        consistency_table(rows))
 
 
 def main():
@@ -114,7 +105,7 @@ def main():
     if not rows:
         sys.exit(f'report.py: no rows in {sys.argv[1]}')
     page = pathlib.Path(sys.argv[2]) if len(sys.argv) == 3 else PAGE
-    write(page, section(rows))
+    replace_section(page, BEGIN, END, section(rows))
     print(f'report.py: {len(rows)} rows in {page}')
 
 

@@ -24,6 +24,7 @@ import report
 import row
 import run
 import scenarios
+from page import replace_section
 
 TRUTH = """verdict: trusted
 sensors:
@@ -135,10 +136,10 @@ class Files(unittest.TestCase):
         page.write_text('# Title\n\nbefore\n')
         with open(self.rows('a.csv', 1.0), newline='') as file:
             rows = list(csv.DictReader(file))
-        report.write(page, report.section(rows))
+        replace_section(page, report.BEGIN, report.END, report.section(rows))
         page.write_text(page.read_text() + '\nafter\n')
         once = page.read_text()
-        report.write(page, report.section(rows))
+        replace_section(page, report.BEGIN, report.END, report.section(rows))
         self.assertEqual(page.read_text(), once)
         self.assertIn('before', once)
         self.assertIn('| gate | LiDAR-IMU |', once)

@@ -18,6 +18,7 @@ sys.path.insert(0, sys.argv.pop(1))
 
 import compare
 import families
+import first_sight
 import report
 import run
 import score
@@ -235,6 +236,13 @@ class Rows(Folder):
         partial = report.load([self.rows('d.csv', z=6.0, verdict='partial', count=1)])
         self.assertIn('| open | all | 1 | 0 | 1 | 0 | 0 | 1 | 0 | 6.0 |', report.report(partial))
         self.assertIn('| 6.0 | lidar_imu_rotation |', report.report(worse))
+
+    def test_first_sight_has_each_drive_once(self):
+        rows = report.load([self.rows('a.csv', count=3)])
+        self.assertIn('**LiDARs and IMU** (seeds open 0-2):', first_sight.section(rows))
+        self.assertEqual(first_sight.seeds_of([{'seed': '7'}, {'seed': '3'}, {'seed': '2'}, {'seed': '7'}]), '2-3, 7')
+        with self.assertRaisesRegex(SystemExit, '1 drives of lidar are there more than once'):
+            first_sight.section(rows + [dict(rows[0], commit='later')])
 
     def test_bootstrap_is_over_drives(self):
         mean, low, high = report.mean_square_interval([(0.0, 3)] * 10 + [(12.0, 3)] * 10)
