@@ -1,5 +1,9 @@
 """Sections of a page that a program writes, between two markers."""
 
+import pathlib
+
+PAGE = pathlib.Path(__file__).resolve().parent.parent.parent / 'docs/benchmark.md'
+
 
 def replace_section(page, begin, end, lines):
     """Replaces what stands between the markers, or adds it and them at the end."""

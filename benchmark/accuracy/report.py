@@ -12,9 +12,8 @@ import sys
 
 import row
 import scenarios
-from page import replace_section
+from page import PAGE, replace_section
 
-PAGE = pathlib.Path(__file__).resolve().parent.parent.parent / 'docs/benchmark.md'
 BEGIN, END = '<!-- accuracy: written by benchmark/accuracy/report.py -->', '<!-- end of accuracy -->'
 NAMES = {'lidar_imu': 'LiDAR-IMU', 'camera_imu': 'camera-IMU', 'lidar_lidar': 'LiDAR-LiDAR',
          'lidar_camera': 'LiDAR-camera', 'camera_camera': 'camera-camera'}

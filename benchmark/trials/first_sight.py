@@ -14,15 +14,14 @@ import report
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.append(str(HERE.parent / 'accuracy'))
 
-from page import replace_section
+from page import PAGE, replace_section
 
 ROWS = HERE / 'results/first_sight'
-PAGE = HERE.parent.parent / 'docs/benchmark.md'
 BEGIN, END = '<!-- trials: written by benchmark/trials/first_sight.py -->', '<!-- end of trials -->'
 RIGS = {'lidar': 'LiDARs and IMU', 'camera': 'One LiDAR, cameras and IMU', 'camera_imu': 'Cameras and IMU'}
 
 
-def seeds_of(rows):
+def runs_of_seeds(rows):
     """'360-365, 370' of the seeds of these rows."""
     seeds = sorted({int(line['seed']) for line in rows})
     runs = []
@@ -46,7 +45,7 @@ def section(rows):
         if again:
             sys.exit(f'first_sight.py: {again} drives of {kind} are there more than once, expected once; take the rows of '
                      'later builds out')
-        seeds = '; '.join(f'{split} {seeds_of([line for line in of_kind if line["split"] == split])}'
+        seeds = '; '.join(f'{split} {runs_of_seeds([line for line in of_kind if line["split"] == split])}'
                           for split in sorted({line['split'] for line in of_kind}))
         lines += ([''] if lines else []) + [f'**{rig}** (seeds {seeds}):', ''] + report.drives_table(drives)
         lines += [''] + report.sigmas_table(of_kind) + ['', 'Given beyond 4 sigmas:', ''] + report.beyond_table(drives)

@@ -240,7 +240,7 @@ class Rows(Folder):
     def test_first_sight_has_each_drive_once(self):
         rows = report.load([self.rows('a.csv', count=3)])
         self.assertIn('**LiDARs and IMU** (seeds open 0-2):', first_sight.section(rows))
-        self.assertEqual(first_sight.seeds_of([{'seed': '7'}, {'seed': '3'}, {'seed': '2'}, {'seed': '7'}]), '2-3, 7')
+        self.assertEqual(first_sight.runs_of_seeds([{'seed': '7'}, {'seed': '3'}, {'seed': '2'}, {'seed': '7'}]), '2-3, 7')
         with self.assertRaisesRegex(SystemExit, '1 drives of lidar are there more than once'):
             first_sight.section(rows + [dict(rows[0], commit='later')])
 

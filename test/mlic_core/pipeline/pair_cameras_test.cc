@@ -87,6 +87,7 @@ TEST(PairCameras, AParkedCarGivesTheCameraThatSeesWhatItsLidarSeesAndNamesTheOth
   ExpectHonest(pair, error);
   EXPECT_LT(pair.sigma.rotation.maxCoeff(), 0.25 * M_PI / 180.0);
   EXPECT_LT(pair.sigma.translation.maxCoeff(), 0.04);
+  EXPECT_LT(error.shift.norm(), 0.06);
   ASSERT_FALSE(pair.unobservable.empty());
   EXPECT_EQ(pair.unobservable.back().quantity, UnobservableDirection::Quantity::kTimeOffset);
   const bool named = std::any_of(result.reasons.begin(), result.reasons.end(), [](const std::string& reason) {
