@@ -8,8 +8,8 @@ namespace mlic {
 constexpr double kBestGyroscope = 2e-6;      // from: standard, as above
 constexpr double kBestAccelerometer = 2e-5;  // from: standard, as above
 
-// Density that no gyroscope on a vehicle exceeds: what is above is turning. rad/s/sqrt(Hz). from: standard,
-// data sheets; 0.01 deg/s/sqrt(Hz) is usual of consumer grade, 0.05 the worst
+// Density that hardly any gyroscope on a vehicle exceeds. rad/s/sqrt(Hz). from: standard, data sheets; 0.01
+// deg/s/sqrt(Hz) is usual of consumer grade, 0.05 the worst
 constexpr double kWorstGyroscope = 1e-3;
 
 }  // namespace mlic

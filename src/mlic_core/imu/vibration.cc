@@ -78,11 +78,15 @@ double TopOfFilter(const std::array<NoiseSpectrum, 6>& axes) {
 // samples allow (every two of them) end.
 double TopOfRates(double top) { return 1.0 / (6.0 * std::max(kFinestKnots, 1.0 / StopOf(top))); }
 
-// Whether the rates behind the filter have more above that than any gyroscope's noise.
+// Whether any rate has in the octave above that more than noise: than that of any usual gyroscope, and than
+// at its level beyond, up to which a noisier one's reaches as well.
 bool TurnsFast(const std::array<NoiseSpectrum, 6>& axes, double top) {
   const double begin = StopOf(TopOfRates(top)), end = std::min(2.0 * begin, 2.0 * top);
   return std::any_of(axes.begin(), axes.begin() + 3, [&](const NoiseSpectrum& axis) {
-    return axis.Variance(begin, end) > kWorstGyroscope * kWorstGyroscope * 2.0 * (end - begin);
+    const double nyquist = axis.Nyquist();
+    const double noise =
+        std::max(kWorstGyroscope * kWorstGyroscope * 2.0 * nyquist, axis.WhiteVariance(end, nyquist));
+    return axis.Variance(begin, end) > kLeastExcess * noise * (end - begin) / nyquist;
   });
 }
 

@@ -24,11 +24,11 @@ struct FilteredImu {
 // up to 25 Hz and sampled anew at 75 Hz; where one shakes so between 18.75 and 37.5 Hz, up to 12.5 Hz and
 // sampled at 37.5 Hz, at which what is left is nearly white. A joint solve that weighs samples by their
 // scatter would take such vibration for noise of slow signals, which it is not. So it would turning that no
-// spline follows: where the rates exceed the noise of any gyroscope in the octave above half of the finest
-// knots' rate, they are low-passed up to there, behind the one or the other filter. Samples come in order of
-// time; lost ones are bridged, at gaps and ends half of the filter's width (0.13 or 0.26 s) is left out.
-// nullopt where nothing is to be taken away, where samples come too seldom to show it, or where gaps would
-// leave too little.
+// spline follows: where the rates have in the octave above half of the finest knots' rate more than twice the
+// noise that any usual gyroscope has there and that their level beyond would make, they are low-passed up to
+// there, behind the one or the other filter. Samples come in order of time; lost ones are bridged, at gaps
+// and ends half of the filter's width (0.13 or 0.26 s) is left out. nullopt where nothing is to be taken
+// away, where samples come too seldom to show it, or where gaps would leave too little.
 std::optional<FilteredImu> WithoutVibration(const std::vector<ImuSample>& samples);
 
 }  // namespace mlic

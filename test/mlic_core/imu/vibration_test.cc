@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -101,6 +102,23 @@ TEST(Vibration, TurningThatSplinesFollowStays) {
   EXPECT_FALSE(WithoutVibration(Turning(0.05, 8.0)));
   // 0.7 of the density that the worst gyroscope has over the octave from 12.5 Hz
   EXPECT_FALSE(WithoutVibration(Turning(0.7 * kWorstGyroscope * std::sqrt(2.0 * 25.0), 18.0)));
+}
+
+// A gyroscope of the worst usual density, and a worse one: noise is as dense beyond the octave, turning is
+// not.
+TEST(Vibration, ANoisyGyroscopeDoesNotTurn) {
+  for (const double density : {kWorstGyroscope, 3.0 * kWorstGyroscope}) {
+    for (const std::uint64_t seed : {1, 2, 3, 4}) {
+      Random random(seed);
+      std::vector<ImuSample> samples = Shaken(0.0);
+      for (ImuSample& sample : samples) {
+        for (int axis = 0; axis < 3; ++axis) {
+          sample.angular_velocity[axis] += density * std::sqrt(kRate) * random.Normal();
+        }
+      }
+      EXPECT_FALSE(WithoutVibration(samples)) << density << ", seed " << seed;
+    }
+  }
 }
 
 TEST(Vibration, BehindTheLowerFilterTurningGoesFromEarlierOn) {
