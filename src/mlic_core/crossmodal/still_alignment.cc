@@ -13,8 +13,11 @@ namespace {
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-constexpr double kLeastScore = 0.15;     // of structure
-constexpr double kLeastDistinct = 0.05;  // by which the score exceeds that of poses degrees off
+constexpr double kLeastScore = 0.15;  // of structure
+// Share of the score that poses degrees off may have. from: measured, parked in streets, yards and car parks,
+// three of each: 0.2 to 0.4 where the pose is right, 0.7 to 0.8 in a street where it is not.
+constexpr double kMostElsewhere = 0.6;
+constexpr double kMostFromGuess = 22.5;  // from: derivation, chi-square, 6 degrees of freedom, 1 in 1000
 // from: guard, the covariance decides.
 constexpr std::size_t kFewestMatches = 60;  // that refine what all pixels together have found
 
@@ -48,7 +51,8 @@ bool IsBetter(const CameraToMapResult& refined, const StructureAlignment& found)
 }  // namespace
 
 bool StillAlignment::IsClear() const {
-  return found.score_after >= kLeastScore && found.score_after - found.elsewhere >= kLeastDistinct;
+  return found.score_after >= kLeastScore && found.elsewhere <= kMostElsewhere * found.score_after &&
+         found.squared_distance <= kMostFromGuess;
 }
 
 StillAlignment AlignStill(const std::vector<StillPair>& pairs, const CameraIntrinsics& intrinsics,

@@ -19,7 +19,7 @@ struct StillAlignment {
   StructureAlignment found;                  // by all pixels together
   std::optional<CameraToMapResult> refined;  // by single matches, where they say more; it is the pose then
 
-  // Whether the photos show the LiDARs' structure at one clear place.
+  // Whether the photos show the LiDARs' structure at one clear place, and the guess does not contradict it.
   bool IsClear() const;
 };
 

@@ -3,13 +3,11 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <utility>
 
 #include "mlic_core/common/error.h"
-#include "mlic_core/common/order_statistics.h"
 #include "mlic_core/common/parallel.h"
-#include "mlic_core/crossmodal/cross_modal_matches.h"
-#include "mlic_core/crossmodal/view_selection.h"
 #include "mlic_core/geometry/so3.h"
 #include "mlic_core/geometry/symmetric_matrix.h"
 
@@ -23,8 +21,6 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 // pixels of a scan share the faults of its rendering too.
 constexpr double kScanSigmaFactor = 10.0;
 constexpr double kAwayDegrees = 4.0;  // from: definition, StructureAlignment::elsewhere
-// px: structure is blurred over more, so that every second pixel of every second row says as much as all.
-constexpr int kPixelStep = 2;  // from: guard, time
 
 // A small rotation (rad, left) and translation of T_camera_body.
 RigidTransform Moved(const RigidTransform& T_camera_body, const Vector6d& move) {
@@ -48,19 +44,24 @@ Vector6d PixelMoves(const StructureScore& score) {
   return moves;
 }
 
+// What climbs.
+enum class Free { kRotation, kPose };
+
 // The log-posterior of a pose about the start, up to a constant, for steps in units of PixelMoves.
 class Posterior {
  public:
   Posterior(const StructureScore& score, const RigidTransform& start, const Matrix6d& prior)
       : score_(score), start_(start), prior_information_(prior.inverse()), units_(PixelMoves(score)) {}
 
-  // What one unit of score is worth, judged from the mismatch that is left at a pose.
-  void WeighAt(const RigidTransform& pose) {
-    worth_ = score_.weight() / (kScanSigmaFactor * kScanSigmaFactor * std::max(0.1, 1.0 - score_.At(pose)));
+  // What one pixel is worth, judged from the mismatch that is left.
+  void WeighBy(double correlation) {
+    worth_ = 1.0 / (kScanSigmaFactor * kScanSigmaFactor * std::max(0.1, 1.0 - correlation));
   }
-  double At(const RigidTransform& pose) const {
+  double At(const RigidTransform& pose) const { return Of(pose, score_.At(pose)); }
+  // value: what any rendering scores at the pose.
+  double Of(const RigidTransform& pose, const StructureScore::Value& value) const {
     const Vector6d move = MoveBetween(start_, pose);
-    return worth_ * score_.At(pose) - 0.5 * move.dot(prior_information_ * move);
+    return worth_ * value.weight * value.correlation - 0.5 * move.dot(prior_information_ * move);
   }
   RigidTransform Step(const RigidTransform& pose, const Vector6d& step) const {
     return Moved(pose, units_.cwiseProduct(step));
@@ -97,18 +98,21 @@ class Posterior {
     }
   }
 
-  // Newton steps, each shortened until it climbs; directions that are not concave go along the gradient.
-  RigidTransform Climb(RigidTransform pose) const {
+  // Newton steps of the rotation or of both, each shortened until it climbs; directions that are not concave
+  // go along the gradient.
+  RigidTransform Climb(RigidTransform pose, Free free) const {
+    const int count = free == Free::kRotation ? 3 : 6;
     constexpr double kLeastCurvature = 1e-3, kLongest = 4.0, kSettled = 0.02;  // from: guard
     for (int i = 0; i < 12; ++i) {
       Vector6d gradient;
       Matrix6d hessian;
       Differentiate(pose, &gradient, &hessian);
-      const SymmetricEigen<Eigen::Dynamic> eigen(-hessian);
+      const SymmetricEigen<Eigen::Dynamic> eigen(-hessian.topLeftCorner(count, count));
       const double largest = std::max(1e-12, eigen.eigenvalues().cwiseAbs().maxCoeff());
-      const Vector6d curvature = eigen.eigenvalues().cwiseAbs().cwiseMax(kLeastCurvature * largest);
-      Vector6d step =
-          eigen.eigenvectors() * (eigen.eigenvectors().transpose() * gradient).cwiseQuotient(curvature);
+      const Eigen::VectorXd curvature = eigen.eigenvalues().cwiseAbs().cwiseMax(kLeastCurvature * largest);
+      Vector6d step = Vector6d::Zero();
+      step.head(count) = eigen.eigenvectors() *
+                         (eigen.eigenvectors().transpose() * gradient.head(count)).cwiseQuotient(curvature);
       step *= std::min(1.0, kLongest / std::max(1e-12, step.norm()));
       const double here = At(pose);
       while (step.norm() > kSettled && At(Step(pose, step)) <= here) step *= 0.5;
@@ -185,15 +189,83 @@ std::vector<RigidTransform> BestOfGrid(const StructureScore& score, const Poster
   return best;
 }
 
-// The best `most` poses that are turned by at least `apart` (rad) from better ones. ranks: negative score and
-// index of each.
-std::vector<RigidTransform> BestApart(const std::vector<RigidTransform>& poses,
-                                      std::vector<std::pair<double, std::size_t>> ranks, std::size_t most,
-                                      double apart) {
+double HighestElsewhere(const StructureScore& score, const RigidTransform& T_camera_body) {
+  double highest = -1.0;
+  for (int k = 0; k < 8; ++k) {
+    const double angle = k * M_PI / 4.0;
+    const Eigen::Vector3d turn(std::cos(angle), std::sin(angle), 0.0);
+    Vector6d move = Vector6d::Zero();
+    move.head<3>() = kAwayDegrees * M_PI / 180.0 * turn;
+    highest = std::max(highest, score.At(Moved(T_camera_body, move)).correlation);
+  }
+  return highest;
+}
+
+// A pose and the rendering there.
+struct RenderedPose {
+  RigidTransform T_camera_body;
+  StructureScore score;
+  StructureScore::Value value;  // there
+};
+
+// What AlignByStructure is about.
+struct StillProblem {
+  const std::vector<StillPair>& pairs;
+  const CameraIntrinsics& intrinsics;
+  const RigidTransform start;  // T_camera_body
+  const Matrix6d& prior;
+  StructureOptions structure;
+
+  RenderedPose Render(const RigidTransform& T_camera_body, double scale) const {
+    StructureScore score(pairs, intrinsics, scale, structure, T_camera_body.Inverse());
+    const StructureScore::Value value = score.At(T_camera_body);
+    return {T_camera_body, std::move(score), value};
+  }
+  Posterior PosteriorAt(const RenderedPose& at) const {
+    Posterior posterior(at.score, start, prior);
+    posterior.WeighBy(at.value.correlation);
+    return posterior;
+  }
+};
+
+// Climbs and renders again, `rounds` times, as long as poses are better by their own renderings: that of
+// another pose alone would let the camera go where the map's visible side does not show what it hides.
+RenderedPose ClimbByRenderings(const StillProblem& problem, double scale, int rounds, Free free,
+                               const RigidTransform& from) {
+  constexpr int kHalvings = 3;  // from: guard, time
+  RenderedPose here = problem.Render(from, scale);
+  for (int round = 0; round < rounds; ++round) {
+    const Posterior posterior = problem.PosteriorAt(here);
+    const Vector6d move = MoveBetween(here.T_camera_body, posterior.Climb(here.T_camera_body, free));
+    std::optional<RenderedPose> better;
+    for (int k = 0; k < kHalvings && !better; ++k) {
+      RenderedPose next = problem.Render(Moved(here.T_camera_body, std::pow(0.5, k) * move), scale);
+      if (posterior.Of(next.T_camera_body, next.value) > posterior.Of(here.T_camera_body, here.value)) {
+        better = std::move(next);
+      }
+    }
+    if (!better) break;
+    here = *std::move(better);
+  }
+  return here;
+}
+
+// The best `most` poses that are turned by at least `apart` (rad) from better ones.
+std::vector<RigidTransform> BestApart(const StillProblem& problem, const std::vector<RenderedPose>& poses,
+                                      std::size_t most, double apart) {
+  // All by the mismatch that the best correlation leaves.
+  const auto best_correlated = std::max_element(
+      poses.begin(), poses.end(),
+      [](const RenderedPose& a, const RenderedPose& b) { return a.value.correlation < b.value.correlation; });
+  const Posterior posterior = problem.PosteriorAt(*best_correlated);
+  std::vector<std::pair<double, std::size_t>> ranks;
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    ranks.emplace_back(-posterior.Of(poses[k].T_camera_body, poses[k].value), k);
+  }
   std::sort(ranks.begin(), ranks.end());
   std::vector<RigidTransform> best;
-  for (const auto& [score, k] : ranks) {
-    const RigidTransform& pose = poses[k];
+  for (const auto& [rank, k] : ranks) {
+    const RigidTransform& pose = poses[k].T_camera_body;
     const bool known = std::any_of(best.begin(), best.end(), [&](const RigidTransform& other) {
       return AngleBetween(other.rotation, pose.rotation) < apart;
     });
@@ -202,135 +274,51 @@ std::vector<RigidTransform> BestApart(const std::vector<RigidTransform>& poses,
   return best;
 }
 
-double HighestElsewhere(const StructureScore& score, const RigidTransform& T_camera_body) {
-  double highest = -1.0;
-  for (int k = 0; k < 8; ++k) {
-    const double angle = k * M_PI / 4.0;
-    const Eigen::Vector3d turn(std::cos(angle), std::sin(angle), 0.0);
-    Vector6d move = Vector6d::Zero();
-    move.head<3>() = kAwayDegrees * M_PI / 180.0 * turn;
-    highest = std::max(highest, score.At(Moved(T_camera_body, move)));
-  }
-  return highest;
-}
-
 }  // namespace
-
-StructureScore::StructureScore(const std::vector<StillPair>& pairs, const CameraIntrinsics& intrinsics,
-                               double scale, const StructureOptions& options,
-                               const RigidTransform& T_body_camera)
-    : intrinsics_(ScaledIntrinsics(intrinsics, scale)) {
-  const ViewPose pose = FixedPose(T_body_camera);
-  std::vector<float> depths;
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    cv::Mat gray, mask;
-    const cv::Size size(intrinsics_.width, intrinsics_.height);
-    cv::resize(pairs[i].gray, gray, size, 0.0, 0.0, cv::INTER_AREA);
-    if (!pairs[i].mask.empty()) cv::resize(pairs[i].mask, mask, size, 0.0, 0.0, cv::INTER_NEAREST);
-    photos_.push_back(PhotoStructure(gray, mask, options));
-    const RenderedView view = ViewRenderer(*pairs[i].map, intrinsics_, RenderOptions()).Render(pose);
-    const StructurePyramid rendering = MapStructure(StructureOf(view, intrinsics_, pose), options);
-    const StructureImage& image = rendering[0];
-    for (int v = 0; v < image.height; v += kPixelStep) {
-      for (int u = 0; u < image.width; u += kPixelStep) {
-        Sample sample;
-        if (!(image.Weight(v)[u] > 0.0f) || !(image.Energy(v)[u] > 0.0f)) continue;
-        if (!SurfaceAt(view, intrinsics_, pose, Eigen::Vector2d(u, v), &sample.point)) continue;
-        for (int k = 0; k < StructureImage::kChannels; ++k) {
-          sample.structure[k] = image.Channels(v)[u * StructureImage::kChannels + k];
-        }
-        sample.weight = image.Weight(v)[u];
-        sample.pair = i;
-        weight_ += kPixelStep * kPixelStep * sample.weight;
-        samples_.push_back(sample);
-        depths.push_back(view.depth.at<float>(v, u));
-      }
-    }
-  }
-  if (depths.empty()) return;
-  typical_depth_ = Median(std::move(depths));
-}
-
-double StructureScore::At(const RigidTransform& T_camera_body) const {
-  constexpr int kChannels = StructureImage::kChannels;  // from: structural
-  using Channels = Eigen::Matrix<float, kChannels, 1>;
-  const Eigen::Matrix3d R = T_camera_body.rotation.toRotationMatrix();
-  double both = 0.0, of_samples = 0.0, of_photo = 0.0;
-  for (const Sample& sample : samples_) {
-    of_samples += sample.weight * sample.structure.squaredNorm();
-    Eigen::Vector2d pixel;
-    if (!Project(intrinsics_, R * sample.point + T_camera_body.translation, &pixel)) continue;
-    const int u = static_cast<int>(std::floor(pixel.x())), v = static_cast<int>(std::floor(pixel.y()));
-    const StructureImage& photo = photos_[sample.pair][0];
-    if (u < 0 || v < 0 || u + 1 >= photo.width || v + 1 >= photo.height) continue;
-    const auto a = static_cast<float>(pixel.x() - u), b = static_cast<float>(pixel.y() - v);
-    const float* upper = photo.Channels(v) + u * kChannels;
-    const float* lower = photo.Channels(v + 1) + u * kChannels;
-    using Map = Eigen::Map<const Channels>;
-    const Channels seen = (1.0f - b) * ((1.0f - a) * Map(upper) + a * Map(upper + kChannels)) +
-                          b * ((1.0f - a) * Map(lower) + a * Map(lower + kChannels));
-    both += sample.weight * seen.dot(sample.structure);
-    of_photo += sample.weight * seen.squaredNorm();
-  }
-  return both / std::sqrt(of_samples * of_photo + 1e-12);
-}
 
 StructureAlignment AlignByStructure(const std::vector<StillPair>& pairs, const CameraIntrinsics& intrinsics,
                                     const RigidTransform& T_body_camera, const Matrix6d& prior,
                                     const StructureAlignmentOptions& options) {
   Check(!pairs.empty() && !options.widths.empty(), "AlignByStructure: no pairs");
-  StructureOptions structure;
-  structure.levels = 1;
+  StillProblem problem{pairs, intrinsics, T_body_camera.Inverse(), prior, {}};
+  problem.structure.levels = 1;
   // Poles and kerbs are most of what one scan shows: their edges count, fattened as they are.
-  structure.depth_trust = 1.0;
-  structure.depth_weight = 1.0;
-  const RigidTransform start = T_body_camera.Inverse();
-  // Renders at the pose and climbs, `rounds` times; the score that is reached.
-  const auto climb = [&](double scale, int rounds, RigidTransform* at) {
-    double reached = 0.0;
-    for (int round = 0; round < rounds; ++round) {
-      const StructureScore score(pairs, intrinsics, scale, structure, at->Inverse());
-      Posterior posterior(score, start, prior);
-      posterior.WeighAt(*at);
-      *at = posterior.Climb(*at);
-      reached = score.At(*at);
-    }
-    return reached;
-  };
+  problem.structure.depth_trust = 1.0;
+  problem.structure.depth_weight = 1.0;
+  problem.structure.relative_orientation = true;
   StructureAlignment result;
   std::vector<RigidTransform> poses;
   for (std::size_t i = 0; i < options.widths.size(); ++i) {
     const double scale = std::min(1.0, static_cast<double>(options.widths[i]) / intrinsics.width);
-    if (i > 0 && scale == result.last_scale) break;
-    if (i == 0) {
-      const StructureScore score(pairs, intrinsics, scale, structure, T_body_camera);
-      Posterior posterior(score, start, prior);
-      posterior.WeighAt(start);
-      poses = BestOfGrid(score, posterior, start, prior, options.candidates);
-      result.first_scale = scale;
-    }
+    if (i > 1 && scale == result.last_scale) break;
     result.last_scale = scale;
-    // Where the grid peaks is only as good as the rendering at the start: each peak is tried with its own. Of
-    // so small photos the best may be wrong: the next size decides among the best few.
-    std::vector<std::pair<double, std::size_t>> reached;
-    for (std::size_t k = 0; k < poses.size(); ++k) {
-      const double score = climb(scale, options.rounds, &poses[k]);
-      reached.emplace_back(-score, k);
+    // The smallest photos turn the camera only: textures that they blur together would move it by metres. Of
+    // them the best pose may be wrong: the next size decides among the best few.
+    const bool first = i == 0;
+    if (first) {
+      const RenderedPose at_start = problem.Render(problem.start, scale);
+      poses =
+          BestOfGrid(at_start.score, problem.PosteriorAt(at_start), problem.start, prior, options.candidates);
+    }
+    // Where the grid peaks is only as good as the rendering at the start: each peak is tried with its own.
+    std::vector<RenderedPose> reached;
+    for (const RigidTransform& pose : poses) {
+      reached.push_back(
+          ClimbByRenderings(problem, scale, options.rounds, first ? Free::kRotation : Free::kPose, pose));
     }
     const double two_pixels = 2.0 / (scale * intrinsics.parameters[0]);
-    poses = BestApart(poses, std::move(reached), i == 0 ? options.kept : 1, two_pixels);
+    poses = BestApart(problem, reached, first ? options.kept : 1, two_pixels);
   }
-  const RigidTransform pose = poses.front();
-  const StructureScore score(pairs, intrinsics, result.last_scale, structure, pose.Inverse());
-  Posterior posterior(score, start, prior);
-  posterior.WeighAt(pose);
-  result.T_body_camera = pose.Inverse();
-  result.information = posterior.Information(pose);
+  const RenderedPose best = problem.Render(poses.front(), result.last_scale);
+  const Posterior posterior = problem.PosteriorAt(best);
+  result.T_body_camera = best.T_camera_body.Inverse();
+  result.information = posterior.Information(best.T_camera_body);
   result.covariance = (result.information + posterior.prior_information()).inverse();
-  result.score_before =
-      StructureScore(pairs, intrinsics, result.last_scale, structure, T_body_camera).At(start);
-  result.score_after = score.At(pose);
-  result.elsewhere = HighestElsewhere(score, pose);
+  result.score_before = problem.Render(problem.start, result.last_scale).value.correlation;
+  const Vector6d move = MoveBetween(problem.start, best.T_camera_body);
+  result.squared_distance = move.dot(posterior.prior_information() * move);
+  result.score_after = best.value.correlation;
+  result.elsewhere = HighestElsewhere(best.score, best.T_camera_body);
   return result;
 }
 

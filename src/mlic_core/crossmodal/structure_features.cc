@@ -23,7 +23,9 @@ constexpr float kHarmonicWeights[StructureImage::kChannels] = {0.5f, 1.0f, 1.0f,
 constexpr double kReach = 2.0;
 
 // From edge moments of one level to features: blurred, and relative to the strength around.
-StructureImage ToStructure(const EdgeMap& edges, double sigma) {
+StructureImage ToStructure(const EdgeMap& edges, const StructureOptions& options) {
+  const double sigma = options.channel_sigma;
+  const int relative = options.relative_orientation ? StructureImage::kChannels : 1;
   const cv::Mat& moments = edges.moments;
   const cv::Mat& known = edges.known;
   StructureImage out;
@@ -33,14 +35,17 @@ StructureImage ToStructure(const EdgeMap& edges, double sigma) {
   out.energy.assign(count, 0.0f);
   out.known.assign(count, 0.0f);
   out.weight.assign(count, 0.0f);
-  cv::Mat near, strength(moments.size(), CV_32FC2), around;
+  // Channels that are to be relative, and last what of them is known.
+  cv::Mat near, strength(moments.size(), CV_32FC(relative + 1)), around;
   cv::GaussianBlur(moments, near, cv::Size(), sigma, sigma, cv::BORDER_REFLECT_101);
   for (int v = 0; v < out.height; ++v) {
     const float* m = near.ptr<float>(v);
     const float* k = known.ptr<float>(v);
     float* s = strength.ptr<float>(v);
-    for (int u = 0; u < out.width; ++u)
-      s[2 * u] = k[u] * m[StructureImage::kChannels * u], s[2 * u + 1] = k[u];
+    for (int u = 0; u < out.width; ++u, s += relative + 1) {
+      for (int i = 0; i < relative; ++i) s[i] = k[u] * m[StructureImage::kChannels * u + i];
+      s[relative] = k[u];
+    }
   }
   // Two box filters make nearly a Gaussian, at a cost that does not hang on its width.
   const int width = 2 * static_cast<int>(0.5 * std::sqrt(6.0) * kSurroundings * sigma) + 1;
@@ -50,15 +55,15 @@ StructureImage ToStructure(const EdgeMap& edges, double sigma) {
     const float* m = near.ptr<float>(v);
     const float* a = around.ptr<float>(v);
     const float* k = known.ptr<float>(v);
-    for (int u = 0; u < out.width; ++u) {
+    for (int u = 0; u < out.width; ++u, a += relative + 1) {
       if (k[u] <= 0.0f) continue;
       const auto pixel =
           static_cast<std::size_t>(v) * static_cast<std::size_t>(out.width) + static_cast<std::size_t>(u);
       float* c = &out.channels[pixel * StructureImage::kChannels];
-      const float mean = a[2 * u] / std::max(1e-6f, a[2 * u + 1]);
-      const float scale = 1.0f / (mean + 0.05f);
+      const float share = 1.0f / std::max(1e-6f, a[relative]);
+      const float scale = 1.0f / (share * a[0] + 0.05f);
       for (int i = 0; i < StructureImage::kChannels; ++i) {
-        const float value = m[StructureImage::kChannels * u + i] - (i == 0 ? mean : 0.0f);
+        const float value = m[StructureImage::kChannels * u + i] - (i < relative ? share * a[i] : 0.0f);
         c[i] = kHarmonicWeights[i] * scale * value;
         out.energy[pixel] += c[i] * c[i];
       }
@@ -89,7 +94,7 @@ StructurePyramid PhotoStructure(const cv::Mat& gray, const cv::Mat& mask, const 
   for (int level = 0; level < options.levels; ++level) {
     if (level > 0) HalveKnown(image, known, &image, &known);
     const EdgeMap edges = IntensityEdges(image, known, options.gradient_sigma);
-    pyramid.push_back(ToStructure(edges, options.channel_sigma));
+    pyramid.push_back(ToStructure(edges, options));
   }
   return pyramid;
 }
@@ -120,7 +125,7 @@ StructurePyramid MapStructure(const RenderedStructure& rendering, const Structur
                     static_cast<float>(trust), &edges);
       AddOrientationEdges(surface, options.gradient_sigma, static_cast<float>(options.normal_weight), &edges);
     }
-    pyramid.push_back(ToStructure(edges, options.channel_sigma));
+    pyramid.push_back(ToStructure(edges, options));
   }
   return pyramid;
 }

@@ -24,6 +24,9 @@ struct StructureOptions {
   // photo shows in a light of their own, and from below as a rule. Measured: a third of a pixel of bias. At
   // the finest level only: coarser levels are there to find the place.
   double depth_trust = 0.05;  // from: measured
+  // Orientation, too, is kept relative to its wider surroundings: a floor seen from near the ground is all
+  // horizontal strokes in photo and rendering alike, and would correlate wherever it is laid.
+  bool relative_orientation = false;
 };
 
 // The rendered map as the features need it. All of one size.
