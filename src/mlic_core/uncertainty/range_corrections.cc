@@ -194,22 +194,22 @@ bool CorrectRanges(const JointProblem& problem, double correlation, bool* walks_
     return true;
   }
   bool walks = AnyWalkCorrected(*state);
+  const RangeEquations equations(problem, *state);
   DoubtOfWalks doubt;
-  if (walks || !*walks_dropped) doubt = MeasureDoubtOfWalks(problem, *state, correlation);
+  if (walks || !*walks_dropped) doubt = MeasureDoubtOfWalks(equations, correlation);
   if (!walks && !*walks_dropped) {
-    const ShownWalks shown = FindWalks(problem, *state, doubt, correlation);
+    const ShownWalks shown = FindWalks(equations, doubt, correlation);
     walks = shown == ShownWalks::kSome;
     *walks_dropped = shown == ShownWalks::kTooLarge;
   }
   std::vector<bool> offsets = WhichHaveOffsets(*state);
-  const auto parts =
-      MeasureRangeErrorsOfAll(problem, *state, RangeModel::kByIncidence, {true, true, walks, true});
+  const auto parts = equations.MeasureOfAll(RangeModel::kByIncidence, {true, true, walks, true});
   if (!parts) return false;
   for (std::size_t l = 0; l < offsets.size(); ++l) {
     if (ConfirmedOffset(*parts, l, correlation) != 0.0) offsets[l] = true;
   }
   std::vector<FreeRanges> free = FreeOfCorrected(*state, walks, offsets);
-  auto found = MeasureRangeErrors(problem, *state, RangeModel::kWhole, free);
+  auto found = equations.Measure(RangeModel::kWhole, free);
   if (!found) return false;
   bool moved = false;
   if (!walks && DropLargeOffsets(*found, *state, &offsets)) {
@@ -219,7 +219,7 @@ bool CorrectRanges(const JointProblem& problem, double correlation, bool* walks_
       moved = true;
     }
     free = FreeOfCorrected(*state, walks, offsets);
-    found = MeasureRangeErrors(problem, *state, RangeModel::kWhole, free);
+    found = RangeEquations(problem, *state).Measure(RangeModel::kWhole, free);
     if (!found) return moved;
   }
   const Corrections corrections = walks ? UsualCorrections(*state, *found, doubt, correlation)
@@ -250,7 +250,7 @@ std::vector<double> ApparentOffsets(const JointProblem& problem, const Calibrati
   }
   const bool walks = AnyWalkCorrected(state);
   const auto parts =
-      MeasureRangeErrorsOfAll(problem, state, RangeModel::kByIncidence, {true, true, walks, true});
+      RangeEquations(problem, state).MeasureOfAll(RangeModel::kByIncidence, {true, true, walks, true});
   for (std::size_t l = 0; parts && l < offsets.size(); ++l) {
     offsets[l] += ConfirmedOffset(*parts, l, correlation);
   }
@@ -269,11 +269,12 @@ Eigen::MatrixXd ScatterOfRanges(const JointProblem& problem, const CalibrationSt
     draws[l][kRangeLevel] = true;
     for (const RangeParameter p : {kRangeOffset, kRangeWalk, kRangeLevel}) free[l][p] |= draws[l][p];
   }
-  const auto found = MeasureRangeErrors(problem, state, RangeModel::kWhole, free);
+  const RangeEquations equations(problem, state);
+  const auto found = equations.Measure(RangeModel::kWhole, free);
   const Eigen::Index size = Layout(state, problem.estimate_imu_matrices).calibration;
   if (!found) return Eigen::MatrixXd::Zero(size, size);
   DoubtOfWalks doubt;
-  if (walks || drawn_walks) doubt = MeasureDoubtOfWalks(problem, state, correlation);
+  if (walks || drawn_walks) doubt = MeasureDoubtOfWalks(equations, correlation);
   const Eigen::MatrixXd& coupling = found->coupling;
   const Eigen::MatrixXd covariance = drawn_walks ? CovarianceWithDoubtOfWalks(*found, doubt, correlation)
                                                  : Eigen::MatrixXd(correlation * found->covariance);

@@ -8,31 +8,12 @@
 
 #include "mlic_core/problem/joint_problem.h"
 #include "mlic_core/problem/state.h"
+#include "mlic_core/uncertainty/range_columns.h"
 
 namespace mlic {
 
-// What is found of a LiDAR's ranges. Level planes, nearer to the horizontal than to the vertical, have an
-// offset of their own: ground is rough, and what its bumps hide looks like an error of ranges.
-enum RangeParameter {
-  kRangeOffset,  // m
-  kRangeSlope,   // m/rad
-  kRangeWalk,    // m for each power of ten
-  kRangeLevel,   // m, of points on level planes besides
-  kRangeParameters
-};
 using RangeVector = Eigen::Matrix<double, kRangeParameters, 1>;
 using FreeRanges = std::array<bool, kRangeParameters>;  // which of them are found; the others stay
-
-// The parameters may stand for parts of the points, which tell whether these err alike.
-enum class RangeModel {
-  kWhole,
-  kByIncidence,  // offset: of points that meet planes, not level ones, at less than 45 deg; slope: of the
-                 // rest
-  // The walk, and in the slope's place that of the rest:
-  kByStrength,  // of stronger echoes than the usual one
-  kByRange,     // of points nearer than the usual one
-  kByLevel,     // of points on level planes
-};
 
 // What all ranges of LiDARs err by (RangeCorrection). It is hardly told from a LiDAR's place where the view
 // is narrow, and most LiDARs have less of it than the data show, so it is no parameter of every solve: it is
@@ -55,14 +36,41 @@ struct RangeErrors {
   }
 };
 
-// At a solution of the problem; free: of each LiDAR. Where any walk is free, planes have a relief that their
-// brightness goes with, which all LiDARs see: dark windows lie deeper in a wall. Nothing where the equations
-// have no solution, the trajectory is held or none is free. docs/method.md, section 4.
-std::optional<RangeErrors> MeasureRangeErrors(const JointProblem& problem, const CalibrationState& state,
-                                              RangeModel model, const std::vector<FreeRanges>& free);
+// The equations of a solution, beside which errors of ranges are found by any model: linearised and reduced
+// once for all of them.
+class RangeEquations {
+ public:
+  // Both must outlive this and stay as they are.
+  RangeEquations(const JointProblem& problem, const CalibrationState& state);
 
-// With the same parameters free of all LiDARs.
-std::optional<RangeErrors> MeasureRangeErrorsOfAll(const JointProblem& problem, const CalibrationState& state,
-                                                   RangeModel model, const FreeRanges& free);
+  // free: of each LiDAR. Where any walk is free, planes have a relief that their brightness goes with, which
+  // all LiDARs see: dark windows lie deeper in a wall. Nothing where the equations have no solution, the
+  // trajectory is held or none is free. docs/method.md, section 4.
+  std::optional<RangeErrors> Measure(RangeModel model, const std::vector<FreeRanges>& free) const;
+
+  // With the same parameters free of all LiDARs.
+  std::optional<RangeErrors> MeasureOfAll(RangeModel model, const FreeRanges& free) const;
+
+  std::size_t LidarCount() const { return references_.size(); }
+
+ private:
+  struct Prior {
+    Eigen::MatrixXd information;
+    Eigen::VectorXd gradient;
+  };
+
+  // Of the calibration and a model's parameters.
+  Prior WidePrior(RangeModel model, std::size_t lidars) const;
+
+  const JointProblem& problem_;
+  const CalibrationState& state_;
+  std::vector<double> references_;  // of each LiDAR, what its walk is about
+  bool solved_ = false;
+  // Of the calibration, the points' columns of each LiDAR (range_errors.cc) and the reliefs.
+  Eigen::MatrixXd information_;
+  Eigen::VectorXd gradient_;
+  Prior of_calibration_;
+  std::vector<bool> free_calibration_;
+};
 
 }  // namespace mlic

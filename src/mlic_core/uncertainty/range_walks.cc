@@ -15,10 +15,9 @@ double HalfBeyond(double difference, double variance) {
 
 // Half of what the walks of two kinds of points differ by, beyond what they are unsure by. model: what the
 // kinds are.
-DoubtOfWalks DifferenceOfWalks(const JointProblem& problem, const CalibrationState& state, RangeModel model,
-                               double correlation) {
-  const auto lidars = static_cast<Eigen::Index>(state.lidars.size());
-  const auto parts = MeasureRangeErrorsOfAll(problem, state, model, {true, true, true, true});
+DoubtOfWalks DifferenceOfWalks(const RangeEquations& equations, RangeModel model, double correlation) {
+  const auto lidars = static_cast<Eigen::Index>(equations.LidarCount());
+  const auto parts = equations.MeasureOfAll(model, {true, true, true, true});
   if (!parts) return {kUsualError, Eigen::VectorXd::Zero(lidars)};
   // Of each LiDAR, the difference as a function of all parameters.
   Eigen::MatrixXd differences = Eigen::MatrixXd::Zero(lidars, parts->covariance.rows());
@@ -66,25 +65,23 @@ Eigen::VectorXd DoubtOfWalks::Beside() const {
   return (own.array().square() + std::pow(kShareSeenUnlike * common, 2)).sqrt();
 }
 
-DoubtOfWalks MeasureDoubtOfWalks(const JointProblem& problem, const CalibrationState& state,
-                                 double correlation) {
-  DoubtOfWalks doubt{0.0, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(state.lidars.size()))};
+DoubtOfWalks MeasureDoubtOfWalks(const RangeEquations& equations, double correlation) {
+  DoubtOfWalks doubt{0.0, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(equations.LidarCount()))};
   for (const RangeModel model : {RangeModel::kByStrength, RangeModel::kByRange, RangeModel::kByLevel}) {
-    const DoubtOfWalks by = DifferenceOfWalks(problem, state, model, correlation);
+    const DoubtOfWalks by = DifferenceOfWalks(equations, model, correlation);
     doubt.common = std::max(doubt.common, by.common);
     doubt.own = doubt.own.cwiseMax(by.own);
   }
   return doubt;
 }
 
-ShownWalks FindWalks(const JointProblem& problem, const CalibrationState& state, const DoubtOfWalks& doubt,
-                     double correlation) {
-  const auto found = MeasureRangeErrorsOfAll(problem, state, RangeModel::kWhole, {true, false, true, true});
+ShownWalks FindWalks(const RangeEquations& equations, const DoubtOfWalks& doubt, double correlation) {
+  const auto found = equations.MeasureOfAll(RangeModel::kWhole, {true, false, true, true});
   if (!found) return ShownWalks::kNone;
   const Eigen::MatrixXd& C = found->covariance;
   ShownWalks shown = ShownWalks::kNone;
   bool differ = false;
-  for (std::size_t a = 0; a < state.lidars.size(); ++a) {
+  for (std::size_t a = 0; a < equations.LidarCount(); ++a) {
     const Eigen::Index at_a = RangeErrors::Of(a, kRangeWalk);
     const double walk = found->steps[a][kRangeWalk];
     if (IsLikelierThanNone(walk, correlation * C(at_a, at_a) + std::pow(doubt.Of(a), 2), 1)) {

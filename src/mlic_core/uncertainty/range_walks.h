@@ -41,16 +41,14 @@ struct DoubtOfWalks {
 // Planes' own relief need not go with the logarithm of their brightness, nor be the same for all kinds; nor
 // is it the same to all LiDARs, as those of much noise take points for a plane's that lie deeper, in a
 // window.
-DoubtOfWalks MeasureDoubtOfWalks(const JointProblem& problem, const CalibrationState& state,
-                                 double correlation);
+DoubtOfWalks MeasureDoubtOfWalks(const RangeEquations& equations, double correlation);
 
 // What the planes show of LiDARs' walks: nothing, walks, or what is too large to be one.
 enum class ShownWalks { kNone, kSome, kTooLarge };
 
 // Of two LiDARs' difference, as both see what planes themselves have of it, and of each walk by itself, as
 // far as it is told from that; either beyond its doubt.
-ShownWalks FindWalks(const JointProblem& problem, const CalibrationState& state, const DoubtOfWalks& doubt,
-                     double correlation);
+ShownWalks FindWalks(const RangeEquations& equations, const DoubtOfWalks& doubt, double correlation);
 
 // How all parameters follow when the walk of one LiDAR moves and the others' stay: a column for each.
 Eigen::MatrixXd FollowingWalks(const RangeErrors& found);

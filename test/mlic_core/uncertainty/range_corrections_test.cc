@@ -15,7 +15,8 @@ namespace {
 TEST_F(WallsAround, OffsetIsFoundBesideThePlanesThatFollowIt) {
   constexpr double kError = 0.02;  // m, too long
   AddWalls(kError, kError, kError);
-  const auto found = MeasureRangeErrors(problem_, state_, RangeModel::kWhole, {{true, false, false, false}});
+  const auto found =
+      RangeEquations(problem_, state_).Measure(RangeModel::kWhole, {{true, false, false, false}});
   ASSERT_TRUE(found);
   const double sigma = std::sqrt(found->covariance(0, 0));
   EXPECT_LT(sigma, 0.1 * kError);  // with planes and place as they were, 0.0001 m
@@ -46,7 +47,8 @@ TEST_F(WallsAround, SlopeIsAsSmallAsTheErrorsOfRingsLeaveIt) {
   const auto slope = [&](float ring_error) {
     state_.rings = {RingCorrections(16, {ring_error, 0.0f})};
     state_.ranges = {{}};
-    const auto found = MeasureRangeErrors(problem_, state_, RangeModel::kWhole, {{true, true, false, true}});
+    const auto found =
+        RangeEquations(problem_, state_).Measure(RangeModel::kWhole, {{true, true, false, true}});
     return found ? found->steps[0][kRangeSlope] : 0.0;
   };
   const double free = slope(0.03f);
@@ -84,7 +86,8 @@ TEST_F(WallsAround, ErrorsOfRoughGroundAreNoneOfTheRanges) {
 TEST_F(WallsAround, ErrorsOfRoughGroundAreDoubt) {
   AddWalls(0.0, 0.0, 0.03);
   const Eigen::MatrixXd scatter = ScatterOfRanges(problem_, state_, 1.0, walks_dropped_);
-  const auto found = MeasureRangeErrors(problem_, state_, RangeModel::kWhole, {{true, false, false, true}});
+  const auto found =
+      RangeEquations(problem_, state_).Measure(RangeModel::kWhole, {{true, false, false, true}});
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->steps[0][kRangeLevel], -0.03, 0.003);
   const Eigen::VectorXd moved_by = found->coupling.col(kRangeLevel) * found->steps[0][kRangeLevel];
@@ -98,7 +101,7 @@ TEST_F(WallsAround, ErrorsOfRoughGroundAreDoubt) {
 TEST_F(WallsAround, DifferentErrorsOfRoughGroundAreDoubt) {
   AddLevelErrors({0.01, -0.01});
   const FreeRanges free{true, false, false, true};
-  const auto found = MeasureRangeErrors(problem_, state_, RangeModel::kWhole, {free, free});
+  const auto found = RangeEquations(problem_, state_).Measure(RangeModel::kWhole, {free, free});
   ASSERT_TRUE(found);
   const Eigen::Index at = RangeErrors::Of(0, kRangeLevel);
   // As large as 2.6 sigmas of each, if residuals are so much alike.
@@ -120,7 +123,8 @@ TEST_F(WallsAround, DifferentErrorsOfRoughGroundAreDoubt) {
 // Two sigmas are not corrected, and yet may well be there: the calibration moves by them, by and large.
 TEST_F(WallsAround, OffsetsThatAreNotCorrectedAreDoubt) {
   AddWalls(0.005, 0.005, 0.005);
-  const auto found = MeasureRangeErrors(problem_, state_, RangeModel::kWhole, {{true, false, false, true}});
+  const auto found =
+      RangeEquations(problem_, state_).Measure(RangeModel::kWhole, {{true, false, false, true}});
   ASSERT_TRUE(found);
   const double offset = found->steps[0][kRangeOffset];
   EXPECT_NEAR(offset, -0.005, 0.001);
@@ -135,7 +139,8 @@ TEST_F(WallsAround, OffsetsThatAreNotCorrectedAreDoubt) {
 // Ranges that are right may err by a part of what is known of them.
 TEST_F(WallsAround, RangesThatAreRightAreLittleDoubt) {
   AddWalls(0.0, 0.0, 0.0);
-  const auto found = MeasureRangeErrors(problem_, state_, RangeModel::kWhole, {{true, false, false, true}});
+  const auto found =
+      RangeEquations(problem_, state_).Measure(RangeModel::kWhole, {{true, false, false, true}});
   ASSERT_TRUE(found);
   const Eigen::VectorXd by_sigma =
       found->coupling.col(kRangeOffset) * std::sqrt(found->covariance(kRangeOffset, kRangeOffset));
@@ -146,9 +151,9 @@ TEST_F(WallsAround, RangesThatAreRightAreLittleDoubt) {
 
 TEST_F(WallsAround, NothingIsAskedOfHeldTrajectories) {
   AddWalls(0.02, 0.02, 0.02);
-  EXPECT_FALSE(MeasureRangeErrors(problem_, state_, RangeModel::kWhole, {{false, false, false, false}}));
+  EXPECT_FALSE(RangeEquations(problem_, state_).Measure(RangeModel::kWhole, {{false, false, false, false}}));
   problem_.fix_trajectory = true;
-  EXPECT_FALSE(MeasureRangeErrors(problem_, state_, RangeModel::kWhole, {{true, false, false, false}}));
+  EXPECT_FALSE(RangeEquations(problem_, state_).Measure(RangeModel::kWhole, {{true, false, false, false}}));
 }
 
 }  // namespace

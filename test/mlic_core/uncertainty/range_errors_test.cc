@@ -49,7 +49,7 @@ LandmarkSet PointsOnTheMap(const CameraWithImu& c) {
 }
 
 // A camera that stands off the LiDAR sees where the points are.
-TEST(MeasureRangeErrors, OfPointsThatACameraSeesFromElsewhere) {
+TEST(RangeEquations, OfPointsThatACameraSeesFromElsewhere) {
   CameraWithImu c = MakeCameraWithImu(3, 10, NoCommonError);
   SensorCalibration lidar;
   lidar.T_imu_sensor.translation = {0.1, -0.8, 0.5};
@@ -66,7 +66,8 @@ TEST(MeasureRangeErrors, OfPointsThatACameraSeesFromElsewhere) {
   drive.imu_sigma = {c.imu_sigma};
   drive.planes.begin.push_back(0);
   drive.landmarks = PointsOnTheMap(c);
-  const auto found = MeasureRangeErrors(problem, c.state, RangeModel::kWhole, {{true, false, false, false}});
+  const auto found =
+      RangeEquations(problem, c.state).Measure(RangeModel::kWhole, {{true, false, false, false}});
   ASSERT_TRUE(found);
   const double sigma = std::sqrt(found->covariance(kRangeOffset, kRangeOffset));
   std::printf("offset %.4f m, sigma %.4f m\n", found->steps[0][kRangeOffset], sigma);

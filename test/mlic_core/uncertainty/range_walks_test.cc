@@ -33,7 +33,7 @@ TEST_F(WallsAround, WalkIsFoundWhereLidarsDiffer) {
 TEST_F(WallsAround, DifferenceOfWalksThatIsLikelierThanNoneIsCorrected) {
   AddPaintedWalls({0.0, 0.004}, 0.0);
   const FreeRanges free{true, false, true, true};
-  const auto found = MeasureRangeErrors(problem_, state_, RangeModel::kWhole, {free, free});
+  const auto found = RangeEquations(problem_, state_).Measure(RangeModel::kWhole, {free, free});
   ASSERT_TRUE(found);
   const Eigen::Index a = RangeErrors::Of(0, kRangeWalk), b = RangeErrors::Of(1, kRangeWalk);
   const Eigen::MatrixXd& C = found->covariance;
@@ -57,7 +57,8 @@ TEST_F(WallsAround, WalkThatLevelPlanesDoNotShareIsHardlyCorrected) {
     PlaneObservation& o = planes.observations[i];
     o.position *= 1.0 - 0.02 * std::log10(o.intensity / 100.0) / o.position.norm();
   }
-  const auto found = MeasureRangeErrors(problem_, state_, RangeModel::kWhole, {{true, false, true, true}});
+  const auto found =
+      RangeEquations(problem_, state_).Measure(RangeModel::kWhole, {{true, false, true, true}});
   ASSERT_TRUE(found);
   EXPECT_GT(std::abs(found->steps[0][kRangeWalk]), 0.01);
   CorrectRanges(problem_, 1.0, &walks_dropped_, &state_);
@@ -68,7 +69,7 @@ TEST_F(WallsAround, WalkThatLevelPlanesDoNotShareIsHardlyCorrected) {
 TEST_F(WallsAround, WalksThatAreNotCorrectedAreDoubt) {
   AddPaintedWalls({0.002}, 0.0);
   const FreeRanges free{true, false, true, true};
-  const auto found = MeasureRangeErrors(problem_, state_, RangeModel::kWhole, {free});
+  const auto found = RangeEquations(problem_, state_).Measure(RangeModel::kWhole, {free});
   ASSERT_TRUE(found);
   const Eigen::Index walk = RangeErrors::Of(0, kRangeWalk);
   const double correlation = std::pow(found->steps[0][kRangeWalk] / 2.0, 2) / found->covariance(walk, walk);
@@ -91,11 +92,11 @@ TEST_F(WallsAround, DarkPatchesThatLieDeeperToOneLidarAreDoubtOfItsWalk) {
   AddPaintedWalls({0.0, 0.0}, 0.0);
   AddRelief(0.01, {1});
   const FreeRanges free{true, false, true, true};
-  const auto found = MeasureRangeErrors(problem_, state_, RangeModel::kWhole, {free, free});
+  const auto found = RangeEquations(problem_, state_).Measure(RangeModel::kWhole, {free, free});
   ASSERT_TRUE(found);
   const double difference = std::abs(found->steps[1][kRangeWalk] - found->steps[0][kRangeWalk]);
   EXPECT_GT(difference, 0.003);
-  EXPECT_GT(3.0 * MeasureDoubtOfWalks(problem_, state_, 1.0).OfDifference(0, 1), difference);
+  EXPECT_GT(3.0 * MeasureDoubtOfWalks(RangeEquations(problem_, state_), 1.0).OfDifference(0, 1), difference);
   CorrectRanges(problem_, 1.0, &walks_dropped_, &state_);
   EXPECT_LT(std::abs(state_.ranges[1].walk - state_.ranges[0].walk), 0.001);
 }
@@ -105,7 +106,7 @@ TEST_F(WallsAround, ReliefIsOfSurfacesWhateverElseALidarSees) {
   constexpr double kRelief = 0.03;  // m for each power of ten
   AddWallsOnBothSides(kRelief);
   const FreeRanges free{true, false, true, true};
-  const auto found = MeasureRangeErrors(problem_, state_, RangeModel::kWhole, {free, free});
+  const auto found = RangeEquations(problem_, state_).Measure(RangeModel::kWhole, {free, free});
   ASSERT_TRUE(found);
   EXPECT_GT(found->references[1], 1.8 * found->references[0]);
   EXPECT_NEAR(found->steps[1][kRangeOffset] - found->steps[0][kRangeOffset], 0.0, 0.1 * kRelief);
@@ -123,7 +124,7 @@ TEST_F(WallsAround, WalksThatGrowTooLargeAreDropped) {
   // What is not corrected is doubt.
   const Eigen::MatrixXd doubt = ScatterOfRanges(problem_, state_, 1.0, walks_dropped_);
   const FreeRanges level{false, false, false, true};
-  const auto found = MeasureRangeErrors(problem_, state_, RangeModel::kWhole, {level, level});
+  const auto found = RangeEquations(problem_, state_).Measure(RangeModel::kWhole, {level, level});
   ASSERT_TRUE(found);
   for (std::size_t l = 0; l < 2; ++l) {
     const Eigen::VectorXd moved = 0.01 * found->coupling.col(RangeErrors::Of(l, kRangeWalk));
@@ -137,7 +138,7 @@ TEST_F(WallsAround, DarkPatchesThatLieDeeperAreDoubtOfWalks) {
   AddPaintedWalls({0.0, 0.02}, 0.0);
   ASSERT_TRUE(CorrectRanges(problem_, 1.0, &walks_dropped_, &state_));
   const FreeRanges free{true, false, true, true};
-  const auto found = MeasureRangeErrors(problem_, state_, RangeModel::kWhole, {free, free});
+  const auto found = RangeEquations(problem_, state_).Measure(RangeModel::kWhole, {free, free});
   ASSERT_TRUE(found);
   const Eigen::VectorXd of_all = found->coupling.col(RangeErrors::Of(0, kRangeWalk)) +
                                  found->coupling.col(RangeErrors::Of(1, kRangeWalk));
@@ -155,11 +156,11 @@ TEST_F(WallsAround, WalksOfAllAreSmallWhereTheyCannotBeTold) {
   AddPaintedWalls({0.0, 0.02}, 0.0);
   AddRelief(0.05);
   const FreeRanges free{true, false, true, true};
-  const auto found = MeasureRangeErrors(problem_, state_, RangeModel::kWhole, {free, free});
+  const auto found = RangeEquations(problem_, state_).Measure(RangeModel::kWhole, {free, free});
   ASSERT_TRUE(found);
   const double alone = std::abs(found->steps[0][kRangeWalk]);
   EXPECT_GT(alone, 0.008);
-  const DoubtOfWalks doubt = MeasureDoubtOfWalks(problem_, state_, 1.0);
+  const DoubtOfWalks doubt = MeasureDoubtOfWalks(RangeEquations(problem_, state_), 1.0);
   EXPECT_GT(doubt.Beside().minCoeff(), 0.09 * doubt.common) << "relief is not seen alike by all";
   ASSERT_TRUE(CorrectRanges(problem_, 1.0, &walks_dropped_, &state_));
   EXPECT_NEAR(doubt.Beside().norm(), 0.01, 0.003);
