@@ -39,11 +39,11 @@ CalibrationResult Calibrated(const SimulatedInput& input) {
 }
 
 // The parked car with the front LiDAR of the paper's and the camera below it, whose lens is known.
-SimulatedInput ParkedLidarAndCamera() {
+SimulatedInput ParkedLidarAndCamera(const sim::SimulationOptions& options) {
   sim::SensorSet sensors = ConfiguredSensors("paper_rig.yaml");
   sensors.lidars.resize(1);
   sensors.cameras.resize(1);
-  SimulatedInput input = SimulateInput(sensors, DriveOptions(sim::Scenario::kStatic, 2.0, 1), true);
+  SimulatedInput input = SimulateInput(sensors, options, true);
   input.rig.cameras[0].intrinsics = sensors.cameras[0].intrinsics.parameters;
   return input;
 }
@@ -70,7 +70,7 @@ void ExpectHonest(const PairResult& pair, const PairError& error) {
 }
 
 TEST(PairCameras, AParkedCarGivesTheCameraThatSeesWhatItsLidarSeesAndNamesTheOther) {
-  SimulatedInput input = ParkedLidarAndCamera();
+  SimulatedInput input = ParkedLidarAndCamera(DriveOptions(sim::Scenario::kStatic, 2.0, 1));
   CameraConfig other = input.rig.cameras[0];
   other.name = "unplaced";
   other.guess.reset();
@@ -94,6 +94,22 @@ TEST(PairCameras, AParkedCarGivesTheCameraThatSeesWhatItsLidarSeesAndNamesTheOth
     return reason.rfind("unplaced: ", 0) == 0 && reason.find("T_imu_sensor") != std::string::npos;
   });
   EXPECT_TRUE(named);
+}
+
+// Of a street a single scan shows far facades and a floor at grazing angles, which is horizontal strokes in
+// the photo and would fit best squeezed to the horizon: half a metre off.
+TEST(PairCameras, AStreetsFloorIsNotSqueezedToTheHorizon) {
+  sim::SimulationOptions options = DriveOptions(sim::Scenario::kStatic, 1.0, 9);
+  options.world = sim::WorldFamily::kStreet;
+  options.world_seed = 9;
+  const SimulatedInput input = ParkedLidarAndCamera(options);
+  const CalibrationResult result = Calibrated(input);
+  ASSERT_EQ(result.verdict, Verdict::kPartial) << Joined(result.reasons, "\n");
+  ASSERT_EQ(result.pairs.size(), 1u);
+  const PairError error = ErrorOf(result.pairs[0], input);
+  ExpectHonest(result.pairs[0], error);
+  EXPECT_LT(error.turn.norm(), 0.3 * M_PI / 180.0);
+  EXPECT_LT(error.shift.norm(), 0.06);
 }
 
 }  // namespace
