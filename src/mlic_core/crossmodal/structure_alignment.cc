@@ -47,6 +47,8 @@ Vector6d PixelMoves(const StructureScore& score) {
 // What climbs.
 enum class Free { kRotation, kPose };
 
+int CountOf(Free free) { return free == Free::kRotation ? 3 : 6; }
+
 // The log-posterior of a pose about the start, up to a constant, for steps in units of PixelMoves.
 class Posterior {
  public:
@@ -67,10 +69,11 @@ class Posterior {
     return Moved(pose, units_.cwiseProduct(step));
   }
 
-  // By central differences of one unit, all evaluations in parallel.
-  void Differentiate(const RigidTransform& pose, Vector6d* gradient, Matrix6d* hessian) const {
+  // By central differences of one unit, all evaluations in parallel; zero of what is not free.
+  void Differentiate(const RigidTransform& pose, Free free, Vector6d* gradient, Matrix6d* hessian) const {
+    const int count = CountOf(free);
     std::vector<Vector6d> steps{Vector6d::Zero()};
-    for (int i = 0; i < 6; ++i) {
+    for (int i = 0; i < count; ++i) {
       steps.push_back(Vector6d::Unit(i));
       steps.push_back(-Vector6d::Unit(i));
       for (int j = 0; j < i; ++j) {
@@ -80,16 +83,17 @@ class Posterior {
     }
     std::vector<double> values(steps.size());
     ParallelFor(steps.size(), [&](std::size_t k) { values[k] = At(Step(pose, steps[k])); });
-    Vector6d up, down;
+    Vector6d up = Vector6d::Zero(), down = Vector6d::Zero();
     std::size_t k = 1;
     Matrix6d sums;
-    for (int i = 0; i < 6; ++i) {
+    for (int i = 0; i < count; ++i) {
       up[i] = values[k++];
       down[i] = values[k++];
       for (int j = 0; j < i; ++j, k += 2) sums(i, j) = values[k] + values[k + 1];
     }
     *gradient = 0.5 * (up - down);
-    for (int i = 0; i < 6; ++i) {
+    hessian->setZero();
+    for (int i = 0; i < count; ++i) {
       (*hessian)(i, i) = up[i] + down[i] - 2.0 * values[0];
       for (int j = 0; j < i; ++j) {
         const double mixed = 0.5 * (sums(i, j) - up[i] - down[i] - up[j] - down[j] + 2.0 * values[0]);
@@ -101,12 +105,12 @@ class Posterior {
   // Newton steps of the rotation or of both, each shortened until it climbs; directions that are not concave
   // go along the gradient.
   RigidTransform Climb(RigidTransform pose, Free free) const {
-    const int count = free == Free::kRotation ? 3 : 6;
+    const int count = CountOf(free);
     constexpr double kLeastCurvature = 1e-3, kLongest = 4.0, kSettled = 0.02;  // from: guard
     for (int i = 0; i < 12; ++i) {
       Vector6d gradient;
       Matrix6d hessian;
-      Differentiate(pose, &gradient, &hessian);
+      Differentiate(pose, free, &gradient, &hessian);
       const SymmetricEigen<Eigen::Dynamic> eigen(-hessian.topLeftCorner(count, count));
       const double largest = std::max(1e-12, eigen.eigenvalues().cwiseAbs().maxCoeff());
       const Eigen::VectorXd curvature = eigen.eigenvalues().cwiseAbs().cwiseMax(kLeastCurvature * largest);
@@ -126,7 +130,7 @@ class Posterior {
   Matrix6d Information(const RigidTransform& pose) const {
     Vector6d gradient;
     Matrix6d hessian;
-    Differentiate(pose, &gradient, &hessian);
+    Differentiate(pose, Free::kPose, &gradient, &hessian);
     const Vector6d per_unit = units_.cwiseInverse();
     const Matrix6d data = per_unit.asDiagonal() * (-hessian) * per_unit.asDiagonal();
     const SymmetricEigen<Eigen::Dynamic> eigen(units_.asDiagonal() * (data - prior_information_) *

@@ -21,7 +21,7 @@ constexpr double kLeastFromEnds = 0.5;    // s that photos keep from the traject
 constexpr double kMatchNoise = 4.0;
 // px of the photo as last matched, and m: light, shade and depth edges that beams fatten move a whole photo
 // by that at this distance, which no curvature of a score shows. from: measured, front camera of the paper
-// rig parked in yards, streets and car parks, six of each: off by 0.4 px, root mean square, and one by 1.2
+// rig parked in yards, streets and car parks, six of each: off by 0.6 px, root mean square, and one by 2
 constexpr double kCommonError = 0.7, kDistance = 10.0;
 
 // Images nearest to evenly spread times of the trajectory, each once.

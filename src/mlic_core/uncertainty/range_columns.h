@@ -20,6 +20,7 @@ enum RangeParameter {
   kRangeLevel,   // m, of points on level planes besides
   kRangeParameters
 };
+
 // The parameters may stand for parts of the points, which tell whether these err alike.
 enum class RangeModel {
   kWhole,
