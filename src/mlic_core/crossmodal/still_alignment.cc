@@ -1,6 +1,8 @@
 #include "mlic_core/crossmodal/still_alignment.h"
 
 #include <Eigen/Dense>
+#include <cmath>
+#include <cstdio>
 #include <opencv2/imgproc.hpp>
 
 #include "mlic_core/crossmodal/view_selection.h"
@@ -50,9 +52,20 @@ bool IsBetter(const CameraToMapResult& refined, const StructureAlignment& found)
 
 }  // namespace
 
-bool StillAlignment::IsClear() const {
-  return found.score_after >= kLeastScore && found.elsewhere <= kMostElsewhere * found.score_after &&
-         found.squared_distance <= kMostFromGuess;
+std::string StillAlignment::Doubt() const {
+  char text[160] = "";
+  if (!(found.score_after >= kLeastScore)) {
+    std::snprintf(text, sizeof(text), "their score is %.2f; at least %.2f is needed", found.score_after,
+                  kLeastScore);
+  } else if (!(found.elsewhere <= kMostElsewhere * found.score_after)) {
+    std::snprintf(text, sizeof(text),
+                  "their score is %.2f, and %.2f turned %.0f deg away; at most %.2f is allowed",
+                  found.score_after, found.elsewhere, kAwayDegrees, kMostElsewhere * found.score_after);
+  } else if (!(found.squared_distance <= kMostFromGuess)) {
+    std::snprintf(text, sizeof(text), "they fit best %.1f sigmas of the guess away; at most %.1f are allowed",
+                  std::sqrt(found.squared_distance), std::sqrt(kMostFromGuess));
+  }
+  return text;
 }
 
 StillAlignment AlignStill(const std::vector<StillPair>& pairs, const CameraIntrinsics& intrinsics,

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "mlic_core/crossmodal/camera_to_map.h"
@@ -19,8 +20,9 @@ struct StillAlignment {
   StructureAlignment found;                  // by all pixels together
   std::optional<CameraToMapResult> refined;  // by single matches, where they say more; it is the pose then
 
-  // Whether the photos show the LiDARs' structure at one clear place, and the guess does not contradict it.
-  bool IsClear() const;
+  // Why the photos do not show the LiDARs' structure at one clear place, or how the guess contradicts it;
+  // empty: they do.
+  std::string Doubt() const;
 };
 
 // By structure from the start on, and by single matches where one pair is dense enough for them. prior: as of

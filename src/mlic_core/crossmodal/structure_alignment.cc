@@ -20,7 +20,6 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 // As StructureMatcher's kSigmaFactor: structure comes in blurred edges, not in independent pixels. Here all
 // pixels of a scan share the faults of its rendering too.
 constexpr double kScanSigmaFactor = 10.0;
-constexpr double kAwayDegrees = 4.0;  // from: definition, StructureAlignment::elsewhere
 
 // A small rotation (rad, left) and translation of T_camera_body.
 RigidTransform Moved(const RigidTransform& T_camera_body, const Vector6d& move) {
@@ -215,13 +214,13 @@ struct RenderedPose {
 // What AlignByStructure is about.
 struct StillProblem {
   const std::vector<StillPair>& pairs;
-  const CameraIntrinsics& intrinsics;
   const RigidTransform start;  // T_camera_body
   const Matrix6d& prior;
   StructureOptions structure;
+  ShrunkPhotos photos;  // at the size at hand
 
-  RenderedPose Render(const RigidTransform& T_camera_body, double scale) const {
-    StructureScore score(pairs, intrinsics, scale, structure, T_camera_body.Inverse());
+  RenderedPose Render(const RigidTransform& T_camera_body) const {
+    StructureScore score(pairs, photos, structure, T_camera_body.Inverse());
     const StructureScore::Value value = score.At(T_camera_body);
     return {T_camera_body, std::move(score), value};
   }
@@ -234,16 +233,16 @@ struct StillProblem {
 
 // Climbs and renders again, `rounds` times, as long as poses are better by their own renderings: that of
 // another pose alone would let the camera go where the map's visible side does not show what it hides.
-RenderedPose ClimbByRenderings(const StillProblem& problem, double scale, int rounds, Free free,
+RenderedPose ClimbByRenderings(const StillProblem& problem, int rounds, Free free,
                                const RigidTransform& from) {
   constexpr int kHalvings = 3;  // from: guard, time
-  RenderedPose here = problem.Render(from, scale);
+  RenderedPose here = problem.Render(from);
   for (int round = 0; round < rounds; ++round) {
     const Posterior posterior = problem.PosteriorAt(here);
     const Vector6d move = MoveBetween(here.T_camera_body, posterior.Climb(here.T_camera_body, free));
     std::optional<RenderedPose> better;
     for (int k = 0; k < kHalvings && !better; ++k) {
-      RenderedPose next = problem.Render(Moved(here.T_camera_body, std::pow(0.5, k) * move), scale);
+      RenderedPose next = problem.Render(Moved(here.T_camera_body, std::pow(0.5, k) * move));
       if (posterior.Of(next.T_camera_body, next.value) > posterior.Of(here.T_camera_body, here.value)) {
         better = std::move(next);
       }
@@ -284,7 +283,7 @@ StructureAlignment AlignByStructure(const std::vector<StillPair>& pairs, const C
                                     const RigidTransform& T_body_camera, const Matrix6d& prior,
                                     const StructureAlignmentOptions& options) {
   Check(!pairs.empty() && !options.widths.empty(), "AlignByStructure: no pairs");
-  StillProblem problem{pairs, intrinsics, T_body_camera.Inverse(), prior, {}};
+  StillProblem problem{pairs, T_body_camera.Inverse(), prior, {}, {}};
   problem.structure.levels = 1;
   // Poles and kerbs are most of what one scan shows: their edges count, fattened as they are.
   problem.structure.depth_trust = 1.0;
@@ -296,11 +295,12 @@ StructureAlignment AlignByStructure(const std::vector<StillPair>& pairs, const C
     const double scale = std::min(1.0, static_cast<double>(options.widths[i]) / intrinsics.width);
     if (i > 1 && scale == result.last_scale) break;
     result.last_scale = scale;
+    problem.photos = ShrinkPhotos(pairs, intrinsics, scale, problem.structure);
     // The smallest photos turn the camera only: textures that they blur together would move it by metres. Of
     // them the best pose may be wrong: the next size decides among the best few.
     const bool first = i == 0;
     if (first) {
-      const RenderedPose at_start = problem.Render(problem.start, scale);
+      const RenderedPose at_start = problem.Render(problem.start);
       poses =
           BestOfGrid(at_start.score, problem.PosteriorAt(at_start), problem.start, prior, options.candidates);
     }
@@ -308,17 +308,17 @@ StructureAlignment AlignByStructure(const std::vector<StillPair>& pairs, const C
     std::vector<RenderedPose> reached;
     for (const RigidTransform& pose : poses) {
       reached.push_back(
-          ClimbByRenderings(problem, scale, options.rounds, first ? Free::kRotation : Free::kPose, pose));
+          ClimbByRenderings(problem, options.rounds, first ? Free::kRotation : Free::kPose, pose));
     }
     const double two_pixels = 2.0 / (scale * intrinsics.parameters[0]);
     poses = BestApart(problem, reached, first ? options.kept : 1, two_pixels);
   }
-  const RenderedPose best = problem.Render(poses.front(), result.last_scale);
+  const RenderedPose best = problem.Render(poses.front());
   const Posterior posterior = problem.PosteriorAt(best);
   result.T_body_camera = best.T_camera_body.Inverse();
   result.information = posterior.Information(best.T_camera_body);
   result.covariance = (result.information + posterior.prior_information()).inverse();
-  result.score_before = problem.Render(problem.start, result.last_scale).value.correlation;
+  result.score_before = problem.Render(problem.start).value.correlation;
   const Vector6d move = MoveBetween(problem.start, best.T_camera_body);
   result.squared_distance = move.dot(posterior.prior_information() * move);
   result.score_after = best.value.correlation;

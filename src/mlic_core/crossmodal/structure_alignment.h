@@ -14,13 +14,15 @@ struct StructureAlignmentOptions {
   std::size_t kept = 3;        // the best of them, climbed at the second; from: guard, time
 };
 
+constexpr double kAwayDegrees = 4.0;  // from: definition, StructureAlignment::elsewhere
+
 struct StructureAlignment {
   RigidTransform T_body_camera;
   // Of a small rotation (rad, left) and translation (m) of T_camera_body; prior included.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();  // of the data alone
   double score_before = 0.0, score_after = 0.0;                                   // at the last size
-  double elsewhere = 0.0;         // the highest score at poses turned away by degrees
+  double elsewhere = 0.0;         // the highest score at poses turned away by kAwayDegrees
   double squared_distance = 0.0;  // from the start, of the prior's covariance
   double last_scale = 1.0;        // of the photos' sizes
 };

@@ -27,26 +27,34 @@ double Facing(const Eigen::Vector3d& point, const Eigen::Vector3d& normal, const
 
 }  // namespace
 
-StructureScore::StructureScore(const std::vector<StillPair>& pairs, const CameraIntrinsics& intrinsics,
-                               double scale, const StructureOptions& options,
-                               const RigidTransform& T_body_camera)
-    : intrinsics_(ScaledIntrinsics(intrinsics, scale)) {
+ShrunkPhotos ShrinkPhotos(const std::vector<StillPair>& pairs, const CameraIntrinsics& intrinsics,
+                          double scale, const StructureOptions& options) {
+  ShrunkPhotos photos{ScaledIntrinsics(intrinsics, scale), {}};
+  const cv::Size size(photos.intrinsics.width, photos.intrinsics.height);
+  for (const StillPair& pair : pairs) {
+    cv::Mat gray, mask;
+    cv::resize(pair.gray, gray, size, 0.0, 0.0, cv::INTER_AREA);
+    if (!pair.mask.empty()) cv::resize(pair.mask, mask, size, 0.0, 0.0, cv::INTER_NEAREST);
+    photos.structure.push_back(PhotoStructure(gray, mask, options));
+  }
+  return photos;
+}
+
+StructureScore::StructureScore(const std::vector<StillPair>& pairs, const ShrunkPhotos& photos,
+                               const StructureOptions& options, const RigidTransform& T_body_camera)
+    : photos_(&photos) {
+  const CameraIntrinsics& intrinsics = photos.intrinsics;
   const ViewPose pose = FixedPose(T_body_camera);
   std::vector<float> depths;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    cv::Mat gray, mask;
-    const cv::Size size(intrinsics_.width, intrinsics_.height);
-    cv::resize(pairs[i].gray, gray, size, 0.0, 0.0, cv::INTER_AREA);
-    if (!pairs[i].mask.empty()) cv::resize(pairs[i].mask, mask, size, 0.0, 0.0, cv::INTER_NEAREST);
-    photos_.push_back(PhotoStructure(gray, mask, options));
-    const RenderedView view = ViewRenderer(*pairs[i].map, intrinsics_, RenderOptions()).Render(pose);
-    const StructurePyramid rendering = MapStructure(StructureOf(view, intrinsics_, pose), options);
+    const RenderedView view = ViewRenderer(*pairs[i].map, intrinsics, RenderOptions()).Render(pose);
+    const StructurePyramid rendering = MapStructure(StructureOf(view, intrinsics, pose), options);
     const StructureImage& image = rendering[0];
     for (int v = 0; v < image.height; v += kPixelStep) {
       for (int u = 0; u < image.width; u += kPixelStep) {
         Sample sample;
         if (!(image.Weight(v)[u] > 0.0f) || !(image.Energy(v)[u] > 0.0f)) continue;
-        if (!SurfaceAt(view, intrinsics_, pose, Eigen::Vector2d(u, v), &sample.point)) continue;
+        if (!SurfaceAt(view, intrinsics, pose, Eigen::Vector2d(u, v), &sample.point)) continue;
         for (int k = 0; k < StructureImage::kChannels; ++k) {
           sample.structure[k] = image.Channels(v)[u * StructureImage::kChannels + k];
         }
@@ -77,9 +85,9 @@ StructureScore::Value StructureScore::At(const RigidTransform& T_camera_body) co
     value.weight += weight;
     of_samples += weight * sample.structure.squaredNorm();
     Eigen::Vector2d pixel;
-    if (!Project(intrinsics_, R * sample.point + T_camera_body.translation, &pixel)) continue;
+    if (!Project(intrinsics(), R * sample.point + T_camera_body.translation, &pixel)) continue;
     const int u = static_cast<int>(std::floor(pixel.x())), v = static_cast<int>(std::floor(pixel.y()));
-    const StructureImage& photo = photos_[sample.pair][0];
+    const StructureImage& photo = photos_->structure[sample.pair][0];
     if (u < 0 || v < 0 || u + 1 >= photo.width || v + 1 >= photo.height) continue;
     const auto a = static_cast<float>(pixel.x() - u), b = static_cast<float>(pixel.y() - v);
     const float* upper = photo.Channels(v) + u * kChannels;

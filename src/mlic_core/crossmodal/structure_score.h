@@ -19,6 +19,15 @@ struct StillPair {
   cv::Mat mask;                       // CV_8UC1, 0: ignore; may be empty
 };
 
+// The structure of the photos at one image size.
+struct ShrunkPhotos {
+  CameraIntrinsics intrinsics;  // at this size
+  std::vector<StructurePyramid> structure;
+};
+
+ShrunkPhotos ShrinkPhotos(const std::vector<StillPair>& pairs, const CameraIntrinsics& intrinsics,
+                          double scale, const StructureOptions& options);
+
 // How well photos show the structure of scans at one image size and one camera pose. One scan is too sparse
 // for templates to find their own places, but all of it together has one clear peak.
 class StructureScore {
@@ -28,8 +37,8 @@ class StructureScore {
     double weight = 0.0;       // of the rendering, in pixels of the photo that it takes at the pose
   };
 
-  // Renders at T_body_camera; the photos are shrunk by `scale`.
-  StructureScore(const std::vector<StillPair>& pairs, const CameraIntrinsics& intrinsics, double scale,
+  // Renders the pairs' scans at T_body_camera. photos: of the same pairs; must outlive it.
+  StructureScore(const std::vector<StillPair>& pairs, const ShrunkPhotos& photos,
                  const StructureOptions& options, const RigidTransform& T_body_camera);
 
   // At a pose not far from the one that was rendered. Surfaces count for as many pixels as they take there,
@@ -37,8 +46,8 @@ class StructureScore {
   // counts as uncorrelated.
   Value At(const RigidTransform& T_camera_body) const;
 
-  const CameraIntrinsics& intrinsics() const { return intrinsics_; }  // at this size
-  double typical_depth() const { return typical_depth_; }             // m, median
+  const CameraIntrinsics& intrinsics() const { return photos_->intrinsics; }
+  double typical_depth() const { return typical_depth_; }  // m, median
 
  private:
   struct Sample {
@@ -49,8 +58,7 @@ class StructureScore {
     float weight;
     std::size_t pair;
   };
-  CameraIntrinsics intrinsics_;
-  std::vector<StructurePyramid> photos_;
+  const ShrunkPhotos* photos_;
   std::vector<Sample> samples_;
   double typical_depth_ = 10.0;
 };

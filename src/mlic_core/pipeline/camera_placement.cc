@@ -102,17 +102,6 @@ Found BestOf(const StillAlignment& still, const CameraIntrinsics& intrinsics) {
   return {found.T_body_camera, found.covariance + common, shown + common};
 }
 
-std::string NotClear(const std::string& name, const StructureAlignment& found) {
-  char text[320];
-  std::snprintf(
-      text, sizeof(text),
-      "%s: its photos do not show the LiDARs' map at one clear place (score %.2f, %.2f degrees away); "
-      "check that T_imu_sensor is within its sigma, intrinsics and stamps, or turn the camera to what "
-      "the LiDARs see",
-      name.c_str(), found.score_after, found.elsewhere);
-  return text;
-}
-
 PlacedCamera PlaceCamera(const LidarsAlone& alone, std::size_t camera, const CameraStart& start,
                          const CalibrationState& state) {
   PlacedCamera placed;
@@ -152,8 +141,11 @@ PlacedCamera PlaceCamera(const LidarsAlone& alone, std::size_t camera, const Cam
   const RigidTransform& guess = config.guess->T_imu_sensor;
   const Matrix6d prior = CovarianceOfInverse(guess.Inverse(), CovarianceOf(*config.guess));
   const StillAlignment still = AlignStill(pairs, start.intrinsics, guess, prior);
-  if (!still.IsClear()) {
-    placed.problem = NotClear(config.name, still.found);
+  const std::string doubt = still.Doubt();
+  if (!doubt.empty()) {
+    placed.problem = config.name + ": its photos do not show the LiDARs' map at one clear place (" + doubt +
+                     "); check that T_imu_sensor is within its sigma, intrinsics and stamps, or turn the "
+                     "camera to what the LiDARs see";
     return placed;
   }
   const Found found = BestOf(still, start.intrinsics);

@@ -11,6 +11,7 @@
 #include "mlic_core/pipeline/camera_placement.h"
 #include "mlic_core/pipeline/camera_stages.h"
 #include "mlic_core/pipeline/joint_adjustment.h"
+#include "mlic_core/summary/map_projections.h"
 #include "mlic_core/summary/pair_assembly.h"
 
 namespace mlic {
@@ -62,6 +63,26 @@ PoseSigma SigmaOf(const CameraPlace& place, double time_offset) {
   sigma.translation = place.claimed.diagonal().tail<3>().cwiseSqrt();
   sigma.time_offset = time_offset;
   return sigma;
+}
+
+// The cameras of a parked vehicle, or those without a place, on what the LiDARs see.
+std::vector<CameraProjection> DrawPlaced(const LidarsAlone& alone, const std::vector<CameraStart>& starts,
+                                         const std::vector<PlacedCamera>& places, Adjustment lidars) {
+  for (std::size_t c = 0; c < places.size(); ++c) {
+    CameraCalibration camera = CameraAsGiven(alone.rig.cameras[c], starts[c]);
+    lidars.map.cameras_before.push_back(camera);
+    const bool found = places[c].problem.empty();
+    if (found) camera.sensor.T_imu_sensor = places[c].place.T_root_camera;
+    lidars.state.cameras.push_back(camera);
+    lidars.cameras.found.push_back(found);
+  }
+  std::vector<CameraProjection> drawn;
+  for (std::size_t c = 0; c < places.size(); ++c) {
+    if (lidars.cameras.found[c] && !alone.parked) continue;
+    auto projection = ProjectOnPhoto(alone.rig, alone.dataset, lidars, c);
+    if (projection) drawn.push_back(std::move(*projection));
+  }
+  return drawn;
 }
 
 // The cameras where they were placed, with what the rig file says of them.
@@ -172,16 +193,17 @@ std::vector<std::optional<CameraPlace>> PlacesIn(const StageContext& context, co
 
 // Places the cameras; those without a place are left out of everything that follows.
 std::vector<CameraPlace> PlaceStage(const StageContext& context, const Adjustment* whole, LidarsAlone* alone,
-                                    std::vector<CameraStart>* starts, const CalibrationState& state,
-                                    std::vector<SensorProblem>* problems) {
+                                    std::vector<CameraStart>* starts, const Adjustment& lidars,
+                                    PairedCameras* paired) {
   StageClock stage("places of cameras in the map", context);
   const auto known = PlacesIn(context, whole, alone->root, starts);
-  const std::vector<PlacedCamera> places = PlaceCameras(*alone, *starts, known, state, context.cancellation);
+  const std::vector<PlacedCamera> places =
+      PlaceCameras(*alone, *starts, known, lidars.state, context.cancellation);
   for (std::size_t c = 0; c < places.size(); ++c) {
     const std::string& name = alone->rig.cameras[c].name;
     if (!places[c].problem.empty()) {
       stage.Line(places[c].problem);
-      problems->push_back({name, places[c].problem});
+      paired->problems.push_back({name, places[c].problem});
       continue;
     }
     const PoseSigma sigma = SigmaOf(places[c].place, 0.0);
@@ -190,6 +212,7 @@ std::vector<CameraPlace> PlaceStage(const StageContext& context, const Adjustmen
                   sigma.rotation.maxCoeff() * 180.0 / M_PI, 1e3 * sigma.translation.maxCoeff());
     stage.Line(line);
   }
+  paired->projections = DrawPlaced(*alone, *starts, places, lidars);
   return KeepPlaced(places, alone, starts);
 }
 
@@ -203,8 +226,7 @@ PairedCameras PairCameras(const StageContext& context, const Adjustment* whole, 
   for (std::size_t l = 0; l < alone.tied.size(); ++l) {
     if (!alone.tied[l]) alone.dataset.drives[0].lidars[l].scans.clear();  // the map has no place for them
   }
-  const std::vector<CameraPlace> places =
-      PlaceStage(context, whole, &alone, &starts, adjustment.state, &paired.problems);
+  const std::vector<CameraPlace> places = PlaceStage(context, whole, &alone, &starts, adjustment, &paired);
   if (places.empty()) return paired;
   if (alone.parked) {
     for (std::size_t c = 0; c < places.size(); ++c) {
@@ -219,6 +241,8 @@ PairedCameras PairCameras(const StageContext& context, const Adjustment* whole, 
     for (std::size_t c = 0; c < places.size(); ++c) {
       const std::string problem = ProblemOf(adjustment, c, alone.rig.cameras[c].name);
       if (!problem.empty()) TakeOut(alone.rig.cameras[c].name, problem, &paired);
+      auto projection = ProjectOnPhoto(alone.rig, alone.dataset, adjustment, c);
+      if (projection) paired.projections.push_back(std::move(*projection));
     }
   }
   for (const CameraConfig& camera : alone.rig.cameras) {

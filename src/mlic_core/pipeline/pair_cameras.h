@@ -13,6 +13,7 @@ namespace mlic {
 struct PairedCameras {
   std::vector<PairResult> pairs;        // with at least one camera; none that is hardly known
   std::vector<SensorProblem> problems;  // of cameras that are in no pair
+  std::vector<CameraProjection> projections;
 };
 
 // docs/method.md, section 7.7: places the cameras in the map; then, unless the vehicle is parked, the joint

@@ -38,6 +38,14 @@ std::vector<PairResult> CameraPairs(const StageContext& context, const Adjustmen
     });
     if (!known) rejected.push_back({problem.sensor, SensorResult::Type::kCamera, problem.reason});
   }
+  // About the root they are better known than with the IMU that was refused.
+  for (CameraProjection& projection : paired.projections) {
+    std::vector<CameraProjection>& all = result->projections;
+    const auto same = std::find_if(all.begin(), all.end(), [&](const CameraProjection& other) {
+      return other.camera == projection.camera;
+    });
+    (same == all.end() ? *all.emplace(same) : *same) = std::move(projection);
+  }
   return std::move(paired.pairs);
 }
 

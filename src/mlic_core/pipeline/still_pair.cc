@@ -191,13 +191,10 @@ CameraProjection MakeProjection(const std::string& name, const ScanPhoto& pair, 
 // Why the result cannot be used; none: it can.
 std::vector<std::string> ReasonsAgainst(const StillAlignment& still, const SensorResult& camera) {
   std::vector<std::string> reasons;
-  if (!still.IsClear()) {
-    char text[240];
-    std::snprintf(text, sizeof(text),
-                  "the photo does not show the scan's structure at one clear place (score %.2f, %.2f degrees "
-                  "away); check that cloud and image are of one moment and the guess is within its sigma",
-                  still.found.score_after, still.found.elsewhere);
-    reasons.push_back(text);
+  const std::string doubt = still.Doubt();
+  if (!doubt.empty()) {
+    reasons.push_back("the photo does not show the scan's structure at one clear place (" + doubt +
+                      "); check that cloud and image are of one moment and the guess is within its sigma");
   } else if (!camera.rotation_observable[0] || !camera.rotation_observable[1] ||
              !camera.rotation_observable[2]) {
     reasons.push_back(

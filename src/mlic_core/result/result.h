@@ -208,6 +208,7 @@ struct MatchProjection {
 
 // One photo of a camera with what the LiDARs saw at that time, before and after the last stage.
 struct CameraProjection {
+  bool found = true;                          // else only the guess is shown
   std::string camera;                         // its name
   std::shared_ptr<const ImageSource> images;  // where the photo can be loaded from
   std::size_t image = 0;
@@ -283,7 +284,7 @@ struct CalibrationResult {
   std::vector<ResidualSummary> residuals;
   std::vector<SensorHalves> halves;           // of the sensors that took part
   std::vector<CameraView> views;              // one of each camera; for pictures, not kept in files
-  std::vector<CameraProjection> projections;  // one of each camera matched to the map; likewise
+  std::vector<CameraProjection> projections;  // one of each camera beside LiDARs; likewise
   std::vector<CameraKeyframes> keyframes;     // of all drives
   double peak_memory_megabytes = 0.0;
 

@@ -17,20 +17,18 @@ constexpr double kOverlaySeconds = 0.1;  // either side, for the points drawn on
 constexpr std::size_t kMapPoints = 1000000;
 constexpr std::size_t kMostPoints = 60000;
 
-// Times of the photos with most points of the map, of each camera.
-std::vector<std::optional<double>> BestPhotos(const LandmarkSet& landmarks, std::size_t cameras) {
-  std::vector<std::map<double, int>> counts(cameras);
+// The time of the camera's photo with most points of the map.
+std::optional<double> BestPhoto(const LandmarkSet& landmarks, std::size_t camera) {
+  std::map<double, int> counts;
   for (std::size_t p = 0; p < landmarks.points.size(); ++p) {
     if (!landmarks.IsOnMap(p)) continue;
     const LandmarkObservation& o = landmarks.observations[landmarks.begin[p]];
-    ++counts[o.camera][o.time];
+    if (o.camera == static_cast<int>(camera)) ++counts[o.time];
   }
-  std::vector<std::optional<double>> best(cameras);
-  for (std::size_t c = 0; c < cameras; ++c) {
-    int most = 0;
-    for (const auto& [time, count] : counts[c]) {
-      if (count > most) best[c] = time, most = count;
-    }
+  std::optional<double> best;
+  int most = 0;
+  for (const auto& [time, count] : counts) {
+    if (count > most) best = time, most = count;
   }
   return best;
 }
@@ -91,20 +89,16 @@ bool HasGuesses(const Rig& rig) {
          std::any_of(rig.cameras.begin(), rig.cameras.end(), guessed);
 }
 
-CameraProjection ProjectOnPhoto(const std::string& name, const LidarView& view, std::size_t camera,
-                                double stamp, const CameraCalibration& before, const LandmarkSet& landmarks) {
+void DrawFound(const LidarView& view, std::size_t camera, double stamp, const CameraCalibration& before,
+               const LandmarkSet& landmarks, CameraProjection* out) {
   const SplitSpline& trajectory = view.state.drives[0].trajectory;
   const CameraCalibration& after = view.state.cameras[camera];
   const double time = after.sensor.OnImuClock(stamp, trajectory.Middle());
-  CameraProjection out;
-  out.camera = name;
-  out.images = view.drive.cameras[camera].images;
-  out.image = NearestImage(*out.images, stamp);
   const std::vector<MapReturn> returns = view.Around(time, kOverlaySeconds, kMostPoints);
-  out.before = Overlay(returns, trajectory, before, stamp);
-  out.after = Overlay(returns, trajectory, after, stamp);
+  out->before = Overlay(returns, trajectory, before, stamp);
+  out->after = Overlay(returns, trajectory, after, stamp);
   const IntensityMap map = BuildIntensityMap(view.Around(time, kMapSeconds, kMapPoints));
-  out.rendering =
+  out->rendering =
       ViewRenderer(map, after.intrinsics, RenderOptions())
           .Render(PoseOnTrajectory(trajectory, after.sensor, stamp, after.readout, after.intrinsics.height))
           .intensity;
@@ -117,35 +111,49 @@ CameraProjection ProjectOnPhoto(const std::string& name, const LidarView& view, 
     const Eigen::Vector3d& point = landmarks.points[p].position;
     if (See(trajectory, before, stamp, o.pixel.y(), point, &from, &depth) &&
         See(trajectory, after, stamp, o.pixel.y(), point, &to, &depth)) {
-      out.matches.push_back({o.pixel.cast<float>(), from.cast<float>(), to.cast<float>()});
+      out->matches.push_back({o.pixel.cast<float>(), from.cast<float>(), to.cast<float>()});
     }
   }
-  return out;
+}
+
+// What the LiDARs saw about the photo, with the poses of the rig file.
+std::vector<ProjectedPoint> DrawGuess(const LidarView& guess, std::size_t camera, double stamp) {
+  const SplitSpline& trajectory = guess.state.drives[0].trajectory;
+  const CameraCalibration& calibration = guess.state.cameras[camera];
+  const double time = calibration.sensor.OnImuClock(stamp, trajectory.Middle());
+  return Overlay(guess.Around(time, kOverlaySeconds, kMostPoints), trajectory, calibration, stamp);
 }
 
 }  // namespace
 
-std::vector<CameraProjection> ProjectOnPhotos(const Rig& rig, const Dataset& dataset,
-                                              const std::vector<CameraCalibration>& before,
-                                              const CalibrationState& state, const LandmarkSet& landmarks,
-                                              const std::vector<bool>& rejected_lidars) {
-  const std::vector<std::optional<double>> best = BestPhotos(landmarks, rig.cameras.size());
-  const bool guessed = HasGuesses(rig);
+std::optional<CameraProjection> ProjectOnPhoto(const Rig& rig, const Dataset& dataset,
+                                               const Adjustment& adjustment, std::size_t camera) {
+  const bool found = adjustment.cameras.found[camera];
   const Drive& drive = dataset.drives[0];
-  const CalibrationState guess = AtGuesses(rig, state);
-  std::vector<CameraProjection> projections;
-  for (std::size_t c = 0; c < best.size(); ++c) {
-    if (!best[c]) continue;
-    projections.push_back(ProjectOnPhoto(rig.cameras[c].name, {drive, state, rejected_lidars}, c, *best[c],
-                                         before[c], landmarks));
-    if (!guessed) continue;
-    const SplitSpline& trajectory = state.drives[0].trajectory;
-    const double time = state.cameras[c].sensor.OnImuClock(*best[c], trajectory.Middle());
-    const LidarView at_guess{drive, guess, rejected_lidars};
-    projections.back().guess =
-        Overlay(at_guess.Around(time, kOverlaySeconds, kMostPoints), trajectory, guess.cameras[c], *best[c]);
+  const std::shared_ptr<const ImageSource>& images = drive.cameras[camera].images;
+  if (rig.lidars.empty() || images->Count() == 0 || (!found && !rig.cameras[camera].guess))
+    return std::nullopt;
+  const CalibrationState& state = adjustment.state;
+  const LandmarkSet& landmarks = adjustment.problem.drives[0].landmarks;
+  const CameraCalibration& calibration = state.cameras[camera];
+  const double middle = state.drives[0].trajectory.Middle();
+  const std::optional<double> best = BestPhoto(landmarks, camera);
+  CameraProjection projection;
+  projection.image = NearestImage(*images, best.value_or(calibration.sensor.OnOwnClock(middle, middle)));
+  const double stamp = best.value_or(images->Time(projection.image));
+  if (found) {
+    const std::vector<CameraCalibration>& before = adjustment.map.cameras_before;
+    DrawFound({drive, state, adjustment.rejected_lidars}, camera, stamp,
+              before.empty() ? calibration : before[camera], landmarks, &projection);
   }
-  return projections;
+  projection.found = found;
+  projection.camera = rig.cameras[camera].name;
+  projection.images = images;
+  if (HasGuesses(rig)) {
+    const CalibrationState guess = AtGuesses(rig, state);
+    projection.guess = DrawGuess({drive, guess, adjustment.rejected_lidars}, camera, stamp);
+  }
+  return projection;
 }
 
 }  // namespace mlic

@@ -1,21 +1,21 @@
 #pragma once
 
-#include <vector>
+#include <cstddef>
+#include <optional>
 
-#include "mlic_core/problem/observations.h"
-#include "mlic_core/problem/state.h"
 #include "mlic_core/result/result.h"
 #include "mlic_core/sensors/measurements.h"
+#include "mlic_core/sensors/rig.h"
+#include "mlic_core/uncertainty/adjustment.h"
 
 namespace mlic {
 
-// Of each camera that found places of the LiDAR map the photo with most of them (first drive), with what the
-// LiDARs saw about that time: projected by the cameras `before` the photos were matched, by those of the
-// state, and with the poses that the rig file guesses. landmarks: of the first drive, as solved. LiDARs that
-// were rejected are left out.
-std::vector<CameraProjection> ProjectOnPhotos(const Rig& rig, const Dataset& dataset,
-                                              const std::vector<CameraCalibration>& before,
-                                              const CalibrationState& state, const LandmarkSet& landmarks,
-                                              const std::vector<bool>& rejected_lidars);
+// Of a camera one photo of the first drive with what the LiDARs saw about that time, without those that were
+// rejected: projected by the camera before photos were matched (cameras_before; none: as the state has it),
+// as the state has it, and with the poses that the rig file guesses. The photo is the one with most places of
+// the map; without any, that of the middle of the drive. Of a camera that was not found only the guess is
+// drawn. Nothing: no LiDARs, or neither found nor guessed.
+std::optional<CameraProjection> ProjectOnPhoto(const Rig& rig, const Dataset& dataset,
+                                               const Adjustment& adjustment, std::size_t camera);
 
 }  // namespace mlic

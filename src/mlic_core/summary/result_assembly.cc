@@ -338,9 +338,9 @@ void AssembleResult(const Rig& rig, const Dataset& dataset, const Adjustment& ad
   if (result->Usable()) {
     result->ground = FindPoseOverGround(result->trajectories[0], result->map, result->sensors);
   }
-  if (adjustment.rounds.landmarks == Landmarks::kTracksAndMap) {
-    result->projections = ProjectOnPhotos(rig, dataset, adjustment.map.cameras_before, state,
-                                          adjustment.problem.drives[0].landmarks, adjustment.rejected_lidars);
+  for (std::size_t c = 0; c < state.cameras.size(); ++c) {
+    auto projection = ProjectOnPhoto(rig, dataset, adjustment, c);
+    if (projection) result->projections.push_back(std::move(*projection));
   }
   result->views = ChooseViews(rig, dataset.drives[0], state, adjustment.problem.drives[0].landmarks);
   result->keyframes = UsedKeyframes(rig, dataset, adjustment.problem.drives);

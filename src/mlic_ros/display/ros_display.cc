@@ -224,7 +224,8 @@ void RosDisplay::PublishProjections(const std::vector<CameraProjection>& project
     const cv::Mat photo = projection.images->Load(projection.image);
     cameras.push_back(projection.camera);
     pictures.push_back(DrawProjection(photo, projection));
-    tiles.push_back(DrawByDepth(photo, projection.after, "of the result"));
+    tiles.push_back(projection.found ? DrawByDepth(photo, projection.after, "of the result")
+                                     : DrawByDepth(photo, projection.guess, "of the guess"));
   }
   PublishPictures(cameras, pictures, &projections_);
   PublishTiles(cameras, tiles, &projections_);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "mlic_core/common/error.h"
+#include "mlic_core/crossmodal/structure_alignment.h"
 #include "mlic_core/ingest/image_stream.h"
 #include "mlic_core/io/output_directory.h"
 #include "mlic_core/io/result/point_cloud_reader.h"
@@ -86,9 +87,10 @@ std::vector<ScanPhoto> LoadPairs(const RegisterOptions& options, const Rig& rig)
 std::string Describe(const PairRegistration& done) {
   char text[400];
   std::snprintf(text, sizeof(text),
-                "structure score %.4f at the guess, %.4f now, at most %.4f degrees away\n"
+                "structure score %.4f at the guess, %.4f now, at most %.4f where turned %.0f deg away\n"
                 "NID %.4f at the guess, %.4f now\n%s\n",
-                done.score_before, done.score_after, done.score_elsewhere, done.nid_before, done.nid_after,
+                done.score_before, done.score_after, done.score_elsewhere, mlic::kAwayDegrees,
+                done.nid_before, done.nid_after,
                 done.matched ? "refined by single matches"
                              : "from all pixels together: single matches are too few or agree no better");
   std::string out = text;

@@ -109,6 +109,20 @@ TEST(ProjectionPicture, ShowsPointsWhereTheyAre) {
   EXPECT_GT(far[0], far[2]);        // blue
 }
 
+TEST(ProjectionPicture, OfACameraThatWasNotFoundShowsTheGuessAlone) {
+  CameraProjection projection;
+  projection.found = false;
+  projection.guess.push_back({{100.0f, 60.0f}, 5.0f, 1.0f});
+  projection.guess.push_back({{150.0f, 60.0f}, 50.0f, 9.0f});
+  const cv::Mat photo(120, 200, CV_8UC1, cv::Scalar(100));
+  const cv::Mat picture = DrawProjection(photo, projection);
+  ASSERT_EQ(picture.size(), cv::Size(400, 120));
+  const auto near = picture.at<cv::Vec3b>(60, 100), far = picture.at<cv::Vec3b>(60, 150);
+  EXPECT_GT(near[2], near[0]);  // red
+  EXPECT_GT(far[0], far[2]);    // blue
+  EXPECT_EQ(DrawOverlays(photo, projection).before.at<cv::Vec3b>(60, 100), near);
+}
+
 // The points of the guess and those of the result, each on its own picture, near ones in the same red.
 TEST(Overlays, OfGuessAndResultShareTheirColours) {
   const cv::Mat photo(100, 200, CV_8UC1, cv::Scalar(100));

@@ -94,6 +94,29 @@ TEST(PairCameras, AParkedCarGivesTheCameraThatSeesWhatItsLidarSeesAndNamesTheOth
     return reason.rfind("unplaced: ", 0) == 0 && reason.find("T_imu_sensor") != std::string::npos;
   });
   EXPECT_TRUE(named);
+  // Its picture; the other has neither a place nor a guess to draw.
+  ASSERT_EQ(result.projections.size(), 1u);
+  EXPECT_EQ(result.projections[0].camera, input.rig.cameras[1].name);
+  EXPECT_TRUE(result.projections[0].found);
+  EXPECT_GT(result.projections[0].after.size(), 1000u);
+}
+
+TEST(PairCameras, AParkedCameraFarFromItsGuessIsRefusedWithThePictureOfTheGuess) {
+  SimulatedInput input = ParkedLidarAndCamera(DriveOptions(sim::Scenario::kStatic, 1.0, 1));
+  CameraConfig& camera = input.rig.cameras[0];
+  const Eigen::AngleAxisd turn(25.0 * M_PI / 180.0, Eigen::Vector3d::UnitZ());
+  camera.guess->T_imu_sensor.rotation = camera.guess->T_imu_sensor.rotation * Eigen::Quaterniond(turn);
+  const CalibrationResult result = Calibrated(input);
+  EXPECT_EQ(result.verdict, Verdict::kRefused);
+  const bool named =
+      std::any_of(result.reasons.begin(), result.reasons.end(), [&](const std::string& reason) {
+        return reason.rfind(camera.name + ": its photos do not show the LiDARs' map", 0) == 0;
+      });
+  EXPECT_TRUE(named) << Joined(result.reasons, "\n");
+  ASSERT_EQ(result.projections.size(), 1u);
+  EXPECT_FALSE(result.projections[0].found);
+  EXPECT_TRUE(result.projections[0].after.empty());
+  EXPECT_GT(result.projections[0].guess.size(), 1000u);
 }
 
 // Of a street a single scan shows far facades and a floor at grazing angles, which is horizontal strokes in

@@ -186,6 +186,13 @@ cv::Mat DrawByDepth(const cv::Mat& photo, const std::vector<ProjectedPoint>& poi
 
 cv::Mat DrawProjection(const cv::Mat& photo, const CameraProjection& projection) {
   const cv::Mat colour = InColour(photo);
+  if (!projection.found) {
+    const cv::Mat depth =
+        DrawWithLegend(colour, projection.guess, "at the guess (" + projection.camera + " was not found)");
+    cv::Mat picture;
+    cv::hconcat(depth, DrawByIntensity(colour, projection.guess, "at the guess"), picture);
+    return picture;
+  }
   const cv::Mat matches = DrawMatches(colour, projection);
   const cv::Mat panels[6] = {matches,
                              DrawRendering(projection.rendering, matches.size()),
@@ -203,7 +210,7 @@ cv::Mat DrawProjection(const cv::Mat& photo, const CameraProjection& projection)
 
 OverlayPair DrawOverlays(const cv::Mat& photo, const CameraProjection& projection) {
   const cv::Mat colour = InColour(photo);
-  const DepthRange range = RangeOf(projection.after);
+  const DepthRange range = RangeOf(projection.found ? projection.after : projection.guess);
   return {DrawInRange(colour, projection.guess.empty() ? projection.before : projection.guess, range),
           DrawInRange(colour, projection.after, range), range};
 }

@@ -12,7 +12,8 @@ namespace mlic {
 // Six panels of the photo's size, at most 960 px wide each. Left and right: the photo with the matches (a
 // ring where a place of the map was found, a red arrow to where the calibration projects it, magnified) and
 // the rendering (blue where nothing is seen); LiDAR points on the photo by depth (red near, blue far,
-// logarithmic), before and after; LiDAR points by intensity, before and after. photo: CV_8UC1 or CV_8UC3.
+// logarithmic), before and after; LiDAR points by intensity, before and after. Two where the camera was not
+// found: the points at the guess. photo: CV_8UC1 or CV_8UC3.
 cv::Mat DrawProjection(const cv::Mat& photo, const CameraProjection& projection);
 
 // m, the range of depths that the colours span, from red to blue.

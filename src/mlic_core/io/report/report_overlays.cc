@@ -21,10 +21,17 @@ std::string Overlay(const CameraProjection& projection) {
            std::to_string(picture.rows) + "\" alt=\"" + alt + "\" src=\"" + EmbedJpeg(picture, kQuality) +
            "\">\n";
   };
+  const std::string depths = "points from " + FixedNumber(pictures.range.near, 1) + " m (red) to " +
+                             FixedNumber(pictures.range.far, 0) + " m (blue)";
+  if (!projection.found) {
+    return "<figure><figcaption><b>" + name + "</b>: not found; the rig file's guess, " + depths +
+           "</figcaption>\n" +
+           image(pictures.before, "guess", "LiDAR points on the photo of " + name + ", " + first) +
+           "</figure>\n";
+  }
   return "<figure class=\"compare\"><figcaption><b>" + name + "</b>: left of the line " +
          (guessed ? "the rig file's guess" : "before the photos were matched") +
-         ", right of it the result; points from " + FixedNumber(pictures.range.near, 1) + " m (red) to " +
-         FixedNumber(pictures.range.far, 0) + " m (blue)</figcaption>\n<div class=\"pictures\">\n" +
+         ", right of it the result; " + depths + "</figcaption>\n<div class=\"pictures\">\n" +
          image(pictures.after, "after", "LiDAR points on the photo of " + name + ", as found") +
          image(pictures.before, "before", "LiDAR points on the photo of " + name + ", " + first) +
          "<span class=\"line\"></span></div>\n<input type=\"range\" min=\"0\" max=\"100\" value=\"50\" "
