@@ -31,9 +31,9 @@ bool IsMatched(const LandmarkSet& landmarks, std::size_t camera) {
   return false;
 }
 
-// Leaves the cameras that have a place, so that the others take no part in anything.
-std::vector<CameraPlace> KeepPlaced(const std::vector<PlacedCamera>& places, LidarsAlone* alone,
-                                    std::vector<CameraStart>* starts) {
+// Leaves the cameras that have a place and are not known yet, so that the others take no part in anything.
+std::vector<CameraPlace> KeepPlaced(const std::vector<PlacedCamera>& places, const std::vector<bool>& known,
+                                    LidarsAlone* alone, std::vector<CameraStart>* starts) {
   Drive& drive = alone->dataset.drives[0];
   const std::size_t lidars = alone->rig.lidars.size();
   std::vector<CameraConfig> configs;
@@ -43,7 +43,7 @@ std::vector<CameraPlace> KeepPlaced(const std::vector<PlacedCamera>& places, Lid
   std::vector<double> sigmas(alone->time_offset_sigmas.begin(),
                              alone->time_offset_sigmas.begin() + static_cast<std::ptrdiff_t>(lidars));
   for (std::size_t c = 0; c < places.size(); ++c) {
-    if (!places[c].problem.empty()) continue;
+    if (known[c] || !places[c].problem.empty()) continue;
     placed.push_back(places[c].place);
     configs.push_back(alone->rig.cameras[c]);
     recordings.push_back(drive.cameras[c]);
@@ -130,13 +130,12 @@ Adjustment AdjustWithCameras(const StageContext& context, const LidarsAlone& alo
 
 // Why what the rounds ended with cannot be given; empty: it can.
 std::string ProblemOf(const Adjustment& adjustment, std::size_t camera, const std::string& name) {
-  constexpr double kLargestChange = 3.0;  // sigmas; from: definition, as of the LiDARs' pairs
   if (!IsMatched(adjustment.problem.drives[0].landmarks, camera)) {
     return name +
            ": its photos do not match the LiDARs' map; check intrinsics and stamps, or turn it to what "
            "the LiDARs see";
   }
-  if (!(adjustment.rounds.last_change < kLargestChange)) {
+  if (!(adjustment.rounds.last_change < kLargestChangeOfPairs)) {
     return name +
            ": its place against the LiDARs has not converged; record a longer drive among more structure";
   }
@@ -191,14 +190,34 @@ std::vector<std::optional<CameraPlace>> PlacesIn(const StageContext& context, co
   return places;
 }
 
-// Places the cameras; those without a place are left out of everything that follows.
-std::vector<CameraPlace> PlaceStage(const StageContext& context, const Adjustment* whole, LidarsAlone* alone,
+// The known pair of the root and a camera.
+std::optional<CameraPlace> PlaceIn(const std::vector<PairResult>& known, const std::string& root,
+                                   const std::string& camera) {
+  for (const PairResult& pair : known) {
+    if (pair.a != root || pair.b != camera) continue;
+    Eigen::Matrix<double, 6, 1> sigma;
+    sigma << pair.sigma.rotation, pair.sigma.translation;
+    const Eigen::Matrix<double, 6, 6> covariance = sigma.cwiseAbs2().asDiagonal();
+    return CameraPlace{pair.T_a_b, covariance, covariance};
+  }
+  return std::nullopt;
+}
+
+// Places the cameras; those without a place and those that are known are left out of everything that follows.
+std::vector<CameraPlace> PlaceStage(const StageContext& context, const Adjustment* whole,
+                                    const std::vector<PairResult>& known, LidarsAlone* alone,
                                     std::vector<CameraStart>* starts, const Adjustment& lidars,
                                     PairedCameras* paired) {
   StageClock stage("places of cameras in the map", context);
-  const auto known = PlacesIn(context, whole, alone->root, starts);
+  auto given = PlacesIn(context, whole, alone->root, starts);
+  std::vector<bool> is_known;
+  for (std::size_t c = 0; c < given.size(); ++c) {
+    const auto place = PlaceIn(known, alone->rig.lidars[alone->root].name, alone->rig.cameras[c].name);
+    is_known.push_back(place.has_value());
+    if (place) given[c] = place;
+  }
   const std::vector<PlacedCamera> places =
-      PlaceCameras(*alone, *starts, known, lidars.state, context.cancellation);
+      PlaceCameras(*alone, *starts, given, lidars.state, context.cancellation);
   for (std::size_t c = 0; c < places.size(); ++c) {
     const std::string& name = alone->rig.cameras[c].name;
     if (!places[c].problem.empty()) {
@@ -208,17 +227,19 @@ std::vector<CameraPlace> PlaceStage(const StageContext& context, const Adjustmen
     }
     const PoseSigma sigma = SigmaOf(places[c].place, 0.0);
     char line[200];
-    std::snprintf(line, sizeof(line), "%s: placed to %.2f deg and %.0f mm", name.c_str(),
+    std::snprintf(line, sizeof(line), "%s: %s to %.2f deg and %.0f mm", name.c_str(),
+                  is_known[c] ? "known by the calibration with the IMU" : "placed",
                   sigma.rotation.maxCoeff() * 180.0 / M_PI, 1e3 * sigma.translation.maxCoeff());
     stage.Line(line);
   }
   paired->projections = DrawPlaced(*alone, *starts, places, lidars);
-  return KeepPlaced(places, alone, starts);
+  return KeepPlaced(places, is_known, alone, starts);
 }
 
 }  // namespace
 
-PairedCameras PairCameras(const StageContext& context, const Adjustment* whole, Adjustment adjustment,
+PairedCameras PairCameras(const StageContext& context, const Adjustment* whole,
+                          const std::vector<PairResult>& known, Adjustment adjustment,
                           LidarsAlone* about_root) {
   LidarsAlone& alone = *about_root;
   PairedCameras paired;
@@ -226,7 +247,8 @@ PairedCameras PairCameras(const StageContext& context, const Adjustment* whole, 
   for (std::size_t l = 0; l < alone.tied.size(); ++l) {
     if (!alone.tied[l]) alone.dataset.drives[0].lidars[l].scans.clear();  // the map has no place for them
   }
-  const std::vector<CameraPlace> places = PlaceStage(context, whole, &alone, &starts, adjustment, &paired);
+  const std::vector<CameraPlace> places =
+      PlaceStage(context, whole, known, &alone, &starts, adjustment, &paired);
   if (places.empty()) return paired;
   if (alone.parked) {
     for (std::size_t c = 0; c < places.size(); ++c) {

@@ -18,10 +18,11 @@ struct PairedCameras {
 
 // docs/method.md, section 7.7: places the cameras in the map; then, unless the vehicle is parked, the joint
 // adjustment about the root with their tracks and their matches with the map. whole: the calibration with the
-// IMU that was refused, whose matches with the map place cameras as well; null: there is none. lidars: as
-// adjusted; a copy goes on, so that no camera moves the pairs of LiDARs. alone: loses the cameras that have
-// no place, and the scans of LiDARs that are not tied.
-PairedCameras PairCameras(const StageContext& context, const Adjustment* whole, Adjustment lidars,
-                          LidarsAlone* alone);
+// IMU that was refused, whose matches with the map place cameras as well; null: there is none. known: pairs
+// that it shows already, whose cameras are left out. lidars: as adjusted; a copy goes on, so that no camera
+// moves the pairs of LiDARs. alone: loses the cameras that are known or have no place, and the scans of
+// LiDARs that are not tied.
+PairedCameras PairCameras(const StageContext& context, const Adjustment* whole,
+                          const std::vector<PairResult>& known, Adjustment lidars, LidarsAlone* alone);
 
 }  // namespace mlic

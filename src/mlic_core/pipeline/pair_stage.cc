@@ -1,6 +1,7 @@
 #include "mlic_core/pipeline/pair_stage.h"
 
 #include <algorithm>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,9 +27,10 @@ bool OnlyNotTied(const CalibrationResult& result) {
 
 // The cameras' pairs; why others are in none joins the reasons.
 std::vector<PairResult> CameraPairs(const StageContext& context, const Adjustment* whole,
-                                    const Adjustment& lidars, LidarsAlone* alone) {
+                                    const std::vector<PairResult>& known, const Adjustment& lidars,
+                                    LidarsAlone* alone) {
   if (!WithCameras(context)) return {};
-  PairedCameras paired = PairCameras(context, whole, lidars, alone);
+  PairedCameras paired = PairCameras(context, whole, known, lidars, alone);
   CalibrationResult* result = context.result;
   for (const SensorProblem& problem : paired.problems) {
     result->reasons.push_back(problem.reason);
@@ -49,6 +51,16 @@ std::vector<PairResult> CameraPairs(const StageContext& context, const Adjustmen
   return std::move(paired.pairs);
 }
 
+// Those further pairs that are not there yet.
+void AddMissing(const std::vector<PairResult>& further, std::vector<PairResult>* pairs) {
+  for (const PairResult& pair : further) {
+    const bool there = std::any_of(pairs->begin(), pairs->end(), [&](const PairResult& other) {
+      return other.a == pair.a && other.b == pair.b;
+    });
+    if (!there) pairs->push_back(pair);
+  }
+}
+
 }  // namespace
 
 bool WithCameras(const StageContext& context) {
@@ -58,9 +70,15 @@ bool WithCameras(const StageContext& context) {
 void PairStage(const StageContext& context, const DriveOdometry& odometry, const Adjustment* whole) {
   CalibrationResult* result = context.result;
   if (result->verdict != Verdict::kRefused) return;
+  std::vector<PairResult> pairs = PairsOfRefused(whole, *result);
   result->pairs.clear();
   const bool any = context.rig.lidars.size() > 1 || WithCameras(context);
   if (!any || !OnlyNotTied(*result)) return;
+  // Without what the gyroscope shows of the clocks, pairs are less well known: only for what is missing.
+  const std::optional<std::string> root = RootOf(context.rig, pairs);
+  if (root && TieAll(context.rig, *root, pairs)) {
+    return AssemblePairs(context.rig, *root, *whole, std::move(pairs), result);
+  }
   constexpr const char* kFile = "pair_adjustment";
   LidarsAlone alone = InitializeLidarsAlone(context.rig, context.dataset, odometry, context.cancellation);
   Adjustment adjustment;
@@ -69,7 +87,11 @@ void PairStage(const StageContext& context, const DriveOdometry& odometry, const
     for (const std::string& note : alone.start.notes) stage.Line(note);
     const std::vector<std::string>& problems = alone.start.problems;
     result->reasons.insert(result->reasons.end(), problems.begin(), problems.end());
-    if (alone.start.state.drives.empty()) return stage.Line("no sensor is found in a LiDAR's map");
+    if (alone.start.state.drives.empty()) {
+      stage.Line("no sensor is found in a LiDAR's map");
+      if (root) AssemblePairs(context.rig, *root, *whole, std::move(pairs), result);
+      return;
+    }
     const AdjustmentContext of_stage{alone.rig, alone.dataset, context.observer,
                                      ContextOf(context, &stage).monitor};
     bool found;
@@ -78,8 +100,10 @@ void PairStage(const StageContext& context, const DriveOdometry& odometry, const
     adjustment = AdjustPairs(std::move(adjustment), of_stage,
                              [&](const Adjustment& now) { Keep(context, stage, kFile, now); });
   }
-  const std::vector<PairResult> of_cameras = CameraPairs(context, whole, adjustment, &alone);
-  AssemblePairs(context.rig, alone, adjustment, of_cameras, result);
+  const std::vector<PairResult> of_cameras = CameraPairs(context, whole, pairs, adjustment, &alone);
+  AddMissing(MakeLidarPairs(alone, adjustment), &pairs);
+  AddMissing(of_cameras, &pairs);
+  AssemblePairs(context.rig, alone.rig.lidars[alone.root].name, adjustment, std::move(pairs), result);
 }
 
 }  // namespace mlic

@@ -8,11 +8,12 @@
 
 namespace mlic {
 
-// A deviation of the trajectory drawn from the normal distribution that the equations give it with the
-// calibration held, the same for the same equations.
+// A deviation of trajectory and planes drawn from the normal distribution that the equations give them with
+// the calibration held, the same for the same equations.
 struct TrajectoryDraw {
   Eigen::VectorXd step;  // laid out as Layout, zero for the calibration
-  // The landmarks' best steps (linearizer.h) beside this step, and beside its opposite.
+  // The landmarks' best steps (linearizer.h) beside this step, and beside its opposite; planes with a
+  // deviation of their own, and its opposite.
   std::vector<Eigen::Vector3d> landmarks, landmarks_of_opposite;
 };
 

@@ -7,12 +7,14 @@
 
 namespace mlic {
 
-// What of SolveSummary::information is not the motion's but the trajectory's noise: the Jacobians are taken
-// at an estimate of the trajectory, and what shakes in it looks like motion. A gyroscope's noise about the
-// level axes of a car on flat ground seems to show the height of its sensors. Measured by linearising at
-// trajectories that are drawn about the estimate from its own covariance: by so much as they show more, the
-// estimate shows more than the truth. Positive semidefinite, calibration x calibration; the same for the same
-// problem. Zero where the equations have no solution, or the trajectory is held. docs/method.md, section 11.
+// What of SolveSummary::information is not the motion's but the noise of trajectory and planes: the Jacobians
+// are taken at an estimate of them, and what shakes in it looks like motion, or like surfaces that face other
+// ways. A gyroscope's noise about the level axes of a car on flat ground seems to show the height of its
+// sensors, and so do small patches of vertical walls that two LiDARs share. Measured by linearising at
+// trajectories and planes that are drawn about the estimate from its own covariance: by so much as they show
+// more, the estimate shows more than the truth. Positive semidefinite, calibration x calibration; the same
+// for the same problem. Zero where the equations have no solution, or the trajectory is held. docs/method.md,
+// section 11.
 Eigen::MatrixXd NoiseInformation(const LinearizedProblem& linearized, const CancellationToken& cancellation);
 
 // Normal equations that put an estimate as far off as those of an information S do of which a part is the

@@ -105,18 +105,7 @@ double FreeOffset(const std::optional<ExtrinsicGuess>& guess, double sigma, cons
   return variance;
 }
 
-std::vector<PairResult> LidarPairs(const LidarsAlone& alone, const Adjustment& adjustment) {
-  const ObservabilityAnalysis analysis = Analyze(adjustment, alone.dataset);
-  std::vector<PairResult> pairs;
-  for (std::size_t a = 0; a < alone.tied.size(); ++a) {
-    for (std::size_t b = a + 1; b < alone.tied.size(); ++b) {
-      if (!alone.tied[a] || !alone.tied[b]) continue;
-      const auto pair = PairOf(alone, adjustment.state, analysis, a, b);
-      if (pair) pairs.push_back(*pair);
-    }
-  }
-  return pairs;
-}
+bool Has(const PairResult& pair, const std::string& sensor) { return pair.a == sensor || pair.b == sensor; }
 
 // Every LiDAR and camera that has no reason yet gets one, and all get their frames.
 void CompleteRejected(const Rig& rig, CalibrationResult* result) {
@@ -140,7 +129,7 @@ std::vector<QualityCheck> MakePairChecks(const Adjustment& adjustment) {
   QualityCheck convergence;
   convergence.name = "pairs_convergence";
   convergence.value = adjustment.rounds.last_change;
-  convergence.limit = 3.0;  // from: definition, sigmas contain what the last round moved
+  convergence.limit = kLargestChangeOfPairs;
   convergence.unit = "sigma";
   convergence.remedy = "record a longer drive among more structure";
   QualityCheck planes;
@@ -220,19 +209,59 @@ std::optional<PairResult> MakeStillPair(const LidarsAlone& alone, std::size_t ca
                  with_time(place.shown, std::numeric_limits<double>::infinity()));
 }
 
-void AssemblePairs(const Rig& rig, const LidarsAlone& alone, const Adjustment& adjustment,
-                   const std::vector<PairResult>& of_cameras, CalibrationResult* result) {
+std::vector<PairResult> MakeLidarPairs(const LidarsAlone& alone, const Adjustment& adjustment) {
+  const ObservabilityAnalysis analysis = Analyze(adjustment, alone.dataset);
+  std::vector<PairResult> pairs;
+  for (std::size_t a = 0; a < alone.tied.size(); ++a) {
+    for (std::size_t b = a + 1; b < alone.tied.size(); ++b) {
+      if (!alone.tied[a] || !alone.tied[b]) continue;
+      const auto pair = PairOf(alone, adjustment.state, analysis, a, b);
+      if (pair) pairs.push_back(*pair);
+    }
+  }
+  return pairs;
+}
+
+std::vector<PairResult> PairsOfRefused(const Adjustment* whole, const CalibrationResult& result) {
+  if (whole == nullptr || !(whole->rounds.last_change < kLargestChangeOfPairs)) return {};
+  std::vector<PairResult> pairs = result.pairs;
+  for (PairResult& pair : pairs) {
+    if (pair.sigma.time_offset <= kTimeLimit) continue;
+    pair.unobservable.push_back({Quantity::kTimeOffset, Eigen::Vector3d::Zero(), pair.sigma.time_offset});
+  }
+  return pairs;
+}
+
+std::optional<std::string> RootOf(const Rig& rig, const std::vector<PairResult>& pairs) {
+  std::optional<std::string> root;
+  std::ptrdiff_t most = 0;
+  for (const LidarConfig& lidar : rig.lidars) {
+    const auto has = [&](const PairResult& pair) { return Has(pair, lidar.name); };
+    const std::ptrdiff_t count = std::count_if(pairs.begin(), pairs.end(), has);
+    if (count > most) root = lidar.name, most = count;
+  }
+  return root;
+}
+
+bool TieAll(const Rig& rig, const std::string& root, const std::vector<PairResult>& pairs) {
+  const auto tied = [&](const auto& sensor) {
+    return sensor.name == root || std::any_of(pairs.begin(), pairs.end(), [&](const PairResult& pair) {
+             return Has(pair, root) && Has(pair, sensor.name);
+           });
+  };
+  return std::all_of(rig.lidars.begin(), rig.lidars.end(), tied) &&
+         std::all_of(rig.cameras.begin(), rig.cameras.end(), tied);
+}
+
+void AssemblePairs(const Rig& rig, const std::string& root, const Adjustment& adjustment,
+                   std::vector<PairResult> pairs, CalibrationResult* result) {
   bool good = true;
   for (const QualityCheck& check : MakePairChecks(adjustment)) {
     result->checks.push_back(check);
     good = good && check.Passed();
   }
-  if (!good) return;
-  std::vector<PairResult> pairs = LidarPairs(alone, adjustment);
-  pairs.insert(pairs.end(), of_cameras.begin(), of_cameras.end());
-  const std::string& root = rig.lidars[alone.root].name;
-  const auto with_root = [&](const PairResult& pair) { return pair.a == root || pair.b == root; };
-  if (std::none_of(pairs.begin(), pairs.end(), with_root)) return;
+  const auto with_root = [&](const PairResult& pair) { return Has(pair, root); };
+  if (!good || std::none_of(pairs.begin(), pairs.end(), with_root)) return;
   result->verdict = Verdict::kPartial;
   result->pairs = std::move(pairs);
   result->root = root;

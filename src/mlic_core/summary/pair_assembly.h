@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "mlic_core/initialization/lidars_alone.h"
@@ -11,6 +12,9 @@
 #include "mlic_core/uncertainty/adjustment.h"
 
 namespace mlic {
+
+// sigmas that the last round may have moved pairs by: theirs contain it. from: definition
+constexpr double kLargestChangeOfPairs = 3.0;
 
 // What is known of a camera against the root, of a small left rotation (rad) and translation (m) of
 // T_root_camera.
@@ -33,10 +37,22 @@ std::vector<PairResult> MakeCameraPairs(const LidarsAlone& alone, const Adjustme
 std::optional<PairResult> MakeStillPair(const LidarsAlone& alone, std::size_t camera,
                                         const CameraPlace& place);
 
-// rig: that of the whole. alone, adjustment: its LiDARs, adjusted without the IMU. of_cameras: the pairs
-// with cameras. Makes a refused result one of pairs: partial, where they can be trusted (docs/method.md,
-// section 12); else it stays refused, without pairs.
-void AssemblePairs(const Rig& rig, const LidarsAlone& alone, const Adjustment& adjustment,
-                   const std::vector<PairResult>& of_cameras, CalibrationResult* result);
+// The pairs of LiDARs that the adjustment without the IMU knows well enough to be given.
+std::vector<PairResult> MakeLidarPairs(const LidarsAlone& alone, const Adjustment& adjustment);
+
+// What a refused calibration with the IMU shows of its sensors to each other, without the guesses: its
+// result's pairs, where it stood still. whole: as it ended; null: it has not come that far.
+std::vector<PairResult> PairsOfRefused(const Adjustment* whole, const CalibrationResult& result);
+
+// The LiDAR with most pairs, the first of several; nothing: no pair has a LiDAR.
+std::optional<std::string> RootOf(const Rig& rig, const std::vector<PairResult>& pairs);
+
+// Whether every sensor of the rig is in a pair with the root.
+bool TieAll(const Rig& rig, const std::string& root, const std::vector<PairResult>& pairs);
+
+// Makes a refused result one of pairs: partial, where the adjustment that they are from can be trusted
+// (docs/method.md, section 12) and one has the root; else it stays refused, without pairs.
+void AssemblePairs(const Rig& rig, const std::string& root, const Adjustment& adjustment,
+                   std::vector<PairResult> pairs, CalibrationResult* result);
 
 }  // namespace mlic
