@@ -101,9 +101,14 @@ void PairStage(const StageContext& context, const DriveOdometry& odometry, const
                              [&](const Adjustment& now) { Keep(context, stage, kFile, now); });
   }
   const std::vector<PairResult> of_cameras = CameraPairs(context, whole, pairs, adjustment, &alone);
+  if (root && !CanGivePairs(adjustment)) {
+    return AssemblePairs(context.rig, *root, *whole, std::move(pairs), result);
+  }
   AddMissing(MakeLidarPairs(alone, adjustment), &pairs);
   AddMissing(of_cameras, &pairs);
-  AssemblePairs(context.rig, alone.rig.lidars[alone.root].name, adjustment, std::move(pairs), result);
+  const std::string of_maps = alone.rig.lidars[alone.root].name;
+  AssemblePairs(context.rig, RootOf(context.rig, pairs, of_maps).value_or(of_maps), adjustment,
+                std::move(pairs), result);
 }
 
 }  // namespace mlic

@@ -16,8 +16,8 @@ namespace {
 // planes along what their points hardly show.
 constexpr double kShown = 0.3;  // from: guard
 // By how much planes scatter about what a smooth wall would be, against their points' noise. from: measured,
-// tilts of wall patches about the vertical, paper rig in the yard: 1.7 times where LiDARs share them,
-// else 2.1
+// tilts of patches within 20 deg of the vertical, bodywork among them, paper rig in a yard: 1.7 times where
+// LiDARs share them, else 2.1
 constexpr double kScatterOfPlanes = 2.0;
 
 // What planes deviate by from their best steps beside the trajectory's; zero of points.

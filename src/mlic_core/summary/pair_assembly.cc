@@ -232,13 +232,15 @@ std::vector<PairResult> PairsOfRefused(const Adjustment* whole, const Calibratio
   return pairs;
 }
 
-std::optional<std::string> RootOf(const Rig& rig, const std::vector<PairResult>& pairs) {
+std::optional<std::string> RootOf(const Rig& rig, const std::vector<PairResult>& pairs,
+                                  const std::string& preferred) {
   std::optional<std::string> root;
   std::ptrdiff_t most = 0;
   for (const LidarConfig& lidar : rig.lidars) {
     const auto has = [&](const PairResult& pair) { return Has(pair, lidar.name); };
     const std::ptrdiff_t count = std::count_if(pairs.begin(), pairs.end(), has);
-    if (count > most) root = lidar.name, most = count;
+    if (count > most || (count > 0 && count == most && lidar.name == preferred)) root = lidar.name;
+    most = std::max(most, count);
   }
   return root;
 }
@@ -253,15 +255,16 @@ bool TieAll(const Rig& rig, const std::string& root, const std::vector<PairResul
          std::all_of(rig.cameras.begin(), rig.cameras.end(), tied);
 }
 
+bool CanGivePairs(const Adjustment& adjustment) {
+  const std::vector<QualityCheck> checks = MakePairChecks(adjustment);
+  return std::all_of(checks.begin(), checks.end(), [](const QualityCheck& check) { return check.Passed(); });
+}
+
 void AssemblePairs(const Rig& rig, const std::string& root, const Adjustment& adjustment,
                    std::vector<PairResult> pairs, CalibrationResult* result) {
-  bool good = true;
-  for (const QualityCheck& check : MakePairChecks(adjustment)) {
-    result->checks.push_back(check);
-    good = good && check.Passed();
-  }
+  for (const QualityCheck& check : MakePairChecks(adjustment)) result->checks.push_back(check);
   const auto with_root = [&](const PairResult& pair) { return Has(pair, root); };
-  if (!good || std::none_of(pairs.begin(), pairs.end(), with_root)) return;
+  if (!CanGivePairs(adjustment) || std::none_of(pairs.begin(), pairs.end(), with_root)) return;
   result->verdict = Verdict::kPartial;
   result->pairs = std::move(pairs);
   result->root = root;

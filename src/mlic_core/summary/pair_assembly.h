@@ -44,11 +44,15 @@ std::vector<PairResult> MakeLidarPairs(const LidarsAlone& alone, const Adjustmen
 // result's pairs, where it stood still. whole: as it ended; null: it has not come that far.
 std::vector<PairResult> PairsOfRefused(const Adjustment* whole, const CalibrationResult& result);
 
-// The LiDAR with most pairs, the first of several; nothing: no pair has a LiDAR.
-std::optional<std::string> RootOf(const Rig& rig, const std::vector<PairResult>& pairs);
+// The LiDAR with most pairs, of several the preferred or the first; nothing: no pair has a LiDAR.
+std::optional<std::string> RootOf(const Rig& rig, const std::vector<PairResult>& pairs,
+                                  const std::string& preferred = "");
 
 // Whether every sensor of the rig is in a pair with the root.
 bool TieAll(const Rig& rig, const std::string& root, const std::vector<PairResult>& pairs);
+
+// Whether the adjustment stood still, on planes enough (docs/method.md, section 12).
+bool CanGivePairs(const Adjustment& adjustment);
 
 // Makes a refused result one of pairs: partial, where the adjustment that they are from can be trusted
 // (docs/method.md, section 12) and one has the root; else it stays refused, without pairs.
