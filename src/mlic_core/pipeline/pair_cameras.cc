@@ -142,8 +142,6 @@ std::string ProblemOf(const Adjustment& adjustment, std::size_t camera, const st
   return "";
 }
 
-bool Has(const PairResult& pair, const std::string& sensor) { return pair.a == sensor || pair.b == sensor; }
-
 // Of the pairs, or of those that are in none.
 bool IsIn(const std::string& camera, const PairedCameras& paired) {
   const auto has = [&](const PairResult& pair) { return Has(pair, camera); };

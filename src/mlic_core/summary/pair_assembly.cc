@@ -105,8 +105,6 @@ double FreeOffset(const std::optional<ExtrinsicGuess>& guess, double sigma, cons
   return variance;
 }
 
-bool Has(const PairResult& pair, const std::string& sensor) { return pair.a == sensor || pair.b == sensor; }
-
 // Every LiDAR and camera that has no reason yet gets one, and all get their frames.
 void CompleteRejected(const Rig& rig, CalibrationResult* result) {
   std::vector<RejectedSensor>& rejected = result->rejected;

@@ -48,6 +48,10 @@ std::vector<PairResult> PairsOfRefused(const Adjustment* whole, const Calibratio
 std::optional<std::string> RootOf(const Rig& rig, const std::vector<PairResult>& pairs,
                                   const std::string& preferred = "");
 
+inline bool Has(const PairResult& pair, const std::string& sensor) {
+  return pair.a == sensor || pair.b == sensor;
+}
+
 // Whether every sensor of the rig is in a pair with the root.
 bool TieAll(const Rig& rig, const std::string& root, const std::vector<PairResult>& pairs);
 

@@ -48,6 +48,13 @@ SimulatedInput FrontLidarAndCamera(const sim::SimulationOptions& options) {
   return input;
 }
 
+sim::SimulationOptions InAStreet(sim::Scenario scenario, double duration, std::uint64_t seed) {
+  sim::SimulationOptions options = DriveOptions(scenario, duration, seed);
+  options.world = sim::WorldFamily::kStreet;
+  options.world_seed = seed;
+  return options;
+}
+
 struct PairError {
   Eigen::Vector3d turn, shift;  // rad, m
 };
@@ -122,10 +129,7 @@ TEST(PairCameras, AParkedCameraFarFromItsGuessIsRefusedWithThePictureOfTheGuess)
 // Three seconds do not show how the IMU is turned; the camera to the LiDAR they do, with the clocks that the
 // gyroscope ties. Without the IMU an unknown offset of 10 ms moved it by 0.1 m along the way.
 TEST(PairCameras, AShortDriveGivesTheCameraAsTheRefusedCalibrationHasIt) {
-  sim::SimulationOptions options = DriveOptions(sim::Scenario::kWeaving, 3.0, 21);
-  options.world = sim::WorldFamily::kStreet;
-  options.world_seed = 21;
-  const SimulatedInput input = FrontLidarAndCamera(options);
+  const SimulatedInput input = FrontLidarAndCamera(InAStreet(sim::Scenario::kWeaving, 3.0, 21));
   const CalibrationResult result = Calibrated(input);
   ASSERT_EQ(result.verdict, Verdict::kPartial) << Joined(result.reasons, "\n");
   EXPECT_TRUE(result.sensors.empty());
@@ -139,10 +143,7 @@ TEST(PairCameras, AShortDriveGivesTheCameraAsTheRefusedCalibrationHasIt) {
 // Of a street a single scan shows far facades and a floor at grazing angles, which is horizontal strokes in
 // the photo and would fit best squeezed to the horizon: half a metre off.
 TEST(PairCameras, AStreetsFloorIsNotSqueezedToTheHorizon) {
-  sim::SimulationOptions options = DriveOptions(sim::Scenario::kStatic, 1.0, 9);
-  options.world = sim::WorldFamily::kStreet;
-  options.world_seed = 9;
-  const SimulatedInput input = FrontLidarAndCamera(options);
+  const SimulatedInput input = FrontLidarAndCamera(InAStreet(sim::Scenario::kStatic, 1.0, 9));
   const CalibrationResult result = Calibrated(input);
   ASSERT_EQ(result.verdict, Verdict::kPartial) << Joined(result.reasons, "\n");
   ASSERT_EQ(result.pairs.size(), 1u);
