@@ -4,6 +4,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "mlic_core/initialization/knot_spacing.h"
 #include "mlic_core/uncertainty/observability.h"
 #include "support/synthetic_tracks.h"
 #include "support/true_spline.h"
@@ -37,6 +38,13 @@ struct ImuErrors {
   Eigen::Vector3d accelerometer_bias{0.043, 0.052, -0.061};
 };
 
+ImuSample SampleAt(const SplitSpline& trajectory, double t, const ImuErrors& errors) {
+  const SplineBasis basis(trajectory.position.knots(), t);
+  const Eigen::Quaterniond R = trajectory.rotation.Rotation(t);
+  return {t, trajectory.rotation.AngularVelocity(t) + errors.gyroscope_bias,
+          R.conjugate() * (trajectory.position.Acceleration(basis) - kGravity) + errors.accelerometer_bias};
+}
+
 std::vector<ImuSample> MakeImu(const SplitSpline& trajectory, double duration, const ImuErrors& errors,
                                std::uint64_t seed) {
   std::vector<ImuSample> samples;
@@ -47,13 +55,9 @@ std::vector<ImuSample> MakeImu(const SplitSpline& trajectory, double duration, c
     return Eigen::Vector3d(density * root_rate * Eigen::Vector3d(x, y, z));
   };
   for (int i = 0; i <= static_cast<int>(duration * kImuRate); ++i) {
-    const double t = i / kImuRate;
-    const SplineBasis basis(trajectory.position.knots(), t);
-    const Eigen::Quaterniond R = trajectory.rotation.Rotation(t);
-    samples.push_back(
-        {t, trajectory.rotation.AngularVelocity(t) + errors.gyroscope_bias + noise(errors.gyroscope),
-         R.conjugate() * (trajectory.position.Acceleration(basis) - kGravity) + errors.accelerometer_bias +
-             noise(errors.accelerometer)});
+    samples.push_back(SampleAt(trajectory, i / kImuRate, errors));
+    samples.back().angular_velocity += noise(errors.gyroscope);
+    samples.back().specific_force += noise(errors.accelerometer);
   }
   return samples;
 }
@@ -178,6 +182,28 @@ TEST(VisualInitialization, FindsEverythingFromTheFieldOfView) {
   EXPECT_LT(worst.milliseconds, 0.1);
   EXPECT_LT(worst.pixels, 0.5);
   EXPECT_LT(worst.path_share, 0.002);
+}
+
+// A last sample just after a knot touches the last control point by next to nothing.
+TEST(VisualInitialization, SamplesMayEndJustAfterAKnot) {
+  SyntheticTracksOptions options;
+  options.noise = 0.5;
+  options.duration = 14.0;
+  options.points = 3000;
+  Case c = MakeCase(Stereo(), options, RealImu());
+  std::vector<ImuSample>& imu = c.dataset.drives[0].imu;
+  const auto cut = [&](double end) {
+    while (imu.back().time >= end) imu.pop_back();
+  };
+  cut(13.55);
+  const double spacing = ChooseKnotSpacing(imu).position;
+  const double end = imu.front().time + std::floor(13.5 / spacing) * spacing + 1e-6;
+  cut(end);
+  imu.push_back(SampleAt(c.trajectory, end, c.imu));
+  ASSERT_EQ(ChooseKnotSpacing(imu).position, spacing);
+  const Errors worst = Worst(c, c.Run());
+  EXPECT_LT(worst.degrees, 0.08);
+  EXPECT_LT(worst.metres, 6e-3);
 }
 
 // Squared errors of all cameras' poses and offsets by their covariance; in the mean one.

@@ -137,7 +137,7 @@ Initialization Solve(const Rig& rig, const Dataset& dataset, const std::vector<C
       if (!rotations.found[c] || !rotations.open[c]) continue;
       result.problems.push_back(
           rig.cameras[c].name +
-          ": the drive turns about one axis only, which does not show how the camera is "
+          ": the drive turns about one axis only, or hardly, which does not show how the camera is "
           "turned about it; give its T_imu_sensor in the rig file");
     }
     return result;

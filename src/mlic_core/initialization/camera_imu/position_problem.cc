@@ -14,6 +14,22 @@ constexpr double kGravityKnots = 10.0;  // s; from: measured, with kPart (camera
 // from: measured, with kPart (camera_imu.cc).
 constexpr double kDrift = 5e-4;  // rad/s, of the gyro frame: what the bias is still off by
 constexpr double kHeld = 1e12;   // (m/s^2)^-2, information of what is held; from: guard, beyond all samples'
+constexpr double kAcceleration = 30.0;  // m/s^2; from: guard, beyond what rigs are moved by
+
+// No rig accelerates by more than some g. Samples that end just after a knot, and those that are missing,
+// leave control points to nothing else: free, they are kilometres off, and the equations have no solution.
+void AddAccelerations(const UniformKnots& knots, int first, Accumulator* sum) {
+  const Eigen::Vector3d weights = Eigen::Vector3d(1.0, -2.0, 1.0) / (knots.spacing * knots.spacing);
+  const double information = 1.0 / (kAcceleration * kAcceleration);
+  for (int k = 0; k + 2 < knots.count; ++k) {
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j <= i; ++j) {
+        sum->AddBand(first + 3 * (k + i), first + 3 * (k + j),
+                     weights[i] * weights[j] * information * Eigen::Matrix3d::Identity());
+      }
+    }
+  }
+}
 
 }  // namespace
 
@@ -171,6 +187,7 @@ void AddPriors(const PositionUnknowns& unknowns, const KnownRotations& known, co
     // The first position is zero; nothing is farther than some kilometres.
     sum->band.row(0).segment(unknowns.first_knot[d], 3 * unknowns.knots[d].count).array() += 1e-8;
     sum->band.row(0).segment(unknowns.first_knot[d] + 3, 3).array() += 1e8;
+    AddAccelerations(unknowns.knots[d], unknowns.first_knot[d], sum);
     // Gravity of any length and a bias look alike in a drive that hardly tilts: one waits for the other.
     sum->corner.diagonal().segment<3>(unknowns.bias[d]).array() +=
         gravity != nullptr ? 1.0 / (kAccelerometerBiasSigma * kAccelerometerBiasSigma) : kHeld;
