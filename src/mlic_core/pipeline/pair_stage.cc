@@ -40,7 +40,7 @@ std::vector<PairResult> CameraPairs(const StageContext& context, const Adjustmen
     });
     if (!known) rejected.push_back({problem.sensor, SensorResult::Type::kCamera, problem.reason});
   }
-  // About the root they are better known than with the IMU that was refused.
+  // These are of the poses that the pairs give; those of the calibration that was refused are of others.
   for (CameraProjection& projection : paired.projections) {
     std::vector<CameraProjection>& all = result->projections;
     const auto same = std::find_if(all.begin(), all.end(), [&](const CameraProjection& other) {

@@ -10,7 +10,7 @@ namespace mlic {
 
 // A deviation of trajectory and planes drawn from the normal distribution that the equations give them with
 // the calibration held, the same for the same equations.
-struct TrajectoryDraw {
+struct NoiseDraw {
   Eigen::VectorXd step;  // laid out as Layout, zero for the calibration
   // The landmarks' best steps (linearizer.h) beside this step, and beside its opposite; planes with a
   // deviation of their own, and its opposite.
@@ -34,7 +34,7 @@ struct LinearizedProblem {
   bool solved = false;            // if not, the trajectory is held, or the equations have no solution
   Eigen::MatrixXd information;    // of the calibration, as in NormalSolution
   Eigen::MatrixXd knot_response;  // calibration x knots, as in ReducedEquations
-  TrajectoryDraw draw;
+  NoiseDraw draw;
 };
 
 }  // namespace mlic

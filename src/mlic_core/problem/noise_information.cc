@@ -37,7 +37,7 @@ Eigen::MatrixXd NoiseInformation(const LinearizedProblem& linearized, const Canc
   const Layout& layout = linearized.layout;
   const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(layout.calibration, layout.calibration);
   if (!linearized.solved) return none;
-  const TrajectoryDraw& draw = linearized.draw;
+  const NoiseDraw& draw = linearized.draw;
   // There and back, so that what grows by the first order cancels.
   cancellation.ThrowIfCancelled();
   const std::optional<Eigen::MatrixXd> there = InformationAt(linearized, draw.step, draw.landmarks);

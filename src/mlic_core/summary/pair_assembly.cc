@@ -140,6 +140,10 @@ std::vector<QualityCheck> MakePairChecks(const Adjustment& adjustment) {
   return {convergence, planes};
 }
 
+bool AllPassed(const std::vector<QualityCheck>& checks) {
+  return std::all_of(checks.begin(), checks.end(), [](const QualityCheck& check) { return check.Passed(); });
+}
+
 }  // namespace
 
 Eigen::Matrix<double, 7, 1> ErrorOfOffset(const SplitSpline& T_map_root,
@@ -253,16 +257,14 @@ bool TieAll(const Rig& rig, const std::string& root, const std::vector<PairResul
          std::all_of(rig.cameras.begin(), rig.cameras.end(), tied);
 }
 
-bool CanGivePairs(const Adjustment& adjustment) {
-  const std::vector<QualityCheck> checks = MakePairChecks(adjustment);
-  return std::all_of(checks.begin(), checks.end(), [](const QualityCheck& check) { return check.Passed(); });
-}
+bool CanGivePairs(const Adjustment& adjustment) { return AllPassed(MakePairChecks(adjustment)); }
 
 void AssemblePairs(const Rig& rig, const std::string& root, const Adjustment& adjustment,
                    std::vector<PairResult> pairs, CalibrationResult* result) {
-  for (const QualityCheck& check : MakePairChecks(adjustment)) result->checks.push_back(check);
+  const std::vector<QualityCheck> checks = MakePairChecks(adjustment);
+  result->checks.insert(result->checks.end(), checks.begin(), checks.end());
   const auto with_root = [&](const PairResult& pair) { return Has(pair, root); };
-  if (!CanGivePairs(adjustment) || std::none_of(pairs.begin(), pairs.end(), with_root)) return;
+  if (!AllPassed(checks) || std::none_of(pairs.begin(), pairs.end(), with_root)) return;
   result->verdict = Verdict::kPartial;
   result->pairs = std::move(pairs);
   result->root = root;
