@@ -13,6 +13,8 @@ class LowPass {
   explicit LowPass(double top);
 
   double HalfWidth() const { return half_width_; }  // s
+  // s, from the middle of the weights to where they are zero first.
+  double MainLobe() const { return 0.5 / cut_off_; }
   // Relative weight of a sample `lag` (s, within the half width) from where the signal is wanted.
   double Weight(double lag) const;
 

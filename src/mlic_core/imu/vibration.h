@@ -26,9 +26,10 @@ struct FilteredImu {
 // scatter would take such vibration for noise of slow signals, which it is not. So it would turning that no
 // spline follows: where the rates have in the octave above half of the finest knots' rate more than twice the
 // noise that any usual gyroscope has there and that their level beyond would make, they are low-passed up to
-// there, behind the one or the other filter. Samples come in order of time; lost ones are bridged, at gaps
-// and ends half of the filter's width (0.13 or 0.26 s) is left out. nullopt where nothing is to be taken
-// away, where samples come too seldom to show it, or where gaps would leave too little.
+// there, behind the one or the other filter. Samples come in order of time; lost ones are bridged. At the
+// ends half of the filter's width (0.13 or 0.26 s) is left out, about gaps as much of it as the vibration
+// that is missing in them needs (16 ms and more, or 32). nullopt where nothing is to be taken away, where
+// samples come too seldom to show it, or where gaps would leave too little.
 std::optional<FilteredImu> WithoutVibration(const std::vector<ImuSample>& samples);
 
 }  // namespace mlic

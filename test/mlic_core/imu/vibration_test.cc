@@ -159,6 +159,22 @@ TEST(Vibration, NothingIsMadeAcrossAGap) {
   }
   EXPECT_GT(longest, 1.0);
   EXPECT_LT(longest, 1.3);
+  EXPECT_LT(LargestError(filtered->samples), 0.1);
+}
+
+// A phone's log: seven samples lost at once. Knots lie 40 ms apart at the finest, and must not be without samples.
+TEST(Vibration, AShortGapCostsLittleMoreThanItself) {
+  std::vector<ImuSample> samples = Shaken(0.05);
+  samples.erase(samples.begin() + 1000, samples.begin() + 1007);
+  const std::optional<FilteredImu> filtered = WithoutVibration(samples);
+  ASSERT_TRUE(filtered);
+  double longest = 0.0;
+  for (std::size_t k = 1; k < filtered->samples.size(); ++k) {
+    longest = std::max(longest, filtered->samples[k].time - filtered->samples[k - 1].time);
+  }
+  EXPECT_GT(longest, 0.04);
+  EXPECT_LT(longest, 0.1);
+  EXPECT_LT(LargestError(filtered->samples), 0.05);
 }
 
 }  // namespace
