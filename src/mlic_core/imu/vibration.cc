@@ -97,10 +97,9 @@ bool TurnsFast(const std::array<NoiseSpectrum, 6>& axes, double top) {
 }
 
 // By how many lobes of a filter (s each) samples have to keep off a gap. In it the vibration is missing, of
-// which next to it enters a sixth, and half of that a lobe further, and so on: no more than noise may. from:
-// measured, lines of 27 to 73 Hz, gaps of 7 to 200 samples
+// which next to it enters a sixth, and half of that a lobe further, and so on: no more than noise may.
 double LobesOffGaps(const std::array<NoiseSpectrum, 6>& axes, double above) {
-  constexpr double kShare = 1.0 / 6.0;
+  constexpr double kShare = 1.0 / 6.0;  // from: measured, lines of 27 to 73 Hz, gaps of 7 to 200 samples
   double largest = 1.0;
   for (std::size_t axis = 0; axis < axes.size(); ++axis) {
     const double nyquist = axes[axis].Nyquist();

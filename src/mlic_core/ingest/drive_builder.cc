@@ -8,6 +8,7 @@
 #include "mlic_core/imu/vibration.h"
 #include "mlic_core/ingest/camera_builder.h"
 #include "mlic_core/ingest/drive_notes.h"
+#include "mlic_core/ingest/even_stamps.h"
 #include "mlic_core/lidar/own_body.h"
 #include "mlic_core/lidar/scan_joining.h"
 #include "mlic_core/sensors/sensor_problem.h"
@@ -45,6 +46,8 @@ std::vector<ImuSample> BuildImu(std::vector<StampedImu> samples, const std::stri
   const StampReport report = KeepSteadyPart(samples, [](const StampedImu& sample) {
     return MessageTimes{sample.stamp, sample.record};
   });
+  const std::optional<EvenStamps> even = FindEvenStamps(samples);
+  for (std::size_t k = 0; even && k < samples.size(); ++k) samples[k].stamp = even->stamps[k];
   const std::size_t recorded = samples.size();
   const ImuCounts counts = CleanImu(samples, topic);
   ReportFrozenAxes(topic, counts, recorded, notes);
@@ -85,6 +88,11 @@ std::vector<ImuSample> BuildImu(std::vector<StampedImu> samples, const std::stri
   if (report.longest_gap > 10.0 * report.period) {
     notes.warnings.push_back("topic " + topic + ": a gap of " + Number(report.longest_gap) +
                              " s in the IMU data");
+  }
+  if (even) {
+    notes.lines.push_back("topic " + topic + ": stamps are up to " + Number(1e3 * even->latest, "%.1f") +
+                          " ms late (" + Number(1e3 * even->late, "%.2f") +
+                          " ms rms), as of arrival: the IMU measures evenly, and its samples stand so");
   }
   AddWarnings(topic, report, notes);
   std::optional<FilteredImu> filtered = WithoutVibration(imu);

@@ -162,7 +162,8 @@ TEST(Vibration, NothingIsMadeAcrossAGap) {
   EXPECT_LT(LargestError(filtered->samples), 0.1);
 }
 
-// A phone's log: seven samples lost at once. Knots lie 40 ms apart at the finest, and must not be without samples.
+// A phone's log: seven samples lost at once. Knots lie 40 ms apart at the finest, and must not be without
+// samples.
 TEST(Vibration, AShortGapCostsLittleMoreThanItself) {
   std::vector<ImuSample> samples = Shaken(0.05);
   samples.erase(samples.begin() + 1000, samples.begin() + 1007);
