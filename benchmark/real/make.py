@@ -10,7 +10,9 @@ Python and, for videos, ffmpeg. None of the recordings is part of MLIC.
 """
 
 import argparse
+import bisect
 import collections
+import json
 import math
 import pathlib
 import sys
@@ -69,6 +71,36 @@ def read_phone(files):
             imu.append(sample)
             last = sample[1:]
     return Data(imu, {'color': pictures_of(folder / 'cam0/data')})
+
+
+def objects_of(path):
+    """JSON objects of a file, one after the other."""
+    decoder, text, at = json.JSONDecoder(), path.read_text().strip(), 0
+    while at < len(text):
+        value, end = decoder.raw_decode(text, at)
+        yield value
+        at = end + len(text[end:]) - len(text[end:].lstrip())
+
+
+def at_time(times, values, time):
+    """Values between the two of rising times that stand about a time."""
+    k = bisect.bisect(times, time)
+    share = (time - times[k - 1]) / (times[k] - times[k - 1])
+    return tuple(a + share * (b - a) for a, b in zip(values[k - 1], values[k]))
+
+
+def read_rooms(files):
+    """Gyroscope (type 4 of Android) and accelerometer (1) come apart; forces are taken at the gyroscope's stamps."""
+    folder = files / 'slam-mvp/data/slam_session_20250923_102213'
+    of_type = collections.defaultdict(dict)
+    for row in objects_of(folder / 'data/imu_data.jsonl'):
+        of_type[row['sensorType']][row['timestamp']] = tuple(row['values'])
+    times, forces = zip(*sorted(of_type[1].items()))
+    imu = [(stamp, rate, at_time(times, forces, stamp)) for stamp, rate in sorted(of_type[4].items())
+           if times[0] <= stamp < times[-1]]
+    pictures = [(row['timestamp'], folder / 'images' / row['fileName'])
+                for row in objects_of(folder / 'data/camera_frames.jsonl')]
+    return Data(imu, {'color': sorted(pictures)})
 
 
 EUROC_RIG = '''imu: {topic: /imu/data, frame_id: imu_link}
@@ -177,6 +209,18 @@ cameras:
   color: {topic: /color/image_raw/compressed, frame_id: color, model: plumb_bob, fov_deg: 90, shutter: rolling}
 ''',
         read=read_gopro('karma')),
+    'rooms': Recording(
+        source='github.com/Rajat-Roy/edge-slam-rgb-imu',
+        commit='9872d22f2e9c592f6f5ac74ace54592d5c46dfb1',
+        licence='none in force ("TBD")',
+        truth='''Android phone carried through rooms and over stairs, 52 s: rear camera 640 x 480 at 30 Hz, some images blurred;
+IMU 200 Hz. Both are stamped on arrival: the IMU a millisecond late at random and 30 ms after a busy moment, images when the
+app gets to them. No calibration; Android's axes put the camera's x along the IMU's -y, and its optical axis along -z.''',
+        rig='''imu: {topic: /imu/data, frame_id: imu_link}
+cameras:
+  color: {topic: /color/image_raw/compressed, frame_id: color, model: plumb_bob, fov_deg: 67, shutter: rolling}
+''',
+        read=read_rooms),
     'phone': Recording(
         source='github.com/AbhinandIITM/VI-SLAM',
         commit='2e8671402fe2706c9a38d2f22f30beadbc022060',

@@ -126,6 +126,28 @@ TEST(DriveBuilder, SpikesOfTheImuAreLeftOut) {
   EXPECT_TRUE(IsNoted(test.notes.warnings, "4 IMU samples are far off both their neighbours"));
 }
 
+TEST(DriveBuilder, AnImuThatIsStampedOnArrivalStandsEvenly) {
+  TestMessages test;
+  Random random(11);
+  test.messages.imu.clear();
+  for (int k = 0; k < 600; ++k) {
+    StampedImu sample;
+    const double time = 0.005 * k;
+    sample.stamp = kDriveStart + static_cast<TimeNs>(std::llround(1e9 * (time + 2e-3 * random.Uniform())));
+    sample.record = sample.stamp;
+    for (int axis = 0; axis < 3; ++axis) {
+      sample.angular_velocity[axis] = std::sin((9.0 + axis) * time) + 1e-3 * random.Normal();
+      sample.specific_force[axis] = 3.0 * std::cos((9.0 + axis) * time) + 1e-2 * random.Normal();
+    }
+    sample.specific_force.z() += 9.8;
+    test.messages.imu.push_back(sample);
+  }
+  const std::vector<ImuSample> imu = test.Build().imu;
+  EXPECT_TRUE(IsNoted(test.notes.lines, "as of arrival"));
+  ASSERT_EQ(imu.size(), 600u);
+  for (std::size_t k = 1; k < imu.size(); ++k) EXPECT_NEAR(imu[k].time - imu[k - 1].time, 5e-3, 1e-4);
+}
+
 TEST(DriveBuilder, AnAxisOfTheImuThatIsFrozenForMostOfTheDriveIsAnError) {
   const auto with_frozen = [](std::size_t begin, std::size_t end) {
     Random random(4);
