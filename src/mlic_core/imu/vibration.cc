@@ -35,11 +35,11 @@ struct EvenSamples {
   double start, period;
   Eigen::MatrixXd values;
 
-  EvenSamples(const ImuSample* begin, const ImuSample* end, double constant_period)
-      : start(begin->time), period(constant_period) {
-    const auto count = static_cast<Eigen::Index>(((end - 1)->time - start) / period);
+  EvenSamples(const std::vector<ImuSample>& samples, double constant_period)
+      : start(samples.front().time), period(constant_period) {
+    const auto count = static_cast<Eigen::Index>((samples.back().time - start) / period);
     values.resize(count, 6);
-    const ImuSample* next = begin + 1;
+    auto next = samples.begin() + 1;
     for (Eigen::Index k = 0; k < count; ++k) {
       const double time = start + static_cast<double>(k) * period;
       while (next->time < time) ++next;
@@ -162,10 +162,10 @@ std::vector<ImuSample> Filter(const EvenSamples& even, const std::vector<ImuSamp
 
 std::optional<FilteredImu> WithoutVibration(const std::vector<ImuSample>& samples) {
   if (samples.size() < 2) return std::nullopt;
-  const ImuSample* const end = samples.data() + samples.size();
   // Not the median, of which stamps that come in pairs could make any number of even samples.
-  const double period = ((end - 1)->time - samples.front().time) / static_cast<double>(samples.size() - 1);
-  const EvenSamples even(samples.data(), end, period);
+  const double period =
+      (samples.back().time - samples.front().time) / static_cast<double>(samples.size() - 1);
+  const EvenSamples even(samples, period);
   std::array<NoiseSpectrum, 6> axes;
   for (int axis = 0; axis < 6; ++axis) axes[axis] = NoiseSpectrum(even.values.col(axis), 1.0 / period);
   double top = TopOfFilter(axes);

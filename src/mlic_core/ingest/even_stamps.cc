@@ -7,6 +7,7 @@
 #include "mlic_core/common/order_statistics.h"
 #include "mlic_core/imu/robust.h"
 #include "mlic_core/ingest/imu_faults.h"
+#include "mlic_core/sensors/measurements.h"
 
 namespace mlic {
 namespace {
@@ -134,26 +135,20 @@ std::vector<double> EvenTimes(const std::vector<double>& counts, const std::vect
   return even;
 }
 
-// A reading and when it was taken.
-struct Reading {
-  double time = 0.0;  // s
-  std::array<double, kImuAxes> axes{};
-};
-
 // What each reading of an axis is off the cubic through two neighbours to either side, over how much noise
-// such an error has. readings: in order of time.
-std::vector<double> Roughness(const std::vector<Reading>& readings, int axis) {
+// such an error has. samples: in order of time.
+std::vector<double> Roughness(const std::vector<ImuSample>& samples, int axis) {
   constexpr std::array<int, 4> kNeighbours{-2, -1, 1, 2};
   std::vector<double> errors;
-  for (std::size_t k = 2; k + 2 < readings.size(); ++k) {
-    double error = readings[k].axes[axis], noise = 1.0;
+  for (std::size_t k = 2; k + 2 < samples.size(); ++k) {
+    double error = AxisReading(samples[k], axis), noise = 1.0;
     for (const int i : kNeighbours) {
       double weight = 1.0;
       for (const int j : kNeighbours) {
         if (j == i) continue;
-        weight *= (readings[k].time - readings[k + j].time) / (readings[k + i].time - readings[k + j].time);
+        weight *= (samples[k].time - samples[k + j].time) / (samples[k + i].time - samples[k + j].time);
       }
-      error -= weight * readings[k + i].axes[axis];
+      error -= weight * AxisReading(samples[k + i], axis);
       noise += weight * weight;
     }
     errors.push_back(error / std::sqrt(noise));
@@ -162,24 +157,24 @@ std::vector<double> Roughness(const std::vector<Reading>& readings, int axis) {
 }
 
 // In order of these times, no two of which are alike.
-std::vector<Reading> InOrder(std::vector<Reading> readings, const std::vector<double>& times) {
+std::vector<ImuSample> InOrder(std::vector<ImuSample> samples, const std::vector<double>& times) {
   constexpr double kApart = 1e-6;  // s; from: guard, against division by zero
-  for (std::size_t k = 0; k < times.size(); ++k) readings[k].time = times[k];
-  std::stable_sort(readings.begin(), readings.end(),
-                   [](const Reading& a, const Reading& b) { return a.time < b.time; });
-  for (std::size_t k = 1; k < readings.size(); ++k) {
-    readings[k].time = std::max(readings[k].time, readings[k - 1].time + kApart);
+  for (std::size_t k = 0; k < times.size(); ++k) samples[k].time = times[k];
+  std::stable_sort(samples.begin(), samples.end(),
+                   [](const ImuSample& a, const ImuSample& b) { return a.time < b.time; });
+  for (std::size_t k = 1; k < samples.size(); ++k) {
+    samples[k].time = std::max(samples[k].time, samples[k - 1].time + kApart);
   }
-  return readings;
+  return samples;
 }
 
 // Whether all axes together are smoother at the even times, by far more than chance.
 bool AreSmootherAt(const std::vector<double>& even, const std::vector<double>& given,
-                   const std::vector<Reading>& readings) {
+                   const std::vector<ImuSample>& samples) {
   constexpr double kOutlier = 5.0;  // sigmas; from: guard
   // Of the sum of squares: errors of neighbours depend on each other, three at a time. from: derivation
-  const double chance = 5.0 * std::sqrt(3.0 * 2.0 * kImuAxes * static_cast<double>(readings.size()));
-  const std::vector<Reading> now = InOrder(readings, even), before = InOrder(readings, given);
+  const double chance = 5.0 * std::sqrt(3.0 * 2.0 * kImuAxes * static_cast<double>(samples.size()));
+  const std::vector<ImuSample> now = InOrder(samples, even), before = InOrder(samples, given);
   double gain = 0.0;
   for (int axis = 0; axis < kImuAxes; ++axis) {
     const std::vector<double> errors = Roughness(now, axis), errors_before = Roughness(before, axis);
@@ -214,11 +209,10 @@ std::optional<EvenStamps> FindEvenStamps(const std::vector<StampedImu>& samples)
   if (counted.size() < kFewest) return std::nullopt;
   const TimeNs epoch = samples[counted[0]].stamp;
   std::vector<double> times;
-  std::vector<Reading> readings;
+  std::vector<ImuSample> readings;
   for (const std::size_t k : counted) {
     times.push_back(SecondsSince(epoch, samples[k].stamp));
-    readings.emplace_back();
-    for (int axis = 0; axis < kImuAxes; ++axis) readings.back().axes[axis] = AxisReading(samples[k], axis);
+    readings.push_back({times.back(), samples[k].angular_velocity, samples[k].specific_force});
   }
   const double period = PeriodOf(times);
   if (!(period > 0.0)) return std::nullopt;

@@ -34,10 +34,6 @@ std::size_t LevelsWithin(const std::vector<StampedImu>& samples, std::size_t beg
 
 }  // namespace
 
-double AxisReading(const StampedImu& sample, int axis) {
-  return axis < 3 ? sample.angular_velocity[axis] : sample.specific_force[axis - 3];
-}
-
 std::string AxisName(int axis) {
   return std::string(axis < 3 ? "gyroscope " : "accelerometer ") + "xyz"[axis % 3];
 }

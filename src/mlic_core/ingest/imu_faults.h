@@ -10,7 +10,11 @@ namespace mlic {
 // The readings of a message: 0 to 2 are the gyroscope's x, y, z, 3 to 5 the accelerometer's.
 constexpr int kImuAxes = 6;  // from: structural
 
-double AxisReading(const StampedImu& sample, int axis);
+// Sample: StampedImu or ImuSample.
+template <typename Sample>
+double AxisReading(const Sample& sample, int axis) {
+  return axis < 3 ? sample.angular_velocity[axis] : sample.specific_force[axis - 3];
+}
 
 // "gyroscope x".
 std::string AxisName(int axis);

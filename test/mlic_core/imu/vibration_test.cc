@@ -53,6 +53,14 @@ double LargestError(const std::vector<ImuSample>& samples) {
   return largest;
 }
 
+double LongestPeriod(const std::vector<ImuSample>& samples) {
+  double longest = 0.0;
+  for (std::size_t k = 1; k < samples.size(); ++k) {
+    longest = std::max(longest, samples[k].time - samples[k - 1].time);
+  }
+  return longest;
+}
+
 TEST(Vibration, NoiseAloneStaysAsItIs) {
   EXPECT_FALSE(WithoutVibration(Shaken(0.0)));
   EXPECT_FALSE(WithoutVibration(Shaken(0.5 * kNoise)));
@@ -153,10 +161,7 @@ TEST(Vibration, NothingIsMadeAcrossAGap) {
   samples.erase(samples.begin() + 1000, samples.begin() + 1200);  // 5 to 6 s
   const std::optional<FilteredImu> filtered = WithoutVibration(samples);
   ASSERT_TRUE(filtered);
-  double longest = 0.0;
-  for (std::size_t k = 1; k < filtered->samples.size(); ++k) {
-    longest = std::max(longest, filtered->samples[k].time - filtered->samples[k - 1].time);
-  }
+  const double longest = LongestPeriod(filtered->samples);
   EXPECT_GT(longest, 1.0);
   EXPECT_LT(longest, 1.3);
   EXPECT_LT(LargestError(filtered->samples), 0.1);
@@ -169,10 +174,7 @@ TEST(Vibration, AShortGapCostsLittleMoreThanItself) {
   samples.erase(samples.begin() + 1000, samples.begin() + 1007);
   const std::optional<FilteredImu> filtered = WithoutVibration(samples);
   ASSERT_TRUE(filtered);
-  double longest = 0.0;
-  for (std::size_t k = 1; k < filtered->samples.size(); ++k) {
-    longest = std::max(longest, filtered->samples[k].time - filtered->samples[k - 1].time);
-  }
+  const double longest = LongestPeriod(filtered->samples);
   EXPECT_GT(longest, 0.04);
   EXPECT_LT(longest, 0.1);
   EXPECT_LT(LargestError(filtered->samples), 0.05);

@@ -102,11 +102,7 @@ TEST(EvenStamps, WhereEveryTenthMessageIsLostStampsStay) {
     left.times.push_back(all.times[k]);
     left.stamps.push_back(all.stamps[k]);
   }
-  const auto even = FindEvenStamps(Measured(left.times, left.stamps));
-  if (!even) return;  // whether they can be counted is chance, that they are not moved by periods is not
-  for (std::size_t k = 0; k < left.times.size(); ++k) {
-    EXPECT_NEAR(1e-9 * static_cast<double>(even->stamps[k] - kEpoch), left.times[k] + kDelay, 0.5 * kPeriod);
-  }
+  EXPECT_FALSE(FindEvenStamps(Measured(left.times, left.stamps)));
 }
 
 }  // namespace
